@@ -1,0 +1,153 @@
+// The friction material: what two surfaces are, apart from how hard they are pressed together.
+#pragma once
+
+#include "bristle/snap_length.hpp"
+
+namespace bristle {
+
+/// What a bristle does after it snapped (paper, section 2.1, read in two ways).
+enum class SnapRule : unsigned char {
+  redraw,  ///< "is then replaced by another bristle": a fresh snap length at each snap. The default.
+  keep     ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
+};
+
+/// Decay of the bristle damper with speed (eq. 5).
+enum class DamperDecay : unsigned char {
+  exponential,  ///< exp(-|v|/vs), the reading of the paper's formula. The default.
+  gaussian      ///< exp(-(v/vs)^2), the form of Canudas de Wit et al. that the paper cites.
+};
+
+/// Coefficients that people know of a pair of surfaces. See Material::from_coefficients.
+struct Coefficients {
+  double kinetic = 0.40;               ///< friction over normal load in slow sliding
+  double peak = 0.46;                  ///< highest friction over normal load at first loading
+  double presliding_length = 10e-6;    ///< m, mean snap length E[delta]
+  double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
+  SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is solved from peak / kinetic
+  SnapRule rule = SnapRule::redraw;
+  double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
+  double viscous_friction = 0.0;    ///< N s/m, sigma2
+  double stribeck_velocity = 1e-3;  ///< m/s, vs
+
+  Coefficients& with_kinetic(double value) {
+    kinetic = value;
+    return *this;
+  }
+  Coefficients& with_peak(double value) {
+    peak = value;
+    return *this;
+  }
+  Coefficients& with_presliding_length(double metres) {
+    presliding_length = metres;
+    return *this;
+  }
+  Coefficients& with_bristles_per_newton(double value) {
+    bristles_per_newton = value;
+    return *this;
+  }
+  Coefficients& with_law(SnapLaw value) {
+    law = value;
+    return *this;
+  }
+  Coefficients& with_rule(SnapRule value) {
+    rule = value;
+    return *this;
+  }
+  Coefficients& with_damping_per_newton(double value) {
+    damping_per_newton = value;
+    return *this;
+  }
+  Coefficients& with_viscous_friction(double value) {
+    viscous_friction = value;
+    return *this;
+  }
+  Coefficients& with_stribeck_velocity(double value) {
+    stribeck_velocity = value;
+    return *this;
+  }
+};
+
+/// Bristle parameters, SI units. Plain data; checked by validate() and by whoever takes it.
+/// The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
+struct Material {
+  double bristle_stiffness = 82.05128205128205;  ///< sigma0, N/m, >= 0: one bristle, tangential
+  double bristle_damping = 0.0;                  ///< sigma1, N s/m, >= 0: damper of one bristle at v = 0
+  double viscous_friction = 0.0;                 ///< sigma2, N s/m, >= 0: lubricant term of the patch
+  double stribeck_velocity = 1e-3;               ///< vs, m/s, >= 0; 0 = no damper at all
+  double normal_stiffness = 1111.111111111111;   ///< sigma_perp, N/m, > 0: one bristle, normal
+  double asperity_height_deviation = 1e-6;       ///< sigma, m, > 0: exponential heights (eq. 6)
+  SnapLength snap_length;                        ///< law of delta
+  SnapRule snap_rule = SnapRule::redraw;
+  DamperDecay damper_decay = DamperDecay::exponential;
+
+  Material& with_bristle_stiffness(double newtons_per_metre) {
+    bristle_stiffness = newtons_per_metre;
+    return *this;
+  }
+  Material& with_bristle_damping(double newton_seconds_per_metre) {
+    bristle_damping = newton_seconds_per_metre;
+    return *this;
+  }
+  Material& with_viscous_friction(double newton_seconds_per_metre) {
+    viscous_friction = newton_seconds_per_metre;
+    return *this;
+  }
+  Material& with_stribeck_velocity(double metres_per_second) {
+    stribeck_velocity = metres_per_second;
+    return *this;
+  }
+  Material& with_normal_stiffness(double newtons_per_metre) {
+    normal_stiffness = newtons_per_metre;
+    return *this;
+  }
+  Material& with_asperity_height_deviation(double metres) {
+    asperity_height_deviation = metres;
+    return *this;
+  }
+  Material& with_snap_length(const SnapLength& law) {
+    snap_length = law;
+    return *this;
+  }
+  Material& with_snap_rule(SnapRule rule) {
+    snap_rule = rule;
+    return *this;
+  }
+  Material& with_damper_decay(DamperDecay decay) {
+    damper_decay = decay;
+    return *this;
+  }
+
+  /// Throws bristle::Error naming the first parameter out of range, its value and the range.
+  void validate() const;
+
+  /// zeta = N / (sigma_perp sigma), eq. (9). A real number.
+  double bristles_in_contact(double normal_load_n) const noexcept {
+    return normal_load_n / (normal_stiffness * asperity_height_deviation);
+  }
+  /// Friction over normal load in slow steady sliding: sigma0 m1 / (2 sigma_perp sigma) for keep,
+  /// sigma0 m2 / (2 m1 sigma_perp sigma) for redraw.
+  double kinetic_coefficient() const;
+  /// Highest friction over normal load when loaded from rest with all deflections zero (the virgin
+  /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw: set-up cost.
+  double peak_coefficient() const;
+  /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero where vs = 0.
+  double damping_at(double speed_m_per_s) const noexcept;
+  /// Steady friction at constant speed, N: kinetic + dampers + viscous term (eqs. 3 to 5).
+  double steady_force(double speed_m_per_s, double normal_load_n) const;
+
+  /// Bristle parameters from coefficients. The spread of the snap length is solved from
+  /// peak / kinetic; a ratio that the family cannot reach throws with the reachable range.
+  static Material from_coefficients(const Coefficients& coefficients);
+  /// The way back: coefficients of these bristle parameters.
+  Coefficients coefficients() const;
+
+  friend bool operator==(const Material& x, const Material& y) noexcept;
+  friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }
+};
+
+/// Mean deflection over dbar at displacement x from rest with all deflections zero, both in units of
+/// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
+/// on a grid, error below 1e-6). Set-up cost.
+double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
+
+}  // namespace bristle

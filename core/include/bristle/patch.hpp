@@ -1,0 +1,144 @@
+// What goes into and comes out of a step of one contact patch.
+#pragma once
+
+#include <cstdint>
+
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+/// Names a patch of one batch. Slot and generation: a removed id never names a later patch. 0 = none.
+struct PatchId {
+  std::uint64_t value = 0;
+  explicit operator bool() const noexcept { return value != 0; }
+  friend bool operator==(PatchId a, PatchId b) noexcept { return a.value == b.value; }
+  friend bool operator!=(PatchId a, PatchId b) noexcept { return a.value != b.value; }
+};
+
+enum class Precision : unsigned char { single, double_ };
+
+/// How a bristle is advanced over a step.
+enum class StepRule : unsigned char {
+  exact,   ///< event-exact: every snap inside the step, the remainder carried. The default.
+  literal  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot; for comparison.
+};
+
+/// What a patch computes beside the force at the end of a step. Combine with |.
+enum class Outputs : unsigned char {
+  end = 0,     ///< force at the end of the step: always computed
+  mean = 1,    ///< force averaged over the step, exactly
+  energy = 2,  ///< dissipated, contact_loss, damper_work, snaps
+  all = 3
+};
+constexpr Outputs operator|(Outputs a, Outputs b) noexcept {
+  return static_cast<Outputs>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
+}
+constexpr bool has(Outputs set, Outputs wanted) noexcept {
+  return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
+}
+
+/// How a patch is simulated. What it does not ask for is neither computed nor stored.
+struct PatchOptions {
+  double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
+  std::uint32_t bristles = 0;  ///< n, representatives at max load; 0 = one per physical bristle, at most 4096
+  int axes = 2;                ///< 1 or 2 tangential directions; 1 uses displacement[0] only
+  Outputs outputs = Outputs::end;
+  Precision precision = Precision::single;
+  StepRule step_rule = StepRule::exact;
+  std::uint32_t seed = 1;  ///< shifts the stratified snap lengths and keys the random draws
+  std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
+
+  PatchOptions& with_max_normal_load(double newtons) {
+    max_normal_load = newtons;
+    return *this;
+  }
+  PatchOptions& with_bristles(std::uint32_t count) {
+    bristles = count;
+    return *this;
+  }
+  PatchOptions& with_axes(int count) {
+    axes = count;
+    return *this;
+  }
+  PatchOptions& with_outputs(Outputs set) {
+    outputs = set;
+    return *this;
+  }
+  PatchOptions& with_precision(Precision value) {
+    precision = value;
+    return *this;
+  }
+  PatchOptions& with_step_rule(StepRule rule) {
+    step_rule = rule;
+    return *this;
+  }
+  PatchOptions& with_seed(std::uint32_t value) {
+    seed = value;
+    return *this;
+  }
+  PatchOptions& with_key(std::uint64_t value) {
+    key = value;
+    return *this;
+  }
+};
+
+/// Largest number of representative bristles of one patch.
+constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
+
+/// Input of one patch for one step. NaN, infinity or a negative load set Status::bad_input.
+struct Motion {
+  PatchId id;
+  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step
+  double normal_load = 0.0;             ///< N, >= 0, holds over the whole step
+  bool has_velocity = false;            ///< else the damper uses displacement / dt
+  double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
+};
+
+/// Status of a response, a set of flags. `ok` means all went as asked.
+enum class Status : std::uint32_t {
+  ok = 0,
+  unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
+  repeated_id = 2,  ///< named twice in one step: the first counted, this one changed nothing
+  bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 or motion on an axis the patch lacks:
+                    ///< state kept, force zero
+  overload = 8      ///< load above max_normal_load: forces of all bristles scaled
+};
+constexpr Status operator|(Status a, Status b) noexcept {
+  return static_cast<Status>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
+}
+constexpr bool has(Status set, Status wanted) noexcept {
+  return (static_cast<std::uint32_t>(set) & static_cast<std::uint32_t>(wanted)) != 0;
+}
+
+/// Output of one patch for one step: forces in N ON the moving body. Fields of outputs that the patch
+/// does not compute are left untouched.
+struct Response {
+  PatchId id;
+  Status status = Status::ok;
+  double end[2] = {0.0, 0.0};      ///< N, force at the end of the step: elastic + damper
+  double elastic[2] = {0.0, 0.0};  ///< N, part of `end` from bent bristles
+  double damper[2] = {0.0, 0.0};   ///< N, part of `end` and of `mean` from dampers and lubricant
+  double mean[2] = {0.0, 0.0};     ///< N, force averaged over the step (Outputs::mean)
+  double stiffness = 0.0;     ///< N/m, zeta sigma0: F(d + e) ~ F - stiffness e in sticking; an upper bound
+  double damping = 0.0;       ///< N s/m, zeta sigma1(v) + sigma2: the secant, never negative
+  double force_limit = 0.0;   ///< N, highest elastic force at first loading under this load
+  double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
+  double contact_loss = 0.0;  ///< J, left with bristles that lost contact (Outputs::energy)
+  double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative when the velocity given
+                              ///< opposes the displacement (Outputs::energy)
+  std::uint64_t snaps = 0;    ///< representatives' snaps in this step (Outputs::energy)
+};
+
+/// What a patch is and uses right now. See PatchBatch::info.
+struct PatchInfo {
+  std::uint64_t key = 0;
+  std::uint32_t bristles = 0;      ///< n, representatives allocated
+  double weight = 0.0;             ///< w = zeta_max / n, physical bristles per representative
+  double active = 0.0;             ///< representatives in contact, with the fraction
+  double normal_load = 0.0;        ///< N, of the last step
+  std::uint64_t memory_bytes = 0;  ///< state of this patch
+  std::uint32_t bytes_per_bristle = 0;
+  const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, mean, single"; lives for ever
+};
+
+}  // namespace bristle

@@ -1,0 +1,117 @@
+// Many contact patches, stepped together against a deadline.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "bristle/material.hpp"
+#include "bristle/patch.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+struct BatchOptions {
+  int threads = 1;  ///< threads that may step, the caller included; 0 = one per core
+  const char* isa =
+      nullptr;  ///< "scalar", "sse2", "avx2", "avx512", ...; null = BRISTLE_ISA or the best here
+
+  BatchOptions& with_threads(int count) {
+    threads = count;
+    return *this;
+  }
+  BatchOptions& with_isa(const char* name) {
+    isa = name;
+    return *this;
+  }
+};
+
+/// What a step did as a whole.
+struct StepReport {
+  Status status = Status::ok;          ///< all responses' flags together
+  std::uint32_t patches_stepped = 0;   ///< motions that were carried out
+  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread
+  std::uint64_t bristles_visited = 0;  ///< bristles that a kernel looked at
+};
+
+/// Contact patches of the brush model.
+///
+/// Thread rule: one thread, the stepping thread, calls step, move, force, find_force, info,
+/// stored_energy, state_hash, read_bristles, save_state and restore_state. One other thread (or the
+/// same one) may call add, remove and set_material at the same time; an id is valid at once, the
+/// change takes effect at the stepping thread's next call. All memory is taken and freed by the thread
+/// that calls add, remove, set_material, warm_up or the constructor and destructor.
+class PatchBatch {
+ public:
+  /// Throws bristle::Error on a bad option or an instruction set that this machine or build lacks.
+  explicit PatchBatch(const BatchOptions& options = {});
+  ~PatchBatch();
+  PatchBatch(PatchBatch&&) noexcept;
+  PatchBatch& operator=(PatchBatch&&) noexcept;
+
+  /// A new patch, out of contact (load 0), all deflections zero. Throws bristle::Error.
+  PatchId add(const Material& material, const PatchOptions& options = {});
+  /// Throws bristle::Error when there is no such patch.
+  void remove(PatchId id);
+  /// Changes the material from the next step on. Deflections and the weight w stay; bristles then
+  /// beyond their snap length snap at once and are counted. Throws bristle::Error.
+  void set_material(PatchId id, const Material& material);
+
+  /// Call on the stepping thread before the loop: takes every change that waits and spends every
+  /// allocation, the workers' included.
+  void warm_up();
+
+  /// Moves patches by their displacement over dt_s (s). out[i] answers in[i]; out must be as long as
+  /// in, else everything is Status::bad_input. A patch not named rests under its last load. Never
+  /// throws, allocates, locks, or waits for anything but its own workers.
+  StepReport step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept;
+
+  /// @name For programs with few patches: set motions one by one, step, read forces.
+  ///@{
+  void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< for the next step
+  StepReport step(double dt_s) noexcept;                                           ///< takes what move() set
+  Response force(
+      PatchId id) const noexcept;  ///< of the last step(dt_s); Status::unknown_id where there is none
+  ///@}
+
+  /// The response to a trial motion, state unchanged: what step would give. For implicit solvers.
+  Response find_force(double dt_s, const Motion& motion) noexcept;
+
+  PatchInfo info(PatchId id) const noexcept;
+  /// Elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
+  double stored_energy(PatchId id) const noexcept;
+  /// Hash of deflections, block displacements, snap lengths, draw counters, active count and material,
+  /// in bristle order. Equal on every instruction set, worker count and batch composition.
+  std::uint64_t state_hash(PatchId id) const noexcept;
+  std::uint64_t state_hash() const noexcept;  ///< over all patches in slot order
+
+  /// Deflections (m) and snap lengths (m) of the first bristles, as many as the spans hold (equal
+  /// lengths, or empty for a column not wanted). Bristles out of contact read 0. Returns how many.
+  std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
+
+  /// Bytes that save_state writes now.
+  std::size_t state_size() const noexcept;
+  /// Writes the state of all patches; returns the bytes written, 0 when `to` is too small.
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  /// Restores what save_state wrote into a batch with the same patches (added in the same order, same
+  /// materials and options). Throws bristle::Error, state unchanged, when it does not fit.
+  void restore_state(Span<const std::byte> from);
+
+  std::size_t patch_count() const noexcept;
+  int threads() const noexcept;
+  const char* isa() const noexcept;  ///< instruction set in use; lives for ever
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Instruction sets of this build, best first, and whether this machine runs them.
+struct IsaInfo {
+  const char* name;
+  bool usable;
+};
+Span<const IsaInfo> instruction_sets() noexcept;
+
+}  // namespace bristle

@@ -1,0 +1,71 @@
+// The law of the snap length delta: the deflection at which a bristle lets go (paper, section 2.1).
+#pragma once
+
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+enum class SnapLaw : unsigned char { single, uniform, normal, lognormal, exponential, table };
+
+/// Name of a law as scenes spell it: "single", "uniform", ... The text lives for ever.
+const char* to_string(SnapLaw law) noexcept;
+
+/// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==.
+/// The factories throw bristle::Error with the parameter, its value and the allowed range; lengths
+/// below 1e-12 m are refused by name. Every function is reproducible to the bit on every machine
+/// (no libm transcendental) and safe to call from several threads.
+class SnapLength {
+ public:
+  /// Largest number of values that `table` takes.
+  static constexpr int max_table_size = 257;
+
+  /// Every bristle snaps at `length_m`.
+  static SnapLength single(double length_m);
+  /// Uniform on [min_m, max_m], min_m >= 0.
+  static SnapLength uniform(double min_m, double max_m);
+  /// Normal, cut at 0 (negative lengths are not drawn). `mean_m` and `deviation_m` are those of the
+  /// uncut law; mean() and deviation() give those after the cut. deviation_m <= mean_m.
+  static SnapLength normal(double mean_m, double deviation_m);
+  /// Lognormal with the given mean and coefficient of variation, 0 <= cv <= 3.
+  static SnapLength lognormal(double mean_m, double cv);
+  /// Exponential.
+  static SnapLength exponential(double mean_m);
+  /// Quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending, linear in between; 2 to 257 of them.
+  static SnapLength table(Span<const double> quantiles_m);
+
+  SnapLaw law() const noexcept { return law_; }
+  /// E[delta], m.
+  double mean() const noexcept { return mean_; }
+  /// E[delta^k], m^k, k = 0..6. Closed form but for the cut normal law (recurrence).
+  double moment(int k) const;
+  /// Standard deviation over mean.
+  double cv() const noexcept { return cv_; }
+  /// Largest length the library draws, m: the bound of the law, or its quantile at 1 - 2^-24.
+  double longest() const noexcept { return longest_; }
+  /// Q(u): the length below which a share u of the bristles lies, m. 0 < u < 1.
+  double quantile(double u) const;
+  /// P(delta > x). x in m.
+  double survival(double x_m) const;
+  /// E[delta^k; delta < x], k = 0..2. x in m.
+  double partial_moment(int k, double x_m) const;
+
+  /// Parameters as given to the factory (second one 0 where there is none).
+  double first_parameter() const noexcept { return a_; }
+  double second_parameter() const noexcept { return b_; }
+  Span<const double> table_values() const noexcept { return {table_, static_cast<std::size_t>(table_size_)}; }
+
+  friend bool operator==(const SnapLength& x, const SnapLength& y) noexcept;
+  friend bool operator!=(const SnapLength& x, const SnapLength& y) noexcept { return !(x == y); }
+
+  /// Uniform between 5 and 15 um: the surface of the README's examples.
+  SnapLength() noexcept;
+
+ private:
+  SnapLaw law_;
+  double a_, b_;
+  double mean_, cv_, longest_;
+  int table_size_ = 0;
+  double table_[max_table_size];
+};
+
+}  // namespace bristle

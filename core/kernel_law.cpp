@@ -1,0 +1,204 @@
+#include "kernel_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "elementary.hpp"
+#include "hashing.hpp"
+
+namespace bristle::detail {
+namespace {
+
+// Below this spread the fresh length of a redraw cannot be told from the old one.
+constexpr double negligible_cv = 1e-6;
+// Shares beyond which no number is drawn: the kernels' numbers are (h + 1/2) 2^-23.
+constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
+constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
+constexpr int biased_knots = 1024;
+
+/// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
+/// within 1e-3 of its steady value: the renewal equation on a grid (core/MODEL.md, "Jumps").
+double find_stationary_path(const SnapLength& law) {
+  constexpr int per_mean = 48;
+  constexpr int reach = 40;  // mean lengths; heavier laws jump there all the same
+  constexpr int n = per_mean * reach;
+  const double h = law.mean() / per_mean;
+  const double steady = law.moment(2) / (2.0 * law.mean()) / law.mean();
+  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // P((k-1) h < delta <= k h)
+  double before = 1.0;
+  for (int k = 1; k <= n; ++k) {
+    const double now = law.survival(k * h);
+    share[static_cast<std::size_t>(k)] = before - now;
+    before = now;
+  }
+  // f(x) = x S(x) + sum over the first snap, f linear inside a cell.
+  std::vector<double> f(static_cast<std::size_t>(n) + 1, 0.0);
+  int last_off = 0;
+  for (int j = 1; j <= n; ++j) {
+    double sum = law.survival(j * h) * j / per_mean;
+    for (int k = 2; k <= j; ++k)
+      sum += share[static_cast<std::size_t>(k)] * 0.5 *
+             (f[static_cast<std::size_t>(j - k)] + f[static_cast<std::size_t>(j - k + 1)]);
+    sum += share[1] * 0.5 * f[static_cast<std::size_t>(j - 1)];
+    f[static_cast<std::size_t>(j)] = sum / (1.0 - 0.5 * share[1]);
+    if (std::abs(f[static_cast<std::size_t>(j)] - steady) > 1e-3 * steady) last_off = j;
+  }
+  return static_cast<double>(last_off + 1) / per_mean;
+}
+
+void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLaw& law) {
+  double m[7];
+  double factor = 1.0;
+  for (int k = 0; k <= 5; ++k, factor *= per_metre) m[k] = length.moment(k) * factor;
+  const double variance = std::max(m[2] - m[1] * m[1], 0.0);
+  law.mean = m[1];
+  law.inverse_mean = 1.0 / m[1];
+  law.count_offset = variance / (m[1] * m[1]);
+
+  // Sum of delta^2 over the renewals that make up a distance D, given a renewal at D: cumulants
+  // linear in D, from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
+  const double c = m[2] / m[1];
+  const double y2 = m[4] - 2.0 * c * m[3] + c * c * m[2];
+  const double dy = m[3] - c * m[2];
+  const double dy2 = m[5] - 2.0 * c * m[4] + c * c * m[3];
+  law.squares_per_length = c;
+  law.squares_offset = -dy / m[1];
+  law.variance_per_length = y2 / m[1];
+  law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
+
+  // k renewals at once.
+  const double cv = length.cv();
+  law.many = cv < 0.2 ? 1 : 0;
+  law.deviation = std::sqrt(variance);
+  law.square_mean = m[2];
+  if (law.many) {
+    const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
+    const double fourth =
+        m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
+    // The differences above lose 1e-16 / cv^4: below this spread the sum is normal for all we can tell.
+    if (cv > 2e-3) {
+      law.skewness = third / (variance * law.deviation);
+      law.kurtosis = fourth / (variance * variance) - 3.0;
+    }
+    law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
+    law.square_residual =
+        cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
+    // At least 8 renewals in a jump that overshoots once in 1e9.
+    double from = 10.0 * m[1];
+    for (int i = 0; i < 20; ++i) from = 9.5 * m[1] + 6.0 * law.deviation * std::sqrt(from * law.inverse_mean);
+    law.jump_from = from;
+    law.stationary_from = std::max(0.5 / (cv * cv), 16.0) * m[1];
+  } else {
+    law.jump_from = find_stationary_path(length) * m[1];
+    law.stationary_from = law.jump_from;
+  }
+}
+
+/// Length-biased quantiles at k / biased_knots, for laws without a closed form.
+std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
+  std::vector<double> knots(biased_knots + 1);
+  const double total = length.mean();
+  const double lowest = length.law() == SnapLaw::table ? length.table_values()[0] : 0.0;
+  knots[0] = lowest * per_metre;
+  knots[biased_knots] = length.longest() * per_metre;
+  double low = lowest;
+  for (int k = 1; k < biased_knots; ++k) {
+    const double wanted = total * k / biased_knots;
+    double high = length.longest();
+    for (int i = 0; i < 60 && high - low > 1e-14 * high; ++i) {
+      const double middle = 0.5 * (low + high);
+      (length.partial_moment(1, middle) < wanted ? low : high) = middle;
+    }
+    knots[static_cast<std::size_t>(k)] = low * per_metre;
+  }
+  return knots;
+}
+
+std::uint64_t hash_material(const Material& m) {
+  Hasher hasher;
+  for (double x :
+       {m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity, m.normal_stiffness,
+        m.asperity_height_deviation, m.snap_length.first_parameter(), m.snap_length.second_parameter()})
+    hasher.add(x);
+  for (double x : m.snap_length.table_values()) hasher.add(x);
+  hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
+             static_cast<std::uint64_t>(m.damper_decay) << 16);
+  return hasher.value();
+}
+
+}  // namespace
+
+std::shared_ptr<const CompiledMaterial> compile_material(const Material& material) {
+  material.validate();
+  auto compiled = std::make_shared<CompiledMaterial>();
+  CompiledMaterial& c = *compiled;
+  c.material = material;
+  const SnapLength& length = material.snap_length;
+
+  int exponent = 0;
+  const double mantissa = std::frexp(length.mean(), &exponent);  // [0.5, 1)
+  c.metres_per_length = std::ldexp(1.0, mantissa < 0.7071067811865476 ? exponent - 1 : exponent);
+  const double per_metre = 1.0 / c.metres_per_length;
+  c.lengths_per_metre = per_metre;
+  c.longest = length.longest() * per_metre;
+  c.shortest = shortest_scaled;
+  c.in_phase = length.law() == SnapLaw::single;
+  c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
+  c.peak_coefficient = material.peak_coefficient();
+  c.hash = hash_material(material);
+  if (!c.redraw) return compiled;
+
+  KernelLaw& law = c.law;
+  law.shortest = c.shortest;
+  law.longest = c.longest;
+  const double first = length.first_parameter();
+  const double second = length.second_parameter();
+  switch (length.law()) {
+    case SnapLaw::uniform:
+      law.kind = law_uniform;
+      law.a = first * per_metre;
+      law.b = (second - first) * per_metre;
+      law.biased_a = law.a * law.a;
+      law.biased_b = second * per_metre * second * per_metre - law.biased_a;
+      // A draw of exactly 0 would never end.
+      law.shortest = std::max(law.a, smallest_share * law.b);
+      break;
+    case SnapLaw::normal:
+      law.kind = law_normal;
+      law.a = first * per_metre;
+      law.b = second * per_metre;
+      law.cut_share = normal_cdf(-first / second);
+      break;
+    case SnapLaw::lognormal: {
+      law.kind = law_lognormal;
+      const double s2 = log(1.0 + second * second);
+      law.a = log(first * per_metre) - 0.5 * s2;
+      law.b = std::sqrt(s2);
+      law.biased_a = law.a + s2;
+      law.biased_b = law.b;
+      break;
+    }
+    case SnapLaw::exponential:
+      law.kind = law_exponential;
+      law.a = first * per_metre;
+      law.biased_a = law.a;
+      break;
+    case SnapLaw::single:
+    case SnapLaw::table:
+      law.kind = law_table;
+      for (double x : length.table_values()) c.table.push_back(x * per_metre);
+      law.table = c.table.data();
+      law.table_last = static_cast<std::int32_t>(c.table.size()) - 1;
+      break;
+  }
+  if (law.kind == law_normal || law.kind == law_table) {
+    c.biased_table = biased_quantiles(length, per_metre);
+    law.biased_table = c.biased_table.data();
+    law.biased_last = biased_knots;
+  }
+  fill_renewal_constants(length, per_metre, law);
+  return compiled;
+}
+
+}  // namespace bristle::detail

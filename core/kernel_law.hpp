@@ -1,0 +1,36 @@
+// A material prepared for the kernels: scaled lengths and the constants of its snap-length law.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bristle/material.hpp"
+#include "kernel_table.hpp"
+
+namespace bristle::detail {
+
+/// Made once per material on the thread that adds patches; immutable, shared by them.
+struct CompiledMaterial {
+  Material material;
+  double metres_per_length = 1.0;  ///< power of two near the mean snap length: one scaled length
+  double lengths_per_metre = 1.0;
+  double shortest = 0.0;  ///< bounds of every snap length, scaled
+  double longest = 0.0;
+  bool redraw = false;    ///< needs the redraw kernels: the rule, and a spread worth the name
+  bool in_phase = false;  ///< a single length: remainders in double at every speed
+  double peak_coefficient = 0.0;
+  std::uint64_t hash = 0;  ///< of every parameter
+  KernelLaw law{};         ///< points into the tables below
+
+  std::vector<double> table, biased_table;
+
+  CompiledMaterial() = default;
+  CompiledMaterial(const CompiledMaterial&) = delete;
+  CompiledMaterial& operator=(const CompiledMaterial&) = delete;
+};
+
+/// Throws bristle::Error when the material is out of range.
+std::shared_ptr<const CompiledMaterial> compile_material(const Material& material);
+
+}  // namespace bristle::detail

@@ -1,0 +1,163 @@
+// The one seam between core and kernels: plain structs of raw pointers and a table of functions.
+//
+// Core includes this and is handed a table; kernels include this and fill one per instruction set.
+// Nothing here needs the standard library, so that no inline function is shared between objects
+// compiled for different instruction sets.
+//
+// Lengths inside kernels are *scaled*: divided by a power of two near the mean snap length
+// (DESIGN.md 2.2). Positions of a patch and sums over a block are fixed point, 2^-44 of that length,
+// so that sums over blocks are exact integers: neither the order of blocks, nor the number of workers,
+// nor whether a block was visited can change a bit.
+#pragma once
+
+#include <cstdint>
+
+namespace bristle::detail {
+
+__extension__ typedef __int128 Int128;
+
+constexpr std::uint32_t block_size = 256;  ///< bristles of a block: 16 rows of 16 logical lanes
+constexpr std::uint32_t lane_count = 16;   ///< logical lanes of a row, on every instruction set
+constexpr std::uint32_t blocks_per_group = 64;
+constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
+constexpr double length_per_fixed = 1.0 / fixed_per_length;
+/// Steps longer than this (scaled) are far: every bristle snaps, the remainder is taken in double.
+constexpr double far_length = 2048.0;
+/// No snap length is longer (scaled). A step beyond twice this snaps every bristle.
+constexpr double longest_scaled_length = 1024.0;
+
+/// Multiplier between successive draw states of a bristle (odd: visits all 2^32 states).
+constexpr std::uint32_t draw_stride = 0x9E3779B9u;
+
+/// 256 bristles that were last rewritten together. One cache line.
+struct alignas(64) Block {
+  std::int64_t position[2];  ///< patch position at the last rewrite, fixed point
+  std::int64_t stored[2];    ///< weighted sum of stored deflections, fixed point
+  // Cache, never part of the state: no bristle of the block snaps while the patch stays within
+  // `reach` of `anchor` (DESIGN.md 2.3). reach < 0: unknown, visit.
+  std::int64_t anchor[2];
+  float reach;         ///< scaled length
+  float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block
+  std::uint32_t zero;  ///< 1 = all deflections are zero, columns z and (redraw) delta not yet written
+};
+
+/// Bound over 64 blocks, and over the patch: the same rule, one and two levels up.
+struct Reach {
+  std::int64_t anchor[2];
+  double reach;  ///< scaled length; < 0 = unknown
+};
+
+/// Numbers of the snap-length laws, as the kernels' switch knows them.
+enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_exponential, law_table };
+
+/// Law of the snap length in scaled lengths, for redraw. Built by core/kernel_law.cpp.
+struct KernelLaw {
+  std::int32_t kind;
+  // uniform: low, span. normal: mean, deviation of the uncut law. lognormal: mu, s. exponential: mean.
+  double a, b;
+  double cut_share;          ///< normal: probability below 0 before the cut
+  double shortest, longest;  ///< every draw is clamped to [shortest, longest]
+
+  // Length-biased law for stationary jumps. uniform: a^2, b^2 - a^2. lognormal: mu + s^2.
+  double biased_a, biased_b;
+  const double* table;         ///< quantiles at k / table_last (law_table)
+  const double* biased_table;  ///< length-biased quantiles at k / biased_last (normal, table)
+  std::int32_t table_last, biased_last;
+
+  // Renewal-reward constants of the skipped snaps (core/MODEL.md, "Jumps").
+  double mean;                                  ///< m1
+  double inverse_mean;                          ///< 1 / m1
+  double squares_per_length;                    ///< 2 c = m2 / m1: sum of delta^2 per distance
+  double squares_offset;                        ///< 2 kappa
+  double variance_per_length, variance_offset;  ///< of the sum of delta^2, given the distance jumped
+  double count_offset;                          ///< cv^2: expected renewals in a jump of D are D / m1 + cv^2
+
+  // Jumps of k renewals at once for small spread (Cornish-Fisher).
+  std::int32_t many;          ///< 1 = cv < 0.2: jump k renewals; 0 = stationary law
+  double jump_from;           ///< remaining path above which a lane jumps
+  double stationary_from;     ///< remaining path from which the stationary law holds to 1e-3
+  double deviation;           ///< standard deviation of delta
+  double skewness, kurtosis;  ///< of delta; excess kurtosis
+  double square_mean;         ///< m2
+  double square_slope;        ///< Cov(delta^2, delta) / Var(delta)
+  double square_residual;     ///< Var(delta^2) - square_slope^2 Var(delta)
+};
+
+/// State columns of one patch. Rows are padded to 16 bristles; padding has z = 0 and a valid delta.
+template <class T>
+struct PatchView {
+  T* zx;
+  T* zy;                ///< null with one axis
+  T* delta;             ///< snap lengths now; with keep this is the first length for ever
+  std::uint32_t* draw;  ///< draw states; null with keep
+  const T* first;       ///< first snap lengths (== delta with keep)
+  Block* blocks;
+  Reach* groups;
+  std::uint32_t bristles;  ///< allocated
+  std::uint32_t whole;     ///< bristles that count in full
+  T fraction;              ///< weight of bristle `whole`; 0 = not in contact
+  const KernelLaw* law;    ///< null with keep
+};
+
+/// One step of one patch, the same for all its blocks.
+struct Advance {
+  std::int64_t from[2], to[2];  ///< patch position, fixed point; equal in a far step
+  double direction[2];          ///< unit vector
+  double length;                ///< scaled, > 0
+  double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
+  std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
+  std::uint32_t far;            ///< 1 = remainder in double (long step, or a single snap length)
+  std::uint32_t track;          ///< 1 = keep bounds and skip blocks by them
+  std::uint32_t commit;         ///< 0 = find only: state unchanged
+};
+
+/// Sums over the blocks of a range that changed. Integers: order does not matter. The last, partly
+/// filled block (the tail) has real weights and is reported apart.
+struct Totals {
+  Int128 stored[2];  ///< change of the sum of Block::stored over full blocks
+  Int128 offset[2];  ///< change of the sum of (to - position) over full blocks, by rewriting
+  Int128
+      twice_mean[2];  ///< full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2 position))
+  Int128 squares;     ///< sum over snaps of weight delta^2, in 1 / energy_unit
+  std::uint64_t snaps;
+  std::uint64_t visited;            ///< bristles looked at
+  std::int64_t tail_stored[2];      ///< of the tail after the step (find: what it would be)
+  std::int64_t tail_twice_mean[2];  ///< of the tail, whole
+  std::uint32_t tail_snapped;
+};
+
+enum Rule : std::int32_t { rule_keep, rule_redraw, rule_literal_keep, rule_literal_redraw };
+
+/// Index of a step kernel: features are taken out by choosing another instance.
+constexpr int variant_index(int axes, Rule rule, bool mean, bool energy) {
+  return (axes - 1) | (rule << 1) | (mean ? 8 : 0) | (energy ? 16 : 0);
+}
+constexpr int variant_count = 32;
+
+template <class T>
+struct KernelSet {
+  /// Advances the blocks [first, last) of a patch.
+  using Step = void (*)(const PatchView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
+                        Totals&);
+  Step step[variant_count];  ///< null where this build has no such variant
+
+  /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums anew.
+  void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
+  /// Sum of weight |z + p|^2 over the bristles in contact of block b (scaled), fixed tree, double.
+  double (*squares)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
+};
+
+struct KernelTable {
+  const char* name;
+  KernelSet<float> f32;
+  KernelSet<double> f64;  ///< all null in a build without double
+};
+
+/// Instruction sets of this build, best first; `usable` asks the CPU and the operating system.
+struct KernelEntry {
+  const KernelTable* table;
+  bool (*usable)();
+};
+const KernelEntry* kernel_entries(int* count) noexcept;
+
+}  // namespace bristle::detail

@@ -1,0 +1,69 @@
+// Material: range checks and the closed forms of sections 2.2 and 2.3 of the paper.
+#include "bristle/material.hpp"
+
+#include "elementary.hpp"
+#include "range_check.hpp"
+
+namespace bristle {
+
+namespace {
+
+/// Largest stiffness, damping or speed that a material may have, in its SI unit: far beyond any use,
+/// and products of a few of them stay within a double.
+constexpr double largest_parameter = 1e15;
+constexpr double smallest_positive = 1e-15;
+
+void require_parameter(const char* name, double value, const char* unit) {
+  detail::require_within("Material", name, value, 0.0, largest_parameter, unit);
+}
+
+}  // namespace
+
+void Material::validate() const {
+  require_parameter("bristle_stiffness", bristle_stiffness, "N/m");
+  require_parameter("bristle_damping", bristle_damping, "N s/m");
+  require_parameter("viscous_friction", viscous_friction, "N s/m");
+  require_parameter("stribeck_velocity", stribeck_velocity, "m/s");
+  detail::require_within("Material", "normal_stiffness", normal_stiffness, smallest_positive,
+                         largest_parameter, "N/m");
+  detail::require_within("Material", "asperity_height_deviation", asperity_height_deviation,
+                         smallest_positive, largest_parameter, "m");
+  if (snap_rule != SnapRule::redraw && snap_rule != SnapRule::keep) {
+    detail::refuse("Material", "snap_rule", static_cast<int>(snap_rule), "redraw (0) or keep (1)");
+  }
+  if (damper_decay != DamperDecay::exponential && damper_decay != DamperDecay::gaussian) {
+    detail::refuse("Material", "damper_decay", static_cast<int>(damper_decay),
+                   "exponential (0) or gaussian (1)");
+  }
+}
+
+double Material::kinetic_coefficient() const {
+  // keep: a bristle of length delta is on average bent by delta / 2. redraw: a bristle met in sliding
+  // is long in proportion to its length, so the mean is m2 / (2 m1).
+  const double mean = snap_length.mean();
+  const double bend = snap_rule == SnapRule::keep ? 0.5 * mean : 0.5 * snap_length.moment(2) / mean;
+  return bristle_stiffness * bend / (normal_stiffness * asperity_height_deviation);
+}
+
+double Material::damping_at(double speed_m_per_s) const noexcept {
+  if (!(stribeck_velocity > 0.0)) return 0.0;
+  const double u = detail::magnitude(speed_m_per_s) / stribeck_velocity;
+  return bristle_damping * detail::exp(damper_decay == DamperDecay::gaussian ? -u * u : -u);
+}
+
+double Material::steady_force(double speed_m_per_s, double normal_load_n) const {
+  if (!(normal_load_n > 0.0)) return 0.0;  // no contact, no force: the lubricant term included
+  const double speed = detail::magnitude(speed_m_per_s);
+  const double dampers = bristles_in_contact(normal_load_n) * damping_at(speed) * speed;
+  return kinetic_coefficient() * normal_load_n + dampers + viscous_friction * speed;
+}
+
+bool operator==(const Material& x, const Material& y) noexcept {
+  return x.bristle_stiffness == y.bristle_stiffness && x.bristle_damping == y.bristle_damping &&
+         x.viscous_friction == y.viscous_friction && x.stribeck_velocity == y.stribeck_velocity &&
+         x.normal_stiffness == y.normal_stiffness &&
+         x.asperity_height_deviation == y.asperity_height_deviation && x.snap_length == y.snap_length &&
+         x.snap_rule == y.snap_rule && x.damper_decay == y.damper_decay;
+}
+
+}  // namespace bristle

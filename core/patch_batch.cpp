@@ -1,0 +1,693 @@
+#include "bristle/patch_batch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "bristle/error.hpp"
+#include "command_list.hpp"
+#include "float_mode.hpp"
+#include "hashing.hpp"
+#include "patch_state.hpp"
+#include "range_check.hpp"
+#include "state_io.hpp"
+#include "workers.hpp"
+
+namespace bristle {
+
+using namespace detail;
+
+namespace {
+
+// A step with fewer bristles to visit than this stays on the calling thread: waking a worker costs
+// about as much as stepping these.
+constexpr std::uint64_t parallel_from = 60000;
+// A piece of work is no smaller than this, in bristles.
+constexpr std::uint64_t smallest_piece = 8192;
+// What a patch costs beside its bristles, in bristles.
+constexpr std::uint64_t patch_overhead = 100;
+constexpr int max_tasks = 512;
+constexpr int max_split = 64;
+
+constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
+constexpr std::uint32_t generation_of(PatchId id) noexcept {
+  return static_cast<std::uint32_t>(id.value >> 32);
+}
+constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept {
+  return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
+}
+
+const KernelTable& choose_kernels(const char* wanted) {
+  int count = 0;
+  const KernelEntry* entries = kernel_entries(&count);
+  if (wanted == nullptr || *wanted == 0) wanted = std::getenv("BRISTLE_ISA");
+  const bool any = wanted == nullptr || *wanted == 0;
+  std::string known;
+  for (int i = 0; i < count; ++i) {
+    if (any ? entries[i].usable() : std::strcmp(wanted, entries[i].table->name) == 0) {
+      if (entries[i].usable()) return *entries[i].table;
+      throw Error(std::string("BatchOptions: isa = ") + wanted + "; this machine does not run it");
+    }
+    known += (i ? ", " : "") + std::string(entries[i].table->name);
+  }
+  throw Error(std::string("BatchOptions: isa = ") + (wanted ? wanted : "") + "; this build has " + known);
+}
+
+const char* kernel_name(const PatchState& p) noexcept {
+  // axes, rule, mean, energy, precision, step rule
+  static const std::array<std::string, 64> names = [] {
+    std::array<std::string, 64> all;
+    for (unsigned i = 0; i < 64; ++i) {
+      std::string& name = all[i];
+      name = i & 1 ? "2 axes" : "1 axis";
+      name += i & 2 ? ", redraw" : ", keep";
+      if (i & 32) name += ", literal";
+      name += i & 4 ? ", end + mean" : ", end";
+      if (i & 8) name += ", energy";
+      name += i & 16 ? ", double" : ", single";
+    }
+    return all;
+  }();
+  const unsigned index = (p.options.axes == 2 ? 1u : 0u) | (p.draw != nullptr ? 2u : 0u) |
+                         (has(p.options.outputs, Outputs::mean) ? 4u : 0u) |
+                         (has(p.options.outputs, Outputs::energy) ? 8u : 0u) | (p.is_double() ? 16u : 0u) |
+                         (p.options.step_rule == StepRule::literal ? 32u : 0u);
+  return names[index].c_str();
+}
+
+}  // namespace
+
+struct PatchBatch::Impl {
+  explicit Impl(const BatchOptions& options)
+      : kernels(choose_kernels(options.isa)),
+        workers(check_threads(options.threads)),
+        table(new SlotTable(64)) {}
+
+  static int check_threads(int threads) {
+    if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");
+    return threads;
+  }
+
+  const KernelTable& kernels;
+  Workers workers;
+  CommandList commands;
+
+  // --- the adding thread's side
+  struct Record {
+    PatchOptions options;
+    double weight = 0.0;
+    std::uint32_t generation = 0;
+    bool alive = false;
+  };
+  std::vector<Record> records;
+  std::vector<std::uint32_t> free_slots;
+  std::vector<std::shared_ptr<const CompiledMaterial>> materials;  ///< recently used first
+  std::uint32_t table_capacity = 64;
+  std::size_t scratch_bytes = 0;
+
+  // --- the stepping thread's side
+  std::unique_ptr<SlotTable> table;
+  std::unique_ptr<PatchState> scratch;  ///< for trial loads; storage as large as the largest patch's
+  std::uint64_t step_number = 0;
+  std::size_t patches = 0;
+  std::uint32_t queue_length = 0;
+
+  /// A piece of a step: a range of blocks of one large patch, or a range of motions.
+  struct Task {
+    int split = -1;
+    std::uint32_t first = 0, last = 0;
+    Totals totals;
+    std::uint64_t visited = 0;
+    std::uint32_t stepped = 0;
+    Status status = Status::ok;
+  };
+  struct Split {
+    PatchState* patch = nullptr;
+    std::size_t motion = 0;
+    PatchStep step;
+    int first_task = 0, task_count = 0;
+  };
+  std::array<Task, max_tasks> tasks;
+  std::array<Split, max_split> splits;
+  double dt = 0.0;
+  Span<const Motion> in;
+  Span<Response> out;
+
+  Record& record_of(PatchId id) {
+    const std::uint32_t slot = slot_of(id);
+    if (!id || slot >= records.size() || !records[slot].alive ||
+        records[slot].generation != generation_of(id))
+      throw Error("PatchBatch: there is no patch with id " + std::to_string(id.value));
+    return records[slot];
+  }
+
+  std::shared_ptr<const CompiledMaterial> compiled(const Material& material) {
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      if (materials[i]->material != material) continue;
+      std::rotate(materials.begin(), materials.begin() + static_cast<std::ptrdiff_t>(i),
+                  materials.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+      return materials.front();
+    }
+    if (materials.size() >= 64) materials.pop_back();
+    materials.insert(materials.begin(), compile_material(material));
+    return materials.front();
+  }
+
+  /// Takes what the adding thread handed over. Neither allocates nor frees.
+  void apply_commands() noexcept {
+    while (Command* c = commands.take()) {
+      switch (c->kind) {
+        case Command::Kind::add: {
+          SlotTable::Slot& slot = table->slots[c->slot];
+          slot.generation = c->generation;
+          slot.patch.swap(c->patch);
+          if (c->scratch) scratch.swap(c->scratch);
+          ++patches;
+          break;
+        }
+        case Command::Kind::replace: {
+          FloatModeScope mode;
+          SlotTable::Slot& slot = table->slots[c->slot];
+          take_over(*c->patch, *slot.patch);
+          slot.patch.swap(c->patch);
+          if (c->scratch) scratch.swap(c->scratch);
+          break;
+        }
+        case Command::Kind::remove:
+          table->slots[c->slot].patch.swap(c->patch);
+          --patches;
+          break;
+        case Command::Kind::grow:
+          for (std::uint32_t i = 0; i < table->capacity; ++i) {
+            c->table->slots[i] = std::move(table->slots[i]);
+            c->table->last[i] = table->last[i];
+          }
+          for (std::uint32_t i = 0; i < queue_length; ++i) c->table->motions[i] = table->motions[i];
+          table.swap(c->table);
+          break;
+        case Command::Kind::none:
+          break;
+      }
+    }
+  }
+
+  PatchState* find(PatchId id) const noexcept {
+    const std::uint32_t slot = slot_of(id);
+    if (!id || slot >= table->capacity) return nullptr;
+    const SlotTable::Slot& s = table->slots[slot];
+    return s.patch && s.generation == generation_of(id) ? s.patch.get() : nullptr;
+  }
+
+  void attach_scratch(Command& command) {
+    const std::size_t bytes = command.patch->storage_bytes;
+    if (bytes <= scratch_bytes) return;
+    command.scratch = std::make_unique<PatchState>();
+    command.scratch->storage.reset(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{64})));
+    command.scratch->storage_bytes = bytes;
+    scratch_bytes = bytes;
+  }
+
+  /// One motion, start to end, on one thread.
+  void step_one(std::size_t i, Task& task) noexcept {
+    PatchState& p = *find(in[i].id);
+    const PatchStep step = begin_step(p, in[i], dt, true);
+    Totals totals{};
+    if (step.moves) run_blocks(p, step, 0, p.active_blocks(), totals);
+    finish_step(p, step, totals, out[i]);
+    task.visited += totals.visited;
+    task.status = task.status | out[i].status;
+    ++task.stepped;
+  }
+
+  /// Refuses what cannot be stepped. Null when refused.
+  PatchState* admit(std::size_t i) noexcept {
+    out[i].id = in[i].id;
+    PatchState* p = find(in[i].id);
+    if (p == nullptr) {
+      write_refusal(nullptr, Status::unknown_id, out[i]);
+      return nullptr;
+    }
+    if (p->last_step == step_number) {
+      write_refusal(&p->options, Status::repeated_id, out[i]);
+      return nullptr;
+    }
+    p->last_step = step_number;
+    if (!is_good_motion(*p, in[i])) {
+      write_refusal(&p->options, Status::bad_input, out[i]);
+      return nullptr;
+    }
+    out[i].status = Status::ok;
+    return p;
+  }
+
+  static constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+
+  static void run_task(void* self, int index) {
+    Impl& impl = *static_cast<Impl*>(self);
+    Task& task = impl.tasks[static_cast<std::size_t>(index)];
+    FloatModeScope mode;
+    if (task.split >= 0) {
+      const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
+      run_blocks(*split.patch, split.step, task.first, task.last, task.totals);
+      return;
+    }
+    for (std::uint32_t i = task.first; i < task.last; ++i) {
+      if (has(impl.out[i].status, refusals)) continue;
+      if (impl.find(impl.in[i].id)->split_step == impl.step_number) continue;
+      impl.step_one(i, task);
+    }
+  }
+
+  Task& new_task(int& count, int split, std::uint32_t first, std::uint32_t last) noexcept {
+    Task& task = tasks[static_cast<std::size_t>(count++)];
+    task = Task{};
+    task.split = split;
+    task.first = first;
+    task.last = last;
+    return task;
+  }
+
+  StepReport step_all() noexcept {
+    StepReport report;
+    ++step_number;
+    const auto n = in.size();
+    const bool serial = workers.count() == 1;
+    FloatModeScope mode;
+
+    // Who can be stepped, and what it will cost.
+    std::uint64_t cost = 0;
+    Task alone{};
+    for (std::size_t i = 0; i < n; ++i) {
+      PatchState* p = admit(i);
+      if (p == nullptr) {
+        report.status = report.status | out[i].status;
+        continue;
+      }
+      if (serial)
+        step_one(i, alone);
+      else
+        cost += cost_of(*p, in[i]);
+    }
+    if (!serial && cost < parallel_from)
+      for (std::size_t i = 0; i < n; ++i)
+        if (!has(out[i].status, refusals)) step_one(i, alone);
+    if (serial || cost < parallel_from) {
+      report.status = report.status | alone.status;
+      report.patches_stepped = alone.stepped;
+      report.bristles_visited = alone.visited;
+      report.tasks = 1;
+      return report;
+    }
+    split_and_run(cost, report);
+    return report;
+  }
+
+  static std::uint64_t cost_of(const PatchState& p, const Motion& motion) noexcept {
+    const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
+    const std::uint64_t contact = motion.normal_load == p.normal_load ? p.in_contact() : p.bristles;
+    return patch_overhead + (moves ? contact : 0);
+  }
+
+  void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
+    const auto n = in.size();
+    const std::uint64_t piece =
+        std::max<std::uint64_t>(cost / (static_cast<std::uint64_t>(workers.count()) * 4), smallest_piece);
+    int task_count = 0;
+    int split_count = 0;
+    std::uint32_t group_first = 0;
+    std::uint64_t group_cost = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (has(out[i].status, refusals)) continue;
+      PatchState& p = *find(in[i].id);
+      const std::uint64_t patch_cost = cost_of(p, in[i]);
+      // Large patches go by ranges of blocks, as long as there is room for their tasks.
+      const auto pieces = static_cast<int>(std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64));
+      if (patch_cost > 2 * smallest_piece && pieces > 1 && split_count < max_split &&
+          task_count + pieces < max_tasks / 2) {
+        Split& split = splits[static_cast<std::size_t>(split_count)];
+        p.split_step = step_number;
+        split.patch = &p;
+        split.motion = i;
+        split.step = begin_step(p, in[i], dt, true);
+        split.first_task = task_count;
+        const std::uint32_t blocks = split.step.moves ? p.active_blocks() : 0;
+        // Whole groups of blocks to a task: bounds are kept by group.
+        const std::uint32_t groups = (blocks + blocks_per_group - 1) / blocks_per_group;
+        const std::uint32_t parts = std::min<std::uint32_t>(static_cast<std::uint32_t>(pieces), groups);
+        for (std::uint32_t k = 0; k < parts; ++k)
+          new_task(task_count, split_count, groups * k / parts * blocks_per_group,
+                   std::min(groups * (k + 1) / parts * blocks_per_group, blocks));
+        split.task_count = static_cast<int>(parts);
+        ++split_count;
+        continue;
+      }
+      group_cost += patch_cost;
+      const int room = max_tasks - 1 - task_count;
+      if (group_cost >= piece && room > 0) {
+        new_task(task_count, -1, group_first, static_cast<std::uint32_t>(i) + 1);
+        group_first = static_cast<std::uint32_t>(i) + 1;
+        group_cost = 0;
+      }
+    }
+    if (group_cost > 0) new_task(task_count, -1, group_first, static_cast<std::uint32_t>(n));
+    workers.run(task_count, &run_task, this);
+
+    for (int t = 0; t < task_count; ++t) {
+      const Task& task = tasks[static_cast<std::size_t>(t)];
+      report.status = report.status | task.status;
+      report.patches_stepped += task.stepped;
+      report.bristles_visited += task.visited;
+    }
+    for (int s = 0; s < split_count; ++s) {
+      Split& split = splits[static_cast<std::size_t>(s)];
+      Totals totals{};
+      for (int t = 0; t < split.task_count; ++t)
+        add_totals(totals, tasks[static_cast<std::size_t>(split.first_task + t)].totals);
+      Response& response = out[split.motion];
+      finish_step(*split.patch, split.step, totals, response);
+      report.status = report.status | response.status;
+      report.bristles_visited += totals.visited;
+      ++report.patches_stepped;
+    }
+    report.tasks = static_cast<std::uint32_t>(task_count);
+  }
+};
+
+PatchBatch::PatchBatch(const BatchOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PatchBatch::~PatchBatch() = default;
+PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
+PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
+
+PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
+  Impl& impl = *impl_;
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::add;
+  command->patch = make_patch(impl.compiled(material), options, impl.kernels);
+
+  std::uint32_t slot;
+  if (!impl.free_slots.empty()) {
+    slot = impl.free_slots.back();
+    impl.free_slots.pop_back();
+  } else {
+    slot = static_cast<std::uint32_t>(impl.records.size());
+    impl.records.emplace_back();
+    impl.free_slots.reserve(impl.records.capacity());
+  }
+  if (slot >= impl.table_capacity) {
+    auto grow = std::make_unique<Command>();
+    grow->kind = Command::Kind::grow;
+    grow->table = std::make_unique<SlotTable>(impl.table_capacity * 2);
+    impl.table_capacity *= 2;
+    impl.commands.push(std::move(grow));
+  }
+  Impl::Record& record = impl.records[slot];
+  record.options = command->patch->options;
+  record.weight = command->patch->weight;
+  ++record.generation;
+  record.alive = true;
+  command->slot = slot;
+  command->generation = record.generation;
+  impl.attach_scratch(*command);
+  impl.commands.push(std::move(command));
+  return make_id(slot, record.generation);
+}
+
+void PatchBatch::remove(PatchId id) {
+  Impl& impl = *impl_;
+  Impl::Record& record = impl.record_of(id);
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::remove;
+  command->slot = slot_of(id);
+  impl.commands.push(std::move(command));
+  record.alive = false;
+  impl.free_slots.push_back(slot_of(id));
+}
+
+void PatchBatch::set_material(PatchId id, const Material& material) {
+  Impl& impl = *impl_;
+  const Impl::Record& record = impl.record_of(id);
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::replace;
+  command->slot = slot_of(id);
+  command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.weight);
+  impl.attach_scratch(*command);
+  impl.commands.push(std::move(command));
+}
+
+void PatchBatch::warm_up() {
+  impl_->apply_commands();
+  impl_->workers.warm_up();
+}
+
+StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
+  Impl& impl = *impl_;
+  impl.apply_commands();
+  const bool good_dt = std::isfinite(dt_s) && dt_s > 0.0;
+  if (!good_dt || in.size() != out.size()) {
+    StepReport report;
+    report.status = Status::bad_input;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      if (i < in.size()) out[i].id = in[i].id;
+      const PatchState* p = i < in.size() ? impl.find(in[i].id) : nullptr;
+      write_refusal(p != nullptr ? &p->options : nullptr, Status::bad_input, out[i]);
+    }
+    return report;
+  }
+  impl.dt = dt_s;
+  impl.in = in;
+  impl.out = out;
+  return impl.step_all();
+}
+
+void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
+  Impl& impl = *impl_;
+  impl.apply_commands();
+  PatchState* p = impl.find(id);
+  if (p == nullptr) return;
+  if (p->queued == 0) p->queued = ++impl.queue_length;
+  Motion& motion = impl.table->motions[p->queued - 1];
+  motion = Motion{};
+  motion.id = id;
+  motion.displacement[0] = dx_m;
+  motion.displacement[1] = dy_m;
+  motion.normal_load = normal_load_n;
+}
+
+StepReport PatchBatch::step(double dt_s) noexcept {
+  Impl& impl = *impl_;
+  impl.apply_commands();
+  SlotTable& table = *impl.table;
+  const std::uint32_t count = impl.queue_length;
+  const StepReport report = step(dt_s, Span<const Motion>(table.motions.data(), count),
+                                 Span<Response>(table.responses.data(), count));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const PatchId id = table.motions[i].id;
+    if (PatchState* p = impl.find(id)) {
+      p->queued = 0;
+      table.last[slot_of(id)] = table.responses[i];
+    }
+  }
+  impl.queue_length = 0;
+  return report;
+}
+
+Response PatchBatch::force(PatchId id) const noexcept {
+  Impl& impl = *impl_;
+  impl.apply_commands();
+  if (impl.find(id) != nullptr && impl.table->last[slot_of(id)].id == id)
+    return impl.table->last[slot_of(id)];
+  Response none;
+  none.id = id;
+  none.status = Status::unknown_id;
+  return none;
+}
+
+Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
+  Impl& impl = *impl_;
+  impl.apply_commands();
+  FloatModeScope mode;
+  Response response;
+  response.id = motion.id;
+  PatchState* p = impl.find(motion.id);
+  if (p == nullptr) {
+    write_refusal(nullptr, Status::unknown_id, response);
+    return response;
+  }
+  if (!(std::isfinite(dt_s) && dt_s > 0.0) || !is_good_motion(*p, motion)) {
+    write_refusal(&p->options, Status::bad_input, response);
+    return response;
+  }
+  double loss = 0.0;
+  if (motion.normal_load != p->normal_load) {
+    // Another load moves bristles in and out of contact: tried on a copy.
+    copy_patch(*p, *impl.scratch);
+    p = impl.scratch.get();
+    loss = apply_load(*p, motion.normal_load);
+  }
+  PatchStep step = begin_step(*p, motion, dt_s, false);
+  step.contact_loss = loss;
+  Totals totals{};
+  if (step.moves) run_blocks(*p, step, 0, p->active_blocks(), totals);
+  finish_step(*p, step, totals, response);
+  return response;
+}
+
+PatchInfo PatchBatch::info(PatchId id) const noexcept {
+  impl_->apply_commands();
+  PatchInfo info;
+  const PatchState* p = impl_->find(id);
+  if (p == nullptr) return info;
+  info.key = p->options.key;
+  info.bristles = p->bristles;
+  info.weight = p->weight;
+  info.active = p->active;
+  info.normal_load = p->normal_load;
+  info.memory_bytes = p->storage_bytes + sizeof(PatchState);
+  const unsigned number = p->is_double() ? 8 : 4;
+  const unsigned columns = static_cast<unsigned>(p->options.axes) + 1 + (p->draw != nullptr ? 1 : 0);
+  info.bytes_per_bristle = columns * number + (p->draw != nullptr ? 4 : 0);
+  info.kernel = kernel_name(*p);
+  return info;
+}
+
+double PatchBatch::stored_energy(PatchId id) const noexcept {
+  impl_->apply_commands();
+  const PatchState* p = impl_->find(id);
+  return p != nullptr ? find_stored_energy(*p) : 0.0;
+}
+
+std::uint64_t PatchBatch::state_hash(PatchId id) const noexcept {
+  impl_->apply_commands();
+  const PatchState* p = impl_->find(id);
+  return p != nullptr ? hash_patch(*p) : 0;
+}
+
+std::uint64_t PatchBatch::state_hash() const noexcept {
+  impl_->apply_commands();
+  Hasher hasher;
+  for (const SlotTable::Slot& slot : impl_->table->slots)
+    if (slot.patch) hasher.add(hash_patch(*slot.patch));
+  return hasher.value();
+}
+
+std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> zy,
+                                      Span<double> delta) const noexcept {
+  impl_->apply_commands();
+  const PatchState* p = impl_->find(id);
+  if (p == nullptr) return 0;
+  std::size_t count = p->bristles;
+  for (const Span<double>& column : {zx, zy, delta})
+    if (!column.empty()) count = std::min(count, column.size());
+  read_columns(*p, count, zx, zy, delta);
+  return count;
+}
+
+namespace {
+
+struct SavedBatch {
+  char magic[8];  // "bristle" and the format's version
+  std::uint64_t patches;
+  std::uint64_t bytes;
+  std::uint64_t checksum;  // of all that follows
+};
+constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 1};
+
+std::uint64_t checksum(const std::byte* from, std::size_t bytes) noexcept {
+  Hasher hasher;
+  std::size_t i = 0;
+  for (; i + 8 <= bytes; i += 8) {
+    std::uint64_t word;
+    std::memcpy(&word, from + i, 8);
+    hasher.add(word);
+  }
+  for (; i < bytes; ++i) hasher.add(static_cast<std::uint64_t>(from[i]));
+  return hasher.value();
+}
+
+}  // namespace
+
+std::size_t PatchBatch::state_size() const noexcept {
+  impl_->apply_commands();
+  std::size_t size = sizeof(SavedBatch);
+  for (const SlotTable::Slot& slot : impl_->table->slots)
+    if (slot.patch) size += saved_size(*slot.patch);
+  return size;
+}
+
+std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
+  const std::size_t size = state_size();
+  if (to.size() < size) return 0;
+  std::size_t at = sizeof(SavedBatch);
+  for (std::uint32_t i = 0; i < impl_->table->capacity; ++i) {
+    const SlotTable::Slot& slot = impl_->table->slots[i];
+    if (!slot.patch) continue;
+    save_patch(*slot.patch, i, slot.generation, to.data() + at);
+    at += saved_size(*slot.patch);
+  }
+  SavedBatch head;
+  std::memcpy(head.magic, saved_magic, sizeof saved_magic);
+  head.patches = impl_->patches;
+  head.bytes = size;
+  head.checksum = checksum(to.data() + sizeof head, size - sizeof head);
+  std::memcpy(to.data(), &head, sizeof head);
+  return size;
+}
+
+void PatchBatch::restore_state(Span<const std::byte> from) {
+  Impl& impl = *impl_;
+  impl.apply_commands();
+  SavedBatch head;
+  if (from.size() < sizeof head) throw Error("restore_state: the saved state is cut short");
+  std::memcpy(&head, from.data(), sizeof head);
+  if (std::memcmp(head.magic, saved_magic, sizeof saved_magic) != 0)
+    throw Error("restore_state: this is not a state saved by this version of bristle");
+  if (head.bytes > from.size()) throw Error("restore_state: the saved state is cut short");
+  if (head.bytes < sizeof head ||
+      checksum(from.data() + sizeof head, head.bytes - sizeof head) != head.checksum)
+    throw Error("restore_state: the saved state is damaged (its checksum does not agree)");
+  if (head.patches != impl.patches)
+    throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
+                std::to_string(impl.patches));
+  // Looked through before anything is changed.
+  for (const bool restoring : {false, true}) {
+    std::size_t at = sizeof head;
+    for (std::uint64_t k = 0; k < head.patches; ++k) {
+      SavedPatch saved;
+      if (at + sizeof saved > head.bytes) throw Error("restore_state: the saved state is damaged");
+      std::memcpy(&saved, from.data() + at, sizeof saved);
+      PatchState* p = saved.slot < impl.table->capacity ? impl.table->slots[saved.slot].patch.get() : nullptr;
+      if (p == nullptr || impl.table->slots[saved.slot].generation != saved.generation ||
+          signature(*p) != saved.signature || p->storage_bytes != saved.storage_bytes ||
+          at + sizeof saved + saved.storage_bytes > head.bytes)
+        throw Error("restore_state: patch " + std::to_string(saved.slot + 1) +
+                    " has another material or other options than when it was saved");
+      if (restoring) restore_patch(*p, from.data() + at);
+      at += sizeof saved + saved.storage_bytes;
+    }
+  }
+}
+
+std::size_t PatchBatch::patch_count() const noexcept {
+  impl_->apply_commands();
+  return impl_->patches;
+}
+
+int PatchBatch::threads() const noexcept { return impl_->workers.count(); }
+const char* PatchBatch::isa() const noexcept { return impl_->kernels.name; }
+
+Span<const IsaInfo> instruction_sets() noexcept {
+  static const std::vector<IsaInfo> list = [] {
+    int count = 0;
+    const KernelEntry* entries = kernel_entries(&count);
+    std::vector<IsaInfo> all;
+    for (int i = 0; i < count; ++i) all.push_back({entries[i].table->name, entries[i].usable()});
+    return all;
+  }();
+  return list;
+}
+
+}  // namespace bristle

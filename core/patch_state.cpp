@@ -1,0 +1,636 @@
+#include "patch_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+
+#include "hashing.hpp"
+#include "population.hpp"
+#include "range_check.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr std::size_t column_alignment = 64;
+
+/// Fixed-point difference of two positions, which wrap.
+std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
+}
+
+double to_lengths(std::int64_t fixed) noexcept { return static_cast<double>(fixed) * length_per_fixed; }
+
+/// Weight times fixed-point displacement of the tail, rounded: a function of state alone.
+Int128 weighted(double count, std::int64_t fixed) noexcept {
+  return static_cast<Int128>(std::rint(count * static_cast<double>(fixed)));
+}
+
+/// Bristles that the tail block counts for.
+double tail_weight(const PatchState& p) noexcept {
+  const double fraction = p.is_double() ? p.fraction : static_cast<double>(static_cast<float>(p.fraction));
+  return static_cast<double>(p.whole - p.full_blocks() * block_size) + fraction;
+}
+
+/// Energy of a unit of |z|^2 (scaled lengths squared), J.
+double joules_per_square(const PatchState& p) noexcept {
+  const CompiledMaterial& m = *p.material;
+  return 0.5 * m.material.bristle_stiffness * p.weight * p.overload * m.metres_per_length *
+         m.metres_per_length;
+}
+
+/// Columns of bristles [from, to) of one block read "out of contact" again.
+template <class T>
+void forget_bristles(PatchState& p, std::uint32_t from, std::uint32_t to) noexcept {
+  if (p.draw == nullptr) return;  // keep: the length never changed
+  auto* delta = static_cast<T*>(p.delta);
+  const auto* first = static_cast<const T*>(p.first);
+  for (std::uint32_t i = from; i < to; ++i) delta[i] = first[i];
+}
+
+void enter_block(PatchState& p, std::uint32_t b) noexcept {
+  Block& block = p.blocks[b];
+  block.zero = 1;
+  block.reach = -1.0f;
+  for (int axis = 0; axis < 2; ++axis) {
+    block.position[axis] = p.position[axis];
+    block.stored[axis] = 0;
+  }
+}
+
+/// Takes block b out of the sums over full blocks (sign -1) or adds it (+1).
+void book_block(PatchState& p, std::uint32_t b, int sign) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    p.stored[axis] += sign * static_cast<Int128>(p.blocks[b].stored[axis]);
+    p.offset[axis] += sign * static_cast<Int128>(difference(p.position[axis], p.blocks[b].position[axis]));
+  }
+}
+
+template <class T>
+void scale_bristle(PatchState& p, std::uint32_t i, double factor) noexcept {
+  auto* zx = static_cast<T*>(p.zx);
+  auto* zy = static_cast<T*>(p.zy);
+  zx[i] = static_cast<T>(static_cast<double>(zx[i]) * factor);
+  if (zy != nullptr) zy[i] = static_cast<T>(static_cast<double>(zy[i]) * factor);
+}
+
+void scale_any(PatchState& p, std::uint32_t i, double factor) noexcept {
+  if (p.is_double())
+    scale_bristle<double>(p, i, factor);
+  else
+    scale_bristle<float>(p, i, factor);
+}
+
+void forget_any(PatchState& p, std::uint32_t from, std::uint32_t to) noexcept {
+  if (p.is_double())
+    forget_bristles<double>(p, from, to);
+  else
+    forget_bristles<float>(p, from, to);
+}
+
+/// Fewer bristles: the last leave with their energy, the new last one counts by its fraction.
+double shed_contacts(PatchState& p, std::uint32_t whole, double fraction, bool energy) noexcept {
+  const std::uint32_t old_blocks = p.active_blocks();
+  const std::uint32_t old_full = p.full_blocks();
+  const std::uint32_t old_contact = p.in_contact();
+  const std::uint32_t edge = whole / block_size;  // the block in which the contact ends
+  double squares = 0.0;
+  if (energy)
+    for (std::uint32_t b = edge; b < old_blocks; ++b) squares += p.block_squares(b);
+  for (std::uint32_t b = edge; b < old_full; ++b) book_block(p, b, -1);
+
+  // Written down under the old count first, so that displacement and stored deflection are one.
+  if (edge < old_blocks) p.rewrite_block(edge);
+  p.whole = whole;
+  p.fraction = fraction;
+  const bool edge_stays = p.in_contact() > edge * block_size;
+  for (std::uint32_t b = edge_stays ? edge + 1 : edge; b < old_blocks; ++b) enter_block(p, b);
+  if (edge_stays) {
+    forget_any(p, p.in_contact(), std::min(old_contact, (edge + 1) * block_size));
+    p.rewrite_block(edge);
+    if (energy) squares -= p.block_squares(edge);
+  }
+  return squares;
+}
+
+/// More bristles: the last one's deflection shrinks as its weight grows, so that no force changes; new
+/// ones start straight.
+double admit_contacts(PatchState& p, std::uint32_t whole, double fraction, bool energy) noexcept {
+  const std::uint32_t old_blocks = p.active_blocks();
+  const std::uint32_t old_full = p.full_blocks();
+  const bool had_tail = p.has_tail();
+  double squares = 0.0;
+  if (had_tail) {
+    const std::uint32_t edge = old_full;
+    p.rewrite_block(edge);
+    if (energy) squares = p.block_squares(edge);
+    if (p.fraction > 0.0) scale_any(p, p.whole, p.fraction / (whole > p.whole ? 1.0 : fraction));
+  }
+  p.whole = whole;
+  p.fraction = fraction;
+  if (had_tail) {
+    p.rewrite_block(old_full);
+    if (energy) squares -= p.block_squares(old_full);
+  }
+  for (std::uint32_t b = old_blocks; b < p.active_blocks(); ++b) enter_block(p, b);
+  for (std::uint32_t b = old_full; b < p.full_blocks(); ++b) book_block(p, b, +1);
+  return squares;
+}
+
+/// Scales every deflection (load above the maximum rising further).
+void scale_all(PatchState& p, double factor) noexcept {
+  const std::uint32_t blocks = p.active_blocks();
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const bool full = b < p.full_blocks();
+    if (full) book_block(p, b, -1);
+    p.rewrite_block(b);
+    const std::uint32_t end = std::min((b + 1) * block_size, p.in_contact());
+    for (std::uint32_t i = b * block_size; i < end; ++i) scale_any(p, i, factor);
+    p.rewrite_block(b);
+    if (full) book_block(p, b, +1);
+  }
+}
+
+double all_squares(const PatchState& p) noexcept {
+  double squares = 0.0;
+  for (std::uint32_t b = 0; b < p.active_blocks(); ++b) squares += p.block_squares(b);
+  return squares;
+}
+
+/// Unit in which the sum of delta^2 of a block's snaps fits 62 bits with room, as a power of two.
+double energy_unit(double length, double longest) noexcept {
+  const double most = 4.0 * block_size * (length + 2.0 * longest) * longest;
+  int exponent = 0;
+  std::frexp(most, &exponent);
+  return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
+}
+
+}  // namespace
+
+void PatchState::Free::operator()(std::byte* memory) const noexcept {
+  ::operator delete[](memory, std::align_val_t{column_alignment});
+}
+
+template <>
+const KernelSet<float>& PatchState::set<float>() const noexcept {
+  return kernels->f32;
+}
+template <>
+const KernelSet<double>& PatchState::set<double>() const noexcept {
+  return kernels->f64;
+}
+
+void PatchState::rewrite_block(std::uint32_t b) noexcept {
+  if (is_double())
+    set<double>().rewrite(view<double>(), b, position);
+  else
+    set<float>().rewrite(view<float>(), b, position);
+}
+
+void PatchState::forget_bounds() noexcept {
+  for (std::uint32_t b = 0; b < block_count; ++b) blocks[b].reach = -1.0f;
+  for (std::uint32_t g = 0; g < group_count; ++g) groups[g].reach = -1.0;
+}
+
+double PatchState::block_squares(std::uint32_t b) const noexcept {
+  return is_double() ? set<double>().squares(view<double>(), b, position)
+                     : set<float>().squares(view<float>(), b, position);
+}
+
+std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> material,
+                                       const PatchOptions& options, const KernelTable& kernels,
+                                       double weight) {
+  constexpr const char* where = "PatchOptions";
+  require_within(where, "max_normal_load", options.max_normal_load, 1e-15, 1e15, "N");
+  if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
+  if (options.bristles > max_bristles_per_patch)
+    refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
+  auto patch = std::make_unique<PatchState>();
+  PatchState& p = *patch;
+  p.options = options;
+  p.material = std::move(material);
+  p.kernels = &kernels;
+  const Material& m = p.material->material;
+
+  const double zeta_max = m.bristles_in_contact(options.max_normal_load);
+  p.bristles = options.bristles;
+  if (p.bristles == 0) p.bristles = static_cast<std::uint32_t>(std::clamp(std::ceil(zeta_max), 1.0, 4096.0));
+  p.options.bristles = p.bristles;
+  p.weight = weight > 0.0 ? weight : zeta_max / p.bristles;
+
+  const bool literal = options.step_rule == StepRule::literal;
+  const bool redraw = p.material->redraw;
+  const Rule rule =
+      literal ? (redraw ? rule_literal_redraw : rule_literal_keep) : (redraw ? rule_redraw : rule_keep);
+  p.variant = variant_index(options.axes, rule, !literal && has(options.outputs, Outputs::mean),
+                            literal || has(options.outputs, Outputs::energy));
+  const bool built =
+      p.is_double() ? kernels.f64.step[p.variant] != nullptr : kernels.f32.step[p.variant] != nullptr;
+  if (!built)
+    throw Error(
+        "PatchOptions: this build of bristle has no kernel for the features asked for; build it with "
+        "BRISTLE_MINIMAL=OFF" +
+        std::string(p.is_double() ? " and BRISTLE_WITH_DOUBLE=ON" : ""));
+
+  // One allocation: blocks and groups first, then the columns this variant needs, rows padded to 16.
+  const std::size_t rows = (std::size_t{p.bristles} + lane_count - 1) / lane_count * lane_count;
+  const std::size_t number = p.is_double() ? sizeof(double) : sizeof(float);
+  p.block_count = static_cast<std::uint32_t>((rows + block_size - 1) / block_size);
+  p.group_count = (p.block_count + blocks_per_group - 1) / blocks_per_group;
+  std::size_t size = 0;
+  const auto reserve = [&size](std::size_t bytes) {
+    const std::size_t at = size;
+    size += (bytes + column_alignment - 1) / column_alignment * column_alignment;
+    return at;
+  };
+  const std::size_t blocks_at = reserve(p.block_count * sizeof(Block));
+  const std::size_t groups_at = reserve(p.group_count * sizeof(Reach));
+  const std::size_t zx_at = reserve(rows * number);
+  const std::size_t zy_at = options.axes == 2 ? reserve(rows * number) : 0;
+  const std::size_t delta_at = reserve(rows * number);
+  const std::size_t first_at = redraw ? reserve(rows * number) : delta_at;
+  const std::size_t draw_at = redraw ? reserve(rows * sizeof(std::uint32_t)) : 0;
+  p.storage.reset(static_cast<std::byte*>(::operator new[](size, std::align_val_t{column_alignment})));
+  p.storage_bytes = size;
+  std::byte* base = p.storage.get();
+  std::memset(base, 0, size);
+  p.blocks = reinterpret_cast<Block*>(base + blocks_at);
+  p.groups = reinterpret_cast<Reach*>(base + groups_at);
+  p.zx = base + zx_at;
+  p.zy = options.axes == 2 ? base + zy_at : nullptr;
+  p.delta = base + delta_at;
+  p.first = base + first_at;
+  p.draw = redraw ? reinterpret_cast<std::uint32_t*>(base + draw_at) : nullptr;
+
+  const std::uint32_t padded = static_cast<std::uint32_t>(rows);
+  if (p.is_double())
+    fill_first_lengths(*p.material, options.seed, Span<double>(static_cast<double*>(p.first), padded));
+  else
+    fill_first_lengths(*p.material, options.seed, Span<float>(static_cast<float*>(p.first), padded));
+  if (redraw) {
+    std::memcpy(p.delta, p.first, rows * number);
+    fill_draw_states(options.seed, Span<std::uint32_t>(p.draw, padded));
+  }
+  for (std::uint32_t b = 0; b < p.block_count; ++b) enter_block(p, b);
+  p.forget_bounds();
+  return patch;
+}
+
+double apply_load(PatchState& p, double normal_load_n) noexcept {
+  if (normal_load_n == p.normal_load) return 0.0;
+  const bool energy = has(p.options.outputs, Outputs::energy);
+  p.normal_load = normal_load_n;
+  p.zeta = p.material->material.bristles_in_contact(normal_load_n);
+  double active = p.zeta / p.weight;
+  const double all = p.bristles;
+  double overload = 1.0;
+  // The maximum itself is no overload, whatever rounding made of zeta / w.
+  if (active > all * (1.0 + 1e-14)) overload = active / all;
+  active = std::min(active, all);
+  double whole_real = std::floor(active);
+  double fraction = active - whole_real;
+  if (fraction < 1e-30) fraction = 0.0;  // below what a float weight can be
+  const auto whole = static_cast<std::uint32_t>(whole_real);
+
+  const double joules = joules_per_square(p);
+  double loss = 0.0;
+  if (active < p.active)
+    loss = joules * shed_contacts(p, whole, fraction, energy);
+  else if (active > p.active)
+    loss = joules * admit_contacts(p, whole, fraction, energy);
+  p.active = active;
+  if (overload != p.overload) {
+    const double before = energy ? joules_per_square(p) * all_squares(p) : 0.0;
+    if (overload > p.overload) scale_all(p, p.overload / overload);
+    p.overload = overload;
+    if (energy) loss += before - joules_per_square(p) * all_squares(p);
+  }
+  return loss;
+}
+
+bool is_good_motion(const PatchState& patch, const Motion& motion) noexcept {
+  const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
+                      std::isfinite(motion.normal_load) && motion.normal_load >= 0.0;
+  if (!finite) return false;
+  // A motion along an axis that the patch lacks would be lost without a word.
+  const bool planar = patch.options.axes == 1;
+  if (planar && motion.displacement[1] != 0.0) return false;
+  if (motion.has_velocity)
+    return std::isfinite(motion.velocity[0]) && std::isfinite(motion.velocity[1]) &&
+           !(planar && motion.velocity[1] != 0.0);
+  return true;
+}
+
+PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool commit) noexcept {
+  PatchStep step{};
+  if (commit) step.contact_loss = apply_load(p, motion.normal_load);
+  for (int axis = 0; axis < 2; ++axis) {
+    step.displacement[axis] = motion.displacement[axis];
+    step.velocity[axis] = motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / dt_s;
+  }
+  const CompiledMaterial& m = *p.material;
+  Advance& a = step.advance;
+  a.commit = commit ? 1 : 0;
+  for (int axis = 0; axis < 2; ++axis) a.from[axis] = a.to[axis] = p.position[axis];
+
+  // Clamped so that squares and sums stay finite: no snap length is near.
+  constexpr double farthest = 1e290;
+  double d[2];
+  for (int axis = 0; axis < 2; ++axis)
+    d[axis] = std::clamp(motion.displacement[axis] * m.lengths_per_metre, -farthest, farthest);
+  double largest = std::max(std::abs(d[0]), std::abs(d[1]));
+  if (p.options.step_rule == StepRule::literal && largest > 1.5 * far_length) {
+    // The literal rule forgets how far it went: this far already resets every bristle.
+    for (double& x : d) x *= 1.5 * far_length / largest;
+    largest = 1.5 * far_length;
+  } else if (largest > far_length) {
+    const double rx = d[0] / largest;
+    const double ry = d[1] / largest;
+    const double norm = std::sqrt(rx * rx + ry * ry);
+    a.direction[0] = rx / norm;
+    a.direction[1] = ry / norm;
+    a.length = largest * norm;
+    a.far = 2;
+    Hasher hasher;
+    hasher.add(d[0]);
+    hasher.add(d[1]);
+    a.phase_key = hasher.value();
+    step.moves = true;
+  }
+  if (a.far == 0) {
+    double moved[2];
+    for (int axis = 0; axis < 2; ++axis) {
+      const std::int64_t fixed = std::llrint(d[axis] * fixed_per_length);
+      a.to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
+                                             static_cast<std::uint64_t>(fixed));
+      moved[axis] = to_lengths(fixed);
+    }
+    a.length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
+    step.moves = a.length > 0.0;
+    if (step.moves) {
+      a.direction[0] = moved[0] / a.length;
+      a.direction[1] = moved[1] / a.length;
+    }
+    if (m.in_phase && !p.is_double() && p.options.step_rule == StepRule::exact) a.far = 1;
+  }
+  a.energy_unit = energy_unit(a.length, m.longest);
+  return step;
+}
+
+void run_blocks(const PatchState& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
+                Totals& totals) noexcept {
+  if (p.is_double())
+    p.set<double>().step[p.variant](p.view<double>(), step.advance, first, last, totals);
+  else
+    p.set<float>().step[p.variant](p.view<float>(), step.advance, first, last, totals);
+}
+
+void add_totals(Totals& sum, const Totals& part) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    sum.stored[axis] += part.stored[axis];
+    sum.offset[axis] += part.offset[axis];
+    sum.twice_mean[axis] += part.twice_mean[axis];
+  }
+  sum.squares += part.squares;
+  sum.snaps += part.snaps;
+  sum.visited += part.visited;
+  if (part.tail_snapped) {
+    for (int axis = 0; axis < 2; ++axis) {
+      sum.tail_stored[axis] = part.tail_stored[axis];
+      sum.tail_twice_mean[axis] = part.tail_twice_mean[axis];
+    }
+    sum.tail_snapped = 1;
+  }
+}
+
+void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response& out) noexcept {
+  const CompiledMaterial& m = *p.material;
+  const Advance& a = step.advance;
+  const bool literal = p.options.step_rule == StepRule::literal;
+  const bool mean = has(p.options.outputs, Outputs::mean);
+  const bool energy = has(p.options.outputs, Outputs::energy);
+  const Int128 full = p.full_blocks();
+
+  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact.
+  Int128 end[2] = {0, 0};
+  Int128 twice_mean[2] = {0, 0};
+  for (int axis = 0; axis < p.options.axes; ++axis) {
+    const std::int64_t moved = difference(a.to[axis], a.from[axis]);
+    const Int128 offset = p.offset[axis] + full * moved + t.offset[axis];
+    const Int128 stored = p.stored[axis] + t.stored[axis];
+    end[axis] = stored + Int128{block_size} * offset;
+    twice_mean[axis] =
+        2 * p.stored[axis] + Int128{block_size} * (2 * p.offset[axis] + full * moved) + t.twice_mean[axis];
+    if (p.has_tail()) {
+      const Block& tail = p.blocks[p.full_blocks()];
+      if (t.tail_snapped) {
+        end[axis] += t.tail_stored[axis];
+        twice_mean[axis] += t.tail_twice_mean[axis];
+      } else {
+        const std::int64_t p0 = difference(a.from[axis], tail.position[axis]);
+        const std::int64_t p1 = difference(a.to[axis], tail.position[axis]);
+        const double count = tail_weight(p);
+        end[axis] += tail.stored[axis] + weighted(count, p1);
+        twice_mean[axis] +=
+            2 * static_cast<Int128>(tail.stored[axis]) + weighted(count, p0) + weighted(count, p1);
+      }
+    }
+    if (a.commit) {
+      p.stored[axis] = stored;
+      p.offset[axis] = offset;
+      p.position[axis] = a.to[axis];
+    }
+  }
+
+  const double newtons_per_length =
+      m.material.bristle_stiffness * p.weight * p.overload * m.metres_per_length * length_per_fixed;
+  const double speed = std::sqrt(step.velocity[0] * step.velocity[0] + step.velocity[1] * step.velocity[1]);
+  const bool contact = p.normal_load > 0.0;
+  const double damping = contact ? p.zeta * m.material.damping_at(speed) + m.material.viscous_friction : 0.0;
+
+  out.status = p.overload > 1.0 ? Status::overload : Status::ok;
+  double work = 0.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    // 0 - x: no negative zero for a patch at rest.
+    out.damper[axis] = 0.0 - damping * step.velocity[axis];
+    out.elastic[axis] = 0.0 - newtons_per_length * static_cast<double>(end[axis]);
+    out.end[axis] = out.elastic[axis] + out.damper[axis];
+    if (mean)
+      out.mean[axis] =
+          literal ? out.end[axis]
+                  : 0.0 - 0.5 * newtons_per_length * static_cast<double>(twice_mean[axis]) + out.damper[axis];
+    work -= out.damper[axis] * step.displacement[axis];
+  }
+  out.stiffness = p.zeta * m.material.bristle_stiffness;
+  out.damping = damping;
+  out.force_limit = m.peak_coefficient * p.normal_load;
+  if (energy) {
+    const double joules = joules_per_square(p);
+    out.dissipated = joules * (static_cast<double>(t.squares) / a.energy_unit) + p.pending_dissipated;
+    out.contact_loss = step.contact_loss + p.pending_loss;
+    out.damper_work = work;
+    out.snaps = t.snaps + p.pending_snaps;
+  }
+  if (a.commit) {
+    p.pending_dissipated = p.pending_loss = 0.0;
+    p.pending_snaps = 0;
+  }
+}
+
+void copy_patch(const PatchState& from, PatchState& to) noexcept {
+  // Everything but the storage, then the columns, then the pointers into them.
+  auto storage = std::move(to.storage);
+  const std::size_t capacity = to.storage_bytes;
+  to.options = from.options;
+  to.material = from.material;
+  to.weight = from.weight;
+  to.bristles = from.bristles;
+  to.block_count = from.block_count;
+  to.group_count = from.group_count;
+  to.variant = from.variant;
+  to.kernels = from.kernels;
+  to.normal_load = from.normal_load;
+  to.zeta = from.zeta;
+  to.active = from.active;
+  to.overload = from.overload;
+  to.whole = from.whole;
+  to.fraction = from.fraction;
+  for (int axis = 0; axis < 2; ++axis) {
+    to.position[axis] = from.position[axis];
+    to.stored[axis] = from.stored[axis];
+    to.offset[axis] = from.offset[axis];
+  }
+  to.pending_dissipated = from.pending_dissipated;
+  to.pending_loss = from.pending_loss;
+  to.pending_snaps = from.pending_snaps;
+  std::memcpy(storage.get(), from.storage.get(), std::min(from.storage_bytes, capacity));
+  std::byte* const base = storage.get();
+  const std::byte* const old = from.storage.get();
+  const auto moved = [base, old](auto* pointer) -> decltype(pointer) {
+    if (pointer == nullptr) return nullptr;
+    return reinterpret_cast<decltype(pointer)>(base + (reinterpret_cast<const std::byte*>(pointer) - old));
+  };
+  to.zx = base + (static_cast<const std::byte*>(from.zx) - old);
+  to.zy = from.zy == nullptr ? nullptr : base + (static_cast<const std::byte*>(from.zy) - old);
+  to.delta = base + (static_cast<const std::byte*>(from.delta) - old);
+  to.first = base + (static_cast<const std::byte*>(from.first) - old);
+  to.draw = moved(from.draw);
+  to.blocks = moved(from.blocks);
+  to.groups = moved(from.groups);
+  to.storage = std::move(storage);
+  to.storage_bytes = capacity;
+}
+
+namespace {
+
+template <class T>
+void take_over_columns(PatchState& to, PatchState& from, bool same_law) noexcept {
+  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // power of two
+  auto* zx = static_cast<T*>(to.zx);
+  auto* zy = static_cast<T*>(to.zy);
+  auto* delta = static_cast<T*>(to.delta);
+  const auto* old_x = static_cast<const T*>(from.zx);
+  const auto* old_y = static_cast<const T*>(from.zy);
+  const auto* old_delta = static_cast<const T*>(from.delta);
+  const std::uint32_t contact = from.in_contact();
+  const double joules = joules_per_square(to);
+  for (std::uint32_t i = 0; i < contact; ++i) {
+    zx[i] = static_cast<T>(static_cast<double>(old_x[i]) * ratio);
+    if (zy != nullptr) zy[i] = static_cast<T>(static_cast<double>(old_y[i]) * ratio);
+    if (same_law && to.draw != nullptr && from.draw != nullptr) delta[i] = old_delta[i];
+    const double x = static_cast<double>(zx[i]);
+    const double y = zy == nullptr ? 0.0 : static_cast<double>(zy[i]);
+    const auto limit = static_cast<double>(delta[i]);
+    if (x * x + y * y > limit * limit) {
+      const double w = i < from.whole ? 1.0 : from.fraction;
+      zx[i] = T(0);
+      if (zy != nullptr) zy[i] = T(0);
+      to.pending_dissipated += joules * w * (x * x + y * y);
+      ++to.pending_snaps;
+    }
+  }
+}
+
+}  // namespace
+
+void take_over(PatchState& to, PatchState& from) noexcept {
+  for (std::uint32_t b = 0; b < from.active_blocks(); ++b) from.rewrite_block(b);
+  const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
+  to.pending_snaps = from.pending_snaps;
+  to.pending_dissipated = from.pending_dissipated;
+  to.pending_loss = from.pending_loss;
+  to.overload = from.overload;
+  if (to.is_double())
+    take_over_columns<double>(to, from, same_law);
+  else
+    take_over_columns<float>(to, from, same_law);
+  if (to.draw != nullptr && from.draw != nullptr)
+    std::memcpy(to.draw, from.draw, std::size_t{from.bristles} * sizeof(std::uint32_t));
+  to.whole = from.whole;
+  to.fraction = from.fraction;
+  to.active = from.active;
+  to.last_step = from.last_step;
+  to.queued = from.queued;
+  for (std::uint32_t b = 0; b < to.active_blocks(); ++b) {
+    to.blocks[b].zero = 0;
+    to.rewrite_block(b);
+    if (b < to.full_blocks()) book_block(to, b, +1);
+  }
+  // The same load may now mean another number of bristles.
+  const double load = from.normal_load;
+  to.normal_load = -1.0;
+  to.pending_loss += apply_load(to, load);
+}
+
+double find_stored_energy(const PatchState& p) noexcept { return joules_per_square(p) * all_squares(p); }
+
+namespace {
+
+template <class T>
+void read_typed(const PatchState& p, std::size_t count, Span<double> zx, Span<double> zy,
+                Span<double> delta) noexcept {
+  const double metres = p.material->metres_per_length;
+  const std::uint32_t contact = p.in_contact();
+  const T* const columns[2] = {static_cast<const T*>(p.zx), static_cast<const T*>(p.zy)};
+  const Span<double> wanted[2] = {zx, zy};
+  for (std::size_t i = 0; i < count; ++i) {
+    const Block& block = p.blocks[i / block_size];
+    const bool in = i < contact;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (wanted[axis].empty()) continue;
+      const T* z = columns[axis];
+      const double stored = z == nullptr || block.zero ? 0.0 : static_cast<double>(z[i]);
+      const double moved = to_lengths(difference(p.position[axis], block.position[axis]));
+      wanted[axis][i] = in ? (stored + moved) * metres : 0.0;
+    }
+    if (!delta.empty()) {
+      const auto* lengths = static_cast<const T*>(in && !block.zero ? p.delta : p.first);
+      delta[i] = static_cast<double>(lengths[i]) * metres;
+    }
+  }
+}
+
+}  // namespace
+
+void read_columns(const PatchState& p, std::size_t count, Span<double> zx, Span<double> zy,
+                  Span<double> delta) noexcept {
+  if (p.is_double())
+    read_typed<double>(p, count, zx, zy, delta);
+  else
+    read_typed<float>(p, count, zx, zy, delta);
+}
+
+void write_refusal(const PatchOptions* options, Status status, Response& out) noexcept {
+  out.status = status;
+  for (int axis = 0; axis < 2; ++axis) {
+    out.end[axis] = out.elastic[axis] = out.damper[axis] = 0.0;
+    if (options == nullptr || has(options->outputs, Outputs::mean)) out.mean[axis] = 0.0;
+  }
+  out.stiffness = out.damping = out.force_limit = 0.0;
+  if (options == nullptr || has(options->outputs, Outputs::energy)) {
+    out.dissipated = out.contact_loss = out.damper_work = 0.0;
+    out.snaps = 0;
+  }
+}
+
+}  // namespace bristle::detail

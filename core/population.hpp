@@ -1,0 +1,22 @@
+// The representatives of a patch: first snap lengths whose every prefix is stratified, and draw keys.
+#pragma once
+
+#include <cstdint>
+
+#include "bristle/span.hpp"
+#include "kernel_law.hpp"
+
+namespace bristle::detail {
+
+/// u_i in (0, 1): golden-ratio sequence, shifted by the seed. Any first k of them are spread to order
+/// 1/k over the unit interval, so any active prefix is a stratified sample (DESIGN.md 2.1).
+double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
+
+/// Q(u_i), scaled, for i = 0 .. size - 1.
+void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths);
+void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths);
+
+/// First draw state of each bristle: a bijection of its index, keyed by the seed.
+void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;
+
+}  // namespace bristle::detail

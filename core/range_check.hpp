@@ -1,0 +1,37 @@
+// Texts of bristle::Error: parameter, value, allowed range. Numbers in the shortest form that reads
+// back to the same double.
+#pragma once
+
+#include <charconv>
+#include <string>
+#include <string_view>
+
+#include "bristle/error.hpp"
+
+namespace bristle::detail {
+
+inline std::string number_text(double value) {
+  char text[32];
+  const auto result = std::to_chars(text, text + sizeof text, value);
+  return std::string(text, result.ptr);
+}
+
+/// "<where>: <parameter> = <value>; allowed is <range>".
+[[noreturn]] inline void refuse(std::string_view where, std::string_view parameter, double value,
+                                std::string_view range) {
+  std::string text(where);
+  text.append(": ").append(parameter).append(" = ").append(number_text(value));
+  text.append("; allowed is ").append(range);
+  throw Error(text);
+}
+
+/// Throws unless low <= value <= high; NaN is never inside.
+inline void require_within(std::string_view where, std::string_view parameter, double value, double low,
+                           double high, std::string_view unit = {}) {
+  if (value >= low && value <= high) return;
+  std::string range = number_text(low) + " to " + number_text(high);
+  if (!unit.empty()) range.append(" ").append(unit);
+  refuse(where, parameter, value, range);
+}
+
+}  // namespace bristle::detail

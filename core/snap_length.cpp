@@ -1,0 +1,369 @@
+// The laws of the snap length: quantiles, moments and partial moments in closed form.
+#include "bristle/snap_length.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "elementary.hpp"
+#include "range_check.hpp"
+
+namespace bristle {
+
+using detail::require_within;
+
+namespace {
+
+constexpr double shortest_allowed_m = 1e-12;
+constexpr double longest_allowed_m = 1e3;
+constexpr double longest_share = 1.0 - 0x1p-24;  // longest() is the quantile at this probability
+constexpr double root_of_three = 1.7320508075688772;
+
+double whole_power(double x, int k) noexcept {
+  double power = 1.0;
+  for (int i = 0; i < k; ++i) power *= x;
+  return power;
+}
+
+/// E[delta^k; delta < x] of the uniform law on [a, b], a < b. Differences of powers are factored, so
+/// that nothing cancels: x^(k+1) - a^(k+1) = (x - a) (x^k + x^(k-1) a + ... + a^k).
+double uniform_partial_moment(int k, double a, double b, double x) noexcept {
+  if (x <= a) return 0.0;
+  x = std::min(x, b);
+  double sum = 0.0;
+  for (int j = 0; j <= k; ++j) sum = sum * x + whole_power(a, j);
+  return (x - a) / (b - a) * sum / (k + 1);
+}
+
+/// E[delta^k; delta < x] of one segment of a table, which is an atom where a = b.
+double segment_partial_moment(int k, double a, double b, double x) noexcept {
+  if (a == b) return a < x ? whole_power(a, k) : 0.0;
+  return uniform_partial_moment(k, a, b, x);
+}
+
+/// The normal law cut at 0, delta = mean + deviation z given z > -mean/deviation.
+struct CutNormal {
+  double mean, deviation;
+  double cut;   // -mean / deviation
+  double kept;  // P(z > cut)
+  double edge;  // density of the cut law at the cut, in units of 1 / deviation
+
+  CutNormal(double mean_m, double deviation_m) noexcept
+      : mean(mean_m),
+        deviation(deviation_m),
+        cut(-mean_m / deviation_m),
+        kept(detail::normal_cdf(-cut)),
+        edge(detail::normal_density(cut) / kept) {}
+
+  double standard(double x) const noexcept { return (x - mean) / deviation; }
+
+  double quantile(double u) const noexcept {
+    // Whichever tail is the smaller one, so that neither loses digits: u0 + u (1 - u0) from below.
+    const double below = (1.0 - kept) + u * kept;
+    const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
+                                 : -detail::normal_quantile((1.0 - u) * kept);
+    // Rounding could reach 0 at the smallest u; a bristle of no length could never be stepped over.
+    return std::max(mean + deviation * z, mean * 0x1p-60);
+  }
+
+  double moment(int k) const noexcept {
+    // Integration by parts: M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), and at k = 1 the edge.
+    double before = 0.0, last = 1.0;
+    for (int j = 1; j <= k; ++j) {
+      const double next =
+          mean * last + (j - 1) * deviation * deviation * before + (j == 1 ? deviation * edge : 0.0);
+      before = last;
+      last = next;
+    }
+    return last;
+  }
+
+  double partial_moment(int k, double x) const noexcept {
+    const double z = standard(x);
+    const double density = detail::normal_density(z) / kept;
+    // The smaller of the two differences of distribution functions, for its digits.
+    const double p0 =
+        (z < 0.0 ? detail::normal_cdf(z) - detail::normal_cdf(cut) : kept - detail::normal_cdf(-z)) / kept;
+    if (k == 0) return std::max(p0, 0.0);
+    const double p1 = mean * p0 + deviation * (edge - density);
+    if (k == 1) return std::max(p1, 0.0);
+    return std::max(mean * p1 + deviation * deviation * p0 - deviation * x * density, 0.0);
+  }
+};
+
+/// log(x / reference) without loss of digits where the two are close.
+double log_ratio(double x, double reference) noexcept {
+  if (x > 0.5 * reference && x < 2.0 * reference) return detail::log1p((x - reference) / reference);
+  return detail::log(x / reference);
+}
+
+/// The lognormal law with given mean and coefficient of variation.
+struct Lognormal {
+  double mean, cv, s;  // s = standard deviation of log(delta)
+
+  Lognormal(double mean_m, double cv_) noexcept
+      : mean(mean_m), cv(cv_), s(detail::square_root(detail::log1p(cv_ * cv_))) {}
+
+  double quantile(double u) const noexcept {
+    return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
+  }
+  /// Argument of the normal distribution function in E[delta^k; delta < x].
+  double standard(int k, double x) const noexcept { return (log_ratio(x, mean) + (0.5 - k) * s * s) / s; }
+  double moment(int k) const noexcept {
+    return whole_power(mean, k) * whole_power(1.0 + cv * cv, k * (k - 1) / 2);
+  }
+};
+
+/// E[t^k; t < x] of the exponential law of mean 1.
+double unit_exponential_partial_moment(int k, double x) noexcept {
+  // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)); for small x the series that it cuts
+  // off, which does not cancel.
+  const double factorial = k == 2 ? 2.0 : 1.0;
+  double term = 1.0;
+  if (x > 2.0) {
+    double sum = 1.0;
+    for (int j = 1; j <= k; ++j) sum += (term *= x / j);
+    return factorial * (1.0 - detail::exp(-x) * sum);
+  }
+  for (int j = 1; j <= k; ++j) term *= x / j;
+  double sum = 0.0;
+  for (int j = k + 1; j <= k + 40; ++j) {
+    term *= x / j;
+    sum += term;
+    if (term < 1e-18 * sum) break;
+  }
+  return factorial * detail::exp(-x) * sum;
+}
+
+}  // namespace
+
+const char* to_string(SnapLaw law) noexcept {
+  switch (law) {
+    case SnapLaw::single:
+      return "single";
+    case SnapLaw::uniform:
+      return "uniform";
+    case SnapLaw::normal:
+      return "normal";
+    case SnapLaw::lognormal:
+      return "lognormal";
+    case SnapLaw::exponential:
+      return "exponential";
+    case SnapLaw::table:
+      return "table";
+  }
+  return "unknown";
+}
+
+SnapLength::SnapLength() noexcept
+    : law_(SnapLaw::uniform),
+      a_(5e-6),
+      b_(15e-6),
+      mean_(0.5 * (a_ + b_)),
+      cv_((b_ - a_) / (2.0 * root_of_three * mean_)),
+      longest_(b_),
+      table_{} {}
+
+SnapLength SnapLength::single(double length_m) {
+  require_within("SnapLength::single", "length_m", length_m, shortest_allowed_m, longest_allowed_m, "m");
+  SnapLength result;
+  result.law_ = SnapLaw::single;
+  result.a_ = result.mean_ = result.longest_ = length_m;
+  result.b_ = result.cv_ = 0.0;
+  return result;
+}
+
+SnapLength SnapLength::uniform(double min_m, double max_m) {
+  require_within("SnapLength::uniform", "max_m", max_m, shortest_allowed_m, longest_allowed_m, "m");
+  require_within("SnapLength::uniform", "min_m", min_m, 0.0, max_m, "m (max_m)");
+  if (min_m == max_m) return single(max_m);
+  SnapLength result;
+  result.law_ = SnapLaw::uniform;
+  result.a_ = min_m;
+  result.b_ = max_m;
+  result.mean_ = 0.5 * (min_m + max_m);
+  result.cv_ = (max_m - min_m) / (2.0 * root_of_three * result.mean_);
+  result.longest_ = max_m;
+  return result;
+}
+
+SnapLength SnapLength::normal(double mean_m, double deviation_m) {
+  require_within("SnapLength::normal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
+  require_within("SnapLength::normal", "deviation_m", deviation_m, 0.0, mean_m, "m (mean_m)");
+  // A spread that the doubles near the mean cannot show is none.
+  if (mean_m + deviation_m == mean_m) return single(mean_m);
+  const CutNormal law(mean_m, deviation_m);
+  SnapLength result;
+  result.law_ = SnapLaw::normal;
+  result.a_ = mean_m;
+  result.b_ = deviation_m;
+  result.mean_ = law.moment(1);
+  // Variance of the cut law over deviation^2: 1 + cut edge - edge^2.
+  result.cv_ = deviation_m * detail::square_root(1.0 + (law.cut - law.edge) * law.edge) / result.mean_;
+  result.longest_ = law.quantile(longest_share);
+  return result;
+}
+
+SnapLength SnapLength::lognormal(double mean_m, double cv) {
+  require_within("SnapLength::lognormal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
+  require_within("SnapLength::lognormal", "cv", cv, 0.0, 3.0);
+  if (1.0 + cv == 1.0) return single(mean_m);
+  SnapLength result;
+  result.law_ = SnapLaw::lognormal;
+  result.a_ = result.mean_ = mean_m;
+  result.b_ = result.cv_ = cv;
+  result.longest_ = Lognormal(mean_m, cv).quantile(longest_share);
+  return result;
+}
+
+SnapLength SnapLength::exponential(double mean_m) {
+  require_within("SnapLength::exponential", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
+  SnapLength result;
+  result.law_ = SnapLaw::exponential;
+  result.a_ = result.mean_ = mean_m;
+  result.b_ = 0.0;
+  result.cv_ = 1.0;
+  result.longest_ = result.quantile(longest_share);
+  return result;
+}
+
+SnapLength SnapLength::table(Span<const double> quantiles_m) {
+  const char* const where = "SnapLength::table";
+  const std::size_t size = quantiles_m.size();
+  require_within(where, "number of quantiles_m", static_cast<double>(size), 2, max_table_size);
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::string name = "quantiles_m[" + std::to_string(i) + "]";
+    // Only the first value may be 0: a share of bristles that all have no length could not be stepped.
+    const double low = i == 0 ? 0.0 : i == 1 ? shortest_allowed_m : quantiles_m[i - 1];
+    require_within(where, name, quantiles_m[i], std::max(low, i > 0 ? quantiles_m[i - 1] : 0.0),
+                   longest_allowed_m, "m, ascending");
+  }
+  if (quantiles_m[0] == quantiles_m[size - 1]) return single(quantiles_m[0]);
+  SnapLength result;
+  result.law_ = SnapLaw::table;
+  result.a_ = quantiles_m[0];
+  result.b_ = quantiles_m[size - 1];
+  result.table_size_ = static_cast<int>(size);
+  std::copy(quantiles_m.begin(), quantiles_m.end(), result.table_);
+  result.longest_ = result.b_;
+  result.mean_ = result.moment(1);
+  require_within(where, "largest over mean", result.longest_ / result.mean_, 1.0, 1000.0);
+  double variance = 0.0;
+  for (std::size_t i = 0; i + 1 < size; ++i) {
+    const double middle = 0.5 * (quantiles_m[i] + quantiles_m[i + 1]);
+    variance +=
+        detail::square(middle - result.mean_) + detail::square(quantiles_m[i + 1] - quantiles_m[i]) / 12.0;
+  }
+  result.cv_ = detail::square_root(variance / static_cast<double>(size - 1)) / result.mean_;
+  return result;
+}
+
+double SnapLength::moment(int k) const {
+  require_within("SnapLength::moment", "k", k, 0, 6);
+  switch (law_) {
+    case SnapLaw::single:
+      return whole_power(a_, k);
+    case SnapLaw::uniform:
+      return uniform_partial_moment(k, a_, b_, b_);
+    case SnapLaw::normal:
+      return CutNormal(a_, b_).moment(k);
+    case SnapLaw::lognormal:
+      return Lognormal(a_, b_).moment(k);
+    case SnapLaw::exponential: {
+      double moment = 1.0;
+      for (int j = 1; j <= k; ++j) moment *= j * a_;
+      return moment;
+    }
+    case SnapLaw::table:
+      break;
+  }
+  double sum = 0.0;
+  for (int i = 0; i + 1 < table_size_; ++i) {
+    sum += segment_partial_moment(k, table_[i], table_[i + 1], detail::infinity);
+  }
+  return sum / (table_size_ - 1);
+}
+
+double SnapLength::quantile(double u) const {
+  if (!(u > 0.0 && u < 1.0)) detail::refuse("SnapLength::quantile", "u", u, "above 0 and below 1");
+  switch (law_) {
+    case SnapLaw::single:
+      return a_;
+    case SnapLaw::uniform:
+      return std::min(a_ + (b_ - a_) * u, b_);
+    case SnapLaw::normal:
+      return CutNormal(a_, b_).quantile(u);
+    case SnapLaw::lognormal:
+      return Lognormal(a_, b_).quantile(u);
+    case SnapLaw::exponential:
+      return -a_ * detail::log1p(-u);
+    case SnapLaw::table:
+      break;
+  }
+  const double place = u * (table_size_ - 1);
+  const int i = std::min(static_cast<int>(place), table_size_ - 2);
+  return std::min(table_[i] + (table_[i + 1] - table_[i]) * (place - i), table_[i + 1]);
+}
+
+double SnapLength::survival(double x_m) const {
+  if (x_m != x_m) return x_m;
+  if (x_m < 0.0) return 1.0;
+  switch (law_) {
+    case SnapLaw::single:
+      return a_ > x_m ? 1.0 : 0.0;
+    case SnapLaw::uniform:
+      return x_m <= a_ ? 1.0 : x_m >= b_ ? 0.0 : (b_ - x_m) / (b_ - a_);
+    case SnapLaw::normal: {
+      const CutNormal law(a_, b_);
+      return std::min(detail::normal_cdf(-law.standard(x_m)) / law.kept, 1.0);
+    }
+    case SnapLaw::lognormal:
+      return x_m == 0.0 ? 1.0 : detail::normal_cdf(-Lognormal(a_, b_).standard(0, x_m));
+    case SnapLaw::exponential:
+      return detail::exp(-x_m / a_);
+    case SnapLaw::table:
+      break;
+  }
+  double sum = 0.0;
+  for (int i = 0; i + 1 < table_size_; ++i) {
+    const double a = table_[i], b = table_[i + 1];
+    if (a > x_m) {
+      sum += 1.0;
+    } else if (b > x_m) {
+      sum += (b - x_m) / (b - a);
+    }
+  }
+  return sum / (table_size_ - 1);
+}
+
+double SnapLength::partial_moment(int k, double x_m) const {
+  require_within("SnapLength::partial_moment", "k", k, 0, 2);
+  if (x_m != x_m) return x_m;
+  if (x_m <= 0.0) return 0.0;
+  if (x_m == detail::infinity) return moment(k);
+  switch (law_) {
+    case SnapLaw::single:
+      return segment_partial_moment(k, a_, a_, x_m);
+    case SnapLaw::uniform:
+      return uniform_partial_moment(k, a_, b_, x_m);
+    case SnapLaw::normal:
+      return CutNormal(a_, b_).partial_moment(k, x_m);
+    case SnapLaw::lognormal: {
+      const Lognormal law(a_, b_);
+      return law.moment(k) * detail::normal_cdf(law.standard(k, x_m));
+    }
+    case SnapLaw::exponential:
+      return whole_power(a_, k) * unit_exponential_partial_moment(k, x_m / a_);
+    case SnapLaw::table:
+      break;
+  }
+  double sum = 0.0;
+  for (int i = 0; i + 1 < table_size_; ++i) sum += segment_partial_moment(k, table_[i], table_[i + 1], x_m);
+  return sum / (table_size_ - 1);
+}
+
+bool operator==(const SnapLength& x, const SnapLength& y) noexcept {
+  return x.law_ == y.law_ && x.a_ == y.a_ && x.b_ == y.b_ && x.table_size_ == y.table_size_ &&
+         std::equal(x.table_, x.table_ + x.table_size_, y.table_);
+}
+
+}  // namespace bristle

@@ -1,0 +1,117 @@
+// The kernel table of one instruction set. Compiled once per set, see CMakeLists.txt; everything but
+// the table has internal linkage.
+#include "step.hpp"
+
+#define BRISTLE_JOIN2(a, b) a##b
+#define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
+#define BRISTLE_TEXT2(a) #a
+#define BRISTLE_TEXT(a) BRISTLE_TEXT2(a)
+
+namespace bristle::detail {
+namespace {
+
+template <class T>
+void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
+  Block& block = patch.blocks[b];
+  const std::uint32_t start = b * block_size;
+  const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
+  const std::uint32_t end = start + block_size < padded ? start + block_size : padded;
+  double p[2];
+  for (int axis = 0; axis < 2; ++axis)
+    p[axis] = static_cast<double>(static_cast<std::int64_t>(
+                  static_cast<std::uint64_t>(at[axis]) - static_cast<std::uint64_t>(block.position[axis]))) *
+              length_per_fixed;
+  T* const columns[2] = {patch.zx, patch.zy};
+  for (int axis = 0; axis < 2; ++axis) {
+    T* const z = columns[axis];
+    block.position[axis] = at[axis];
+    block.stored[axis] = 0;
+    if (z == nullptr) continue;
+    const Lanes<T> shift(static_cast<T>(p[axis]));
+    alignas(64) T lanes[lane_count] = {};
+    for (std::uint32_t i = start; i < end; i += lane_count) {
+      alignas(64) T weights[lane_count];
+      for (std::uint32_t k = 0; k < lane_count; ++k)
+        weights[k] = i + k < patch.whole ? T(1) : i + k == patch.whole ? patch.fraction : T(0);
+      for (std::uint32_t k = 0; k < lane_count; k += Lanes<T>::size) {
+        const Lanes<T> weight = load(weights + k);
+        Lanes<T> now = (block.zero ? Lanes<T>(T(0)) : load(z + i + k)) + shift;
+        now = select_lanes(weight > Lanes<T>(T(0)), now, Lanes<T>(T(0)));
+        now.store_aligned(z + i + k);
+        (load(lanes + k) + now * weight).store_aligned(lanes + k);
+      }
+    }
+    block.stored[axis] = to_integer(static_cast<double>(tree_sum(lanes)) * fixed_per_length);
+  }
+  if (block.zero && patch.draw != nullptr)
+    for (std::uint32_t i = start; i < end; ++i) patch.delta[i] = patch.first[i];
+  block.zero = 0;
+  block.reach = -1.0f;
+}
+
+template <class T>
+double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
+  const Block& block = patch.blocks[b];
+  const std::uint32_t start = b * block_size;
+  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
+  const std::uint32_t end = start + block_size < in_contact ? start + block_size : in_contact;
+  double p[2];
+  for (int axis = 0; axis < 2; ++axis)
+    p[axis] = static_cast<double>(static_cast<std::int64_t>(
+                  static_cast<std::uint64_t>(at[axis]) - static_cast<std::uint64_t>(block.position[axis]))) *
+              length_per_fixed;
+  double lanes[lane_count] = {};
+  for (std::uint32_t i = start; i < end; ++i) {
+    const double x = (block.zero ? 0.0 : static_cast<double>(patch.zx[i])) + p[0];
+    const double y = patch.zy == nullptr ? 0.0 : (block.zero ? 0.0 : static_cast<double>(patch.zy[i])) + p[1];
+    const double weight = i < patch.whole ? 1.0 : static_cast<double>(patch.fraction);
+    lanes[i % lane_count] += weight * (x * x + y * y);
+  }
+  return tree_sum(lanes);
+}
+
+template <class T, int axes>
+constexpr void fill_axes(KernelSet<T>& set) {
+  set.step[variant_index(axes, rule_keep, false, false)] = &step<T, axes, rule_keep, false, false>;
+#if !defined(BRISTLE_MINIMAL)
+  set.step[variant_index(axes, rule_keep, true, false)] = &step<T, axes, rule_keep, true, false>;
+  set.step[variant_index(axes, rule_keep, false, true)] = &step<T, axes, rule_keep, false, true>;
+  set.step[variant_index(axes, rule_keep, true, true)] = &step<T, axes, rule_keep, true, true>;
+  set.step[variant_index(axes, rule_redraw, false, false)] = &step<T, axes, rule_redraw, false, false>;
+  set.step[variant_index(axes, rule_redraw, true, false)] = &step<T, axes, rule_redraw, true, false>;
+  set.step[variant_index(axes, rule_redraw, false, true)] = &step<T, axes, rule_redraw, false, true>;
+  set.step[variant_index(axes, rule_redraw, true, true)] = &step<T, axes, rule_redraw, true, true>;
+  set.step[variant_index(axes, rule_literal_keep, false, true)] =
+      &step<T, axes, rule_literal_keep, false, true>;
+  set.step[variant_index(axes, rule_literal_redraw, false, true)] =
+      &step<T, axes, rule_literal_redraw, false, true>;
+#endif
+}
+
+template <class T>
+constexpr KernelSet<T> make_set() {
+  KernelSet<T> set{};
+  fill_axes<T, 1>(set);
+#if !defined(BRISTLE_MINIMAL)
+  fill_axes<T, 2>(set);
+#endif
+  set.rewrite = &rewrite_block<T>;
+  set.squares = &block_squares<T>;
+  return set;
+}
+
+}  // namespace
+
+extern const KernelTable BRISTLE_JOIN(kernels_, BRISTLE_KERNEL_ISA);
+constexpr KernelTable table {
+  BRISTLE_TEXT(BRISTLE_KERNEL_ISA), make_set<float>(),
+#if BRISTLE_WITH_DOUBLE
+      make_set<double>()
+#else
+  {
+  }
+#endif
+};
+const KernelTable BRISTLE_JOIN(kernels_, BRISTLE_KERNEL_ISA) = table;
+
+}  // namespace bristle::detail

@@ -1,0 +1,203 @@
+// The few vector operations the kernels use, with identical results on every instruction set.
+//
+// xsimd 8.1 differs between architectures in floor, casts between lane types and integer products;
+// what the physics needs beyond + - * / sqrt is pinned down here. All of it has internal linkage:
+// no symbol is shared between objects compiled for different instruction sets.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include <xsimd/xsimd.hpp>
+
+#include "scalar_lanes.hpp"
+
+namespace bristle::detail {
+namespace {
+
+#if defined(BRISTLE_ISA_AVX512)
+using Arch = xsimd::avx512bw;
+#elif defined(BRISTLE_ISA_AVX2)
+using Arch = xsimd::avx2;
+#elif defined(BRISTLE_ISA_SSE2)
+using Arch = xsimd::sse2;
+#elif defined(BRISTLE_ISA_NEON64)
+using Arch = xsimd::neon64;
+#else
+#error "name an instruction set: BRISTLE_ISA_SSE2, _AVX2, _AVX512 or _NEON64"
+#endif
+
+template <class T>
+using Lanes = xsimd::batch<T, Arch>;
+template <class T>
+using Mask = xsimd::batch_bool<T, Arch>;
+
+/// Unsigned integers of the width of T: for the bits of T.
+template <class T>
+struct BitsOf;
+template <>
+struct BitsOf<float> {
+  using Type = std::uint32_t;
+  static constexpr int mantissa = 23;
+  static constexpr std::uint32_t exponent_bias = 127;
+  static constexpr float integer_bit = 8388608.0f;  // 2^23: adding it leaves an integer in the low bits
+};
+template <>
+struct BitsOf<double> {
+  using Type = std::uint64_t;
+  static constexpr int mantissa = 52;
+  static constexpr std::uint64_t exponent_bias = 1023;
+  static constexpr double integer_bit = 4503599627370496.0;  // 2^52
+};
+
+template <class T>
+inline Lanes<T> load(const T* from) {
+  return Lanes<T>::load_aligned(from);
+}
+
+#if defined(BRISTLE_ISA_NEON64)
+// xsimd 8.1 approximates float division and square root on NEON.
+inline Lanes<float> divide(Lanes<float> a, Lanes<float> b) { return vdivq_f32(a, b); }
+inline Lanes<float> root(Lanes<float> a) { return vsqrtq_f32(a); }
+inline Lanes<double> divide(Lanes<double> a, Lanes<double> b) { return vdivq_f64(a, b); }
+inline Lanes<double> root(Lanes<double> a) { return vsqrtq_f64(a); }
+#else
+template <class T>
+inline Lanes<T> divide(Lanes<T> a, Lanes<T> b) {
+  return a / b;
+}
+template <class T>
+inline Lanes<T> root(Lanes<T> a) {
+  return xsimd::sqrt(a);
+}
+#endif
+
+/// a where a > 0, else +0.
+template <class T>
+inline Lanes<T> positive_part(Lanes<T> a) {
+  return xsimd::max(a, Lanes<T>(T(0)));
+}
+
+/// Largest whole number not above x, for x >= 0.
+template <class T>
+inline Lanes<T> whole_part(Lanes<T> x) {
+#if defined(BRISTLE_ISA_SSE2)
+  const Lanes<T> big(BitsOf<T>::integer_bit);
+  const Lanes<T> rounded = (x + big) - big;
+  const Lanes<T> down = xsimd::select(rounded > x, rounded - Lanes<T>(T(1)), rounded);
+  return xsimd::select(x < big, down, x);
+#else
+  return xsimd::floor(x);
+#endif
+}
+
+template <class T>
+inline Lanes<T> select_lanes(Mask<T> which, Lanes<T> a, Lanes<T> b) {
+  return xsimd::select(which, a, b);
+}
+template <class T>
+inline Lanes<T> least(Lanes<T> a, Lanes<T> b) {
+  return xsimd::min(a, b);
+}
+template <class T>
+inline Lanes<T> most(Lanes<T> a, Lanes<T> b) {
+  return xsimd::max(a, b);
+}
+
+template <class T>
+using Bits = Lanes<typename BitsOf<T>::Type>;
+
+template <class T>
+inline Bits<T> bits_of(Lanes<T> x) {
+  return xsimd::bitwise_cast<Bits<T>>(x);
+}
+template <class T>
+inline Lanes<T> from_bits(Bits<T> x) {
+  return xsimd::bitwise_cast<Lanes<T>>(x);
+}
+
+/// 2^k for whole k with 2^k normal.
+template <class T>
+inline Lanes<T> power_of_two(Lanes<T> k) {
+  using B = BitsOf<T>;
+  const Lanes<T> biased = k + Lanes<T>(B::integer_bit + static_cast<T>(B::exponent_bias));
+  return from_bits<T>(bits_of<T>(biased) << B::mantissa);
+}
+
+/// Exponent of a positive normal x, as a whole number.
+template <class T>
+inline Lanes<T> exponent_of(Lanes<T> x) {
+  using B = BitsOf<T>;
+  const Bits<T> tag = bits_of<T>(Lanes<T>(B::integer_bit));
+  const Lanes<T> biased = from_bits<T>((bits_of<T>(x) >> B::mantissa) | tag);
+  return biased - Lanes<T>(B::integer_bit + static_cast<T>(B::exponent_bias));
+}
+
+/// Mantissa of a positive normal x, in [1, 2).
+template <class T>
+inline Lanes<T> mantissa_of(Lanes<T> x) {
+  using U = typename BitsOf<T>::Type;
+  constexpr U low = (U(1) << BitsOf<T>::mantissa) - 1;
+  const Bits<T> one = bits_of<T>(Lanes<T>(T(1)));
+  return from_bits<T>((bits_of<T>(x) & Bits<T>(low)) | one);
+}
+
+template <class T>
+inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) {
+  alignas(64) T lane[Lanes<T>::size];
+  share.store_aligned(lane);
+  for (T& x : lane) x = look_up<T>(table, last, x);
+  return load<T>(lane);
+}
+
+/// Draw states of one vector of bristles. `next` advances the masked lanes and gives every lane a
+/// number strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits, the same for float and
+/// double, exact in both, and so is one minus it.
+template <class T>
+struct DrawStates;
+
+template <>
+struct DrawStates<float> {
+  Bits<float> state;
+
+  explicit DrawStates(const std::uint32_t* from) : state(Bits<float>::load_aligned(from)) {}
+  void store(std::uint32_t* to) const { state.store_aligned(to); }
+
+  Lanes<float> next(Mask<float> which) {
+    const Bits<float> after = state + Bits<float>(draw_stride);
+    // Selecting moves bits only, so the float domain serves for integers.
+    state = bits_of<float>(xsimd::select(which, from_bits<float>(after), from_bits<float>(state)));
+    Bits<float> x = state;
+    x = x ^ (x >> 16);
+    x = x * Bits<float>(0x21F0AAADu);
+    x = x ^ (x >> 15);
+    x = x * Bits<float>(0x735A2D97u);
+    x = x ^ (x >> 15);
+    const Bits<float> tag = bits_of<float>(Lanes<float>(1.0f));
+    const Lanes<float> in_one_two = from_bits<float>((x >> 9) | tag);
+    return (in_one_two - Lanes<float>(1.0f)) + Lanes<float>(5.9604644775390625e-8f);  // + 2^-24
+  }
+};
+
+template <>
+struct DrawStates<double> {
+  static constexpr std::size_t size = Lanes<double>::size;
+  alignas(64) std::uint32_t state[size];
+
+  explicit DrawStates(const std::uint32_t* from) { std::memcpy(state, from, sizeof state); }
+  void store(std::uint32_t* to) const { std::memcpy(to, state, sizeof state); }
+
+  Lanes<double> next(Mask<double> which) {
+    alignas(64) double chosen[size];
+    alignas(64) double share[size];
+    xsimd::select(which, Lanes<double>(1.0), Lanes<double>(0.0)).store_aligned(chosen);
+    for (std::size_t i = 0; i < size; ++i) {
+      state[i] += chosen[i] != 0.0 ? draw_stride : 0u;
+      share[i] = share_of<double>(mix(state[i]));
+    }
+    return load<double>(share);
+  }
+};
+
+}  // namespace
+}  // namespace bristle::detail

@@ -1,0 +1,60 @@
+// Snap lengths from uniform numbers: the quantile functions, for vectors and for plain numbers V.
+#pragma once
+
+#include "elementary.hpp"
+#include "kernel_table.hpp"
+
+namespace bristle::detail {
+namespace {
+
+template <class T, class V>
+inline V clamp_length(const KernelLaw& law, V length) {
+  return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
+}
+
+/// Q(u) of any law but the uniform: out of line, so that the common case stays short.
+template <class T, class V>
+[[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
+  const V a(static_cast<T>(law.a));
+  const V b(static_cast<T>(law.b));
+  switch (law.kind) {
+    case law_exponential:
+      return clamp_length<T>(law, V(T(0)) - a * natural_log<T>(share));
+    case law_normal: {
+      const V cut(static_cast<T>(law.cut_share));
+      return clamp_length<T>(law, a + b * normal_quantile<T>(cut + share * (V(T(1)) - cut)));
+    }
+    case law_lognormal:
+      return clamp_length<T>(law, exponential<T>(a + b * normal_quantile<T>(share)));
+    default:
+      return clamp_length<T>(law, look_up<T>(law.table, law.table_last, share));
+  }
+}
+
+/// Snap length at the share u of the law, scaled.
+template <class T, class V>
+inline V length_at(const KernelLaw& law, V share) {
+  if (law.kind == law_uniform) return V(static_cast<T>(law.a)) + V(static_cast<T>(law.b)) * share;
+  return other_length<T>(law, share);
+}
+
+/// Snap length of the bristle met at a random place: density proportional to length times that of the
+/// law. The exponential law needs the second number.
+template <class T, class V>
+[[gnu::noinline]] V length_met(const KernelLaw& law, V share, V second) {
+  const V a(static_cast<T>(law.biased_a));
+  const V b(static_cast<T>(law.biased_b));
+  switch (law.kind) {
+    case law_uniform:
+      return root(a + b * share);
+    case law_exponential:
+      return clamp_length<T>(law, V(T(0)) - a * (natural_log<T>(share) + natural_log<T>(second)));
+    case law_lognormal:
+      return clamp_length<T>(law, exponential<T>(a + b * normal_quantile<T>(share)));
+    default:
+      return clamp_length<T>(law, look_up<T>(law.biased_table, law.biased_last, share));
+  }
+}
+
+}  // namespace
+}  // namespace bristle::detail

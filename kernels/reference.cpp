@@ -1,0 +1,372 @@
+// The scalar reference: the same step, one bristle at a time, written to be read beside the paper and
+// core/MODEL.md. It is the instruction set "scalar" of the kernel table; every other set must give the
+// same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
+#include "far.hpp"
+#include "kernel_table.hpp"
+#include "law.hpp"
+#include "scalar_lanes.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// A number per logical lane, summed by the fixed tree at the end of a block.
+template <class T>
+struct LaneSum {
+  T lane[lane_count] = {};
+  void add(std::uint32_t i, T x) { lane[i % lane_count] += x; }
+  double total() {
+    T copy[lane_count];
+    for (std::uint32_t k = 0; k < lane_count; ++k) copy[k] = lane[k];
+    return static_cast<double>(tree_sum(copy));
+  }
+};
+
+std::int64_t minus(std::int64_t to, std::int64_t from) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
+}
+
+double displacement(std::int64_t to, std::int64_t from) {
+  return static_cast<double>(minus(to, from)) * length_per_fixed;
+}
+
+std::uint64_t to_count(double x) {
+  return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
+}
+
+/// What one bristle does after its first snap.
+template <class T>
+struct After {
+  T deflection = 0;  ///< r
+  T squares = 0;     ///< sum of delta^2 over its further snaps
+  T count = 0;       ///< of these
+  T variance = 0;    ///< of the squares left out by jumps
+};
+
+/// Keep: n = 1 + floor(R / delta) snaps, the rest is bent.
+template <class T>
+After<T> after_keep(T rest, T delta) {
+  After<T> after;
+  after.count = whole_part(rest / delta);
+  after.deflection = least(most(rest - after.count * delta, T(0)), delta);
+  after.squares = after.count * (delta * delta);
+  return after;
+}
+
+/// Redraw: a fresh length after each snap; far from the first snap, in law.
+template <class T>
+After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& state) {
+  const auto next = [&state] {
+    state += draw_stride;
+    return share_of<T>(mix(state));
+  };
+  const T jump_from = static_cast<T>(law.jump_from);
+  const T m1 = static_cast<T>(law.mean);
+  const T inverse = static_cast<T>(law.inverse_mean);
+  After<T> after;
+  for (;;) {
+    if (rest > jump_from && !law.many) {
+      // The bristle met there is length-biased, its age uniform.
+      const T u = next();
+      const T v = next();
+      T met = length_met<T>(law, u, law.kind == law_exponential ? next() : v);
+      T age = v * met;
+      met -= most(age - rest, T(0));
+      age = least(age, rest);
+      const T jumped = rest - age;
+      after.squares +=
+          most(static_cast<T>(law.squares_per_length) * jumped + static_cast<T>(law.squares_offset), T(0));
+      after.variance +=
+          most(static_cast<T>(law.variance_per_length) * jumped + static_cast<T>(law.variance_offset), T(0));
+      after.count += whole_part(jumped * inverse + static_cast<T>(law.count_offset + 0.5));
+      after.deflection = least(age, met);
+      delta = met;
+      return after;
+    }
+    if (rest > jump_from) {
+      // k renewals at once: their sum by a Cornish-Fisher expansion to the fourth cumulant.
+      const T deviation = static_cast<T>(law.deviation);
+      const T pad = T(6) * deviation * root(rest * inverse);
+      const T k = whole_part((rest - pad) * inverse) - T(1);
+      const T z = normal_quantile<T>(next());
+      const T s = root(k);
+      const T skewness = static_cast<T>(law.skewness) / s;
+      const T kurtosis = static_cast<T>(law.kurtosis) / k;
+      const T z2 = z * z;
+      const T z3 = z2 * z;
+      const T w = z + skewness * (T(1) / T(6)) * (z2 - T(1)) + kurtosis * (T(1) / T(24)) * (z3 - T(3) * z) -
+                  skewness * skewness * (T(1) / T(36)) * (T(2) * z3 - T(5) * z);
+      const T jumped = least(k * m1 + deviation * s * w, rest);
+      after.squares +=
+          k * static_cast<T>(law.square_mean) + static_cast<T>(law.square_slope) * (jumped - k * m1);
+      after.variance += k * static_cast<T>(law.square_residual);
+      after.count += k;
+      rest -= jumped;
+      continue;
+    }
+    delta = length_at<T>(law, next());
+    if (rest < delta) {
+      after.deflection = rest;
+      return after;
+    }
+    rest -= delta;
+    after.squares += delta * delta;
+    after.count += T(1);
+  }
+}
+
+template <class T, int axes, Rule rule, bool mean, bool energy>
+void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t b, Totals& totals) {
+  constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
+  constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
+  Block& block = patch.blocks[b];
+  const std::uint32_t start = b * block_size;
+  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
+  const std::uint32_t end = start + block_size < in_contact ? start + block_size : in_contact;
+  const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
+  totals.visited += end - start;
+
+  if (block.zero) {  // entered together: written down only now
+    for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {
+      patch.zx[i] = T(0);
+      if constexpr (axes == 2) patch.zy[i] = T(0);
+      if constexpr (redraw) patch.delta[i] = patch.first[i];
+    }
+    block.zero = 0;
+  }
+  // Deflection = stored + displacement since the block was last rewritten.
+  const double q0[2] = {displacement(advance.from[0], block.position[0]),
+                        displacement(advance.from[1], block.position[1])};
+  const double q1[2] = {displacement(advance.to[0], block.position[0]),
+                        displacement(advance.to[1], block.position[1])};
+  const T p0[2] = {static_cast<T>(q0[0]), static_cast<T>(q0[1])};
+  const T p1[2] = {static_cast<T>(q1[0]), static_cast<T>(q1[1])};
+  const T ex = static_cast<T>(advance.direction[0]);
+  const T ey = static_cast<T>(advance.direction[1]);
+  const T length = static_cast<T>(advance.length);
+  const auto weight = [&patch](std::uint32_t i) { return i < patch.whole ? T(1) : patch.fraction; };
+
+  double stored[2] = {0.0, 0.0};
+  double twice_mean[2] = {0.0, 0.0};
+  double squares = 0.0;
+
+  if (advance.far) {
+    const FarSums far =
+        far_block<T, axes, redraw>(patch, advance, start, end - start, q0, q1,
+                                   [&weight](std::uint32_t i) { return static_cast<double>(weight(i)); });
+    if (!far.any) return;
+    for (int axis = 0; axis < axes; ++axis) {
+      stored[axis] = far.stored[axis];
+      twice_mean[axis] = far.twice_mean[axis];
+    }
+    squares = far.squares;
+    totals.snaps += to_count(far.snaps);
+  } else {
+    const auto snaps_at = [&](std::uint32_t i) {
+      const T x = patch.zx[i] + p1[0];
+      const T delta = patch.delta[i];
+      if constexpr (axes == 1) return x > delta || -x > delta;
+      const T y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
+      return x * x + y * y > delta * delta;
+    };
+    bool any = false;
+    for (std::uint32_t i = start; i < end; ++i) any = any || snaps_at(i);
+    if (!any) return;  // nothing is written: the displacement grows by itself
+
+    LaneSum<T> stored_sum[2], straight[2], torn[2], along_sum, squares_sum, snaps, variance;
+    const std::uint32_t noise_key = redraw ? patch.draw[start] : 0u;
+    for (std::uint32_t i = start; i < end; ++i) {
+      const T w = weight(i);
+      const T start_x = patch.zx[i] + p0[0];
+      const T start_y = axes == 2 ? patch.zy[i] + p0[1] : T(0);
+      const T end_x = patch.zx[i] + p1[0];
+      const T end_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
+      T next_x = end_x;
+      T next_y = end_y;
+      if (!snaps_at(i)) {
+        straight[0].add(i, (start_x + end_x) * w);
+        straight[1].add(i, (start_y + end_y) * w);
+      } else if (literal) {
+        next_x = next_y = T(0);
+        squares_sum.add(i, (axes == 2 ? end_x * end_x + end_y * end_y : end_x * end_x) * w);
+        snaps.add(i, T(1));
+        if constexpr (redraw) {
+          const std::uint32_t state = patch.draw[i] + draw_stride;
+          const T delta = length_at<T>(*patch.law, share_of<T>(mix(state)));
+          if (advance.commit) {
+            patch.draw[i] = state;
+            patch.delta[i] = delta;
+          }
+        }
+      } else {
+        const T delta = patch.delta[i];
+        T tau;  // distance to the first snap
+        if constexpr (axes == 1) {
+          tau = most(delta - start_x * ex, T(0));
+        } else {
+          const T along = start_x * ex + start_y * ey;
+          const T aside = start_x * ey - start_y * ex;
+          tau = most(root(most(delta * delta - aside * aside, T(0))) - along, T(0));
+        }
+        const T rest = most(length - tau, T(0));
+        After<T> after;
+        if constexpr (redraw) {
+          T drawn = delta;
+          std::uint32_t state = patch.draw[i];
+          after = after_redraw<T>(*patch.law, rest, drawn, state);
+          if (advance.commit) {
+            patch.draw[i] = state;
+            patch.delta[i] = drawn;
+          }
+        } else {
+          after = after_keep<T>(rest, delta);
+        }
+        const T r = after.deflection;
+        next_x = r * ex;
+        next_y = r * ey;
+        along_sum.add(i, ((tau * tau + after.squares) + r * r) * w);
+        torn[0].add(i, (start_x * tau) * w);
+        torn[1].add(i, (start_y * tau) * w);
+        squares_sum.add(i, (delta * delta + after.squares) * w);
+        snaps.add(i, T(1) + after.count);
+        variance.add(i, after.variance);
+      }
+      if (advance.commit) {
+        patch.zx[i] = next_x;
+        if constexpr (axes == 2) patch.zy[i] = next_y;
+      }
+      stored_sum[0].add(i, next_x * w);
+      stored_sum[1].add(i, next_y * w);
+    }
+    double noise = 0.0;  // of the squares that jumps left out, once per block
+    const double left_out = variance.total();
+    if (redraw && !literal && (mean || energy) && left_out > 0.0)
+      noise = root(left_out) * normal_quantile<double>(share_of<double>(mix(noise_key ^ 0xA511E9B3u)));
+    const double along = along_sum.total() + noise;
+    for (int axis = 0; axis < axes; ++axis) {
+      stored[axis] = stored_sum[axis].total();
+      twice_mean[axis] = straight[axis].total() +
+                         (2.0 * torn[axis].total() + advance.direction[axis] * along) / advance.length;
+    }
+    squares = squares_sum.total() + noise;
+    if (energy) totals.snaps += to_count(snaps.total());
+  }
+
+  // Book the block: fixed point, so that sums over blocks are exact.
+  const bool tail = patch.whole < (b + 1) * block_size;
+  for (int axis = 0; axis < axes; ++axis) {
+    const std::int64_t now = to_integer(stored[axis] * fixed_per_length);
+    const std::int64_t mean_now = mean ? to_integer(twice_mean[axis] * fixed_per_length) : 0;
+    if (tail) {
+      totals.tail_stored[axis] = now;
+      totals.tail_twice_mean[axis] = mean_now;
+    } else {
+      const Int128 p_from = minus(advance.from[axis], block.position[axis]);
+      const Int128 p_to = minus(advance.to[axis], block.position[axis]);
+      const Int128 held = 2 * static_cast<Int128>(block.stored[axis]) + Int128{block_size} * (p_from + p_to);
+      totals.stored[axis] += static_cast<Int128>(now) - block.stored[axis];
+      totals.offset[axis] -= p_to;
+      totals.twice_mean[axis] += static_cast<Int128>(mean_now) - held;
+    }
+    if (advance.commit) {
+      block.stored[axis] = now;
+      block.position[axis] = advance.to[axis];
+    }
+  }
+  if (tail) totals.tail_snapped = 1;
+  if (energy) totals.squares += to_integer(squares * advance.energy_unit);
+  if (advance.commit) block.reach = -1.0f;
+}
+
+template <class T, int axes, Rule rule, bool mean, bool energy>
+void step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
+          Totals& totals) {
+  for (std::uint32_t b = first; b < last; ++b)
+    step_block<T, axes, rule, mean, energy>(patch, advance, b, totals);
+}
+
+template <class T>
+void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
+  Block& block = patch.blocks[b];
+  const std::uint32_t start = b * block_size;
+  const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
+  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
+  T* const columns[2] = {patch.zx, patch.zy};
+  for (int axis = 0; axis < 2; ++axis) {
+    T* const z = columns[axis];
+    const T p = static_cast<T>(displacement(at[axis], block.position[axis]));
+    LaneSum<T> sum;
+    if (z != nullptr) {
+      for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {
+        z[i] = i >= in_contact ? T(0) : (block.zero ? T(0) : z[i]) + p;
+        sum.add(i, z[i] * (i < patch.whole ? T(1) : patch.fraction));
+      }
+    }
+    block.stored[axis] = to_integer(sum.total() * fixed_per_length);
+    block.position[axis] = at[axis];
+  }
+  if (block.zero && patch.draw != nullptr)
+    for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) patch.delta[i] = patch.first[i];
+  block.zero = 0;
+  block.reach = -1.0f;
+}
+
+template <class T>
+double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
+  const Block& block = patch.blocks[b];
+  const std::uint32_t start = b * block_size;
+  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
+  const double px = displacement(at[0], block.position[0]);
+  const double py = displacement(at[1], block.position[1]);
+  LaneSum<double> sum;
+  for (std::uint32_t i = start; i < start + block_size && i < in_contact; ++i) {
+    const double x = (block.zero ? 0.0 : static_cast<double>(patch.zx[i])) + px;
+    const double y = patch.zy == nullptr ? 0.0 : (block.zero ? 0.0 : static_cast<double>(patch.zy[i])) + py;
+    sum.add(i, (i < patch.whole ? 1.0 : static_cast<double>(patch.fraction)) * (x * x + y * y));
+  }
+  return sum.total();
+}
+
+template <class T, int axes>
+constexpr void fill_axes(KernelSet<T>& set) {
+  set.step[variant_index(axes, rule_keep, false, false)] = &step<T, axes, rule_keep, false, false>;
+#if !defined(BRISTLE_MINIMAL)
+  set.step[variant_index(axes, rule_keep, true, false)] = &step<T, axes, rule_keep, true, false>;
+  set.step[variant_index(axes, rule_keep, false, true)] = &step<T, axes, rule_keep, false, true>;
+  set.step[variant_index(axes, rule_keep, true, true)] = &step<T, axes, rule_keep, true, true>;
+  set.step[variant_index(axes, rule_redraw, false, false)] = &step<T, axes, rule_redraw, false, false>;
+  set.step[variant_index(axes, rule_redraw, true, false)] = &step<T, axes, rule_redraw, true, false>;
+  set.step[variant_index(axes, rule_redraw, false, true)] = &step<T, axes, rule_redraw, false, true>;
+  set.step[variant_index(axes, rule_redraw, true, true)] = &step<T, axes, rule_redraw, true, true>;
+  set.step[variant_index(axes, rule_literal_keep, false, true)] =
+      &step<T, axes, rule_literal_keep, false, true>;
+  set.step[variant_index(axes, rule_literal_redraw, false, true)] =
+      &step<T, axes, rule_literal_redraw, false, true>;
+#endif
+}
+
+template <class T>
+constexpr KernelSet<T> make_set() {
+  KernelSet<T> set{};
+  fill_axes<T, 1>(set);
+#if !defined(BRISTLE_MINIMAL)
+  fill_axes<T, 2>(set);
+#endif
+  set.rewrite = &rewrite_block<T>;
+  set.squares = &block_squares<T>;
+  return set;
+}
+
+}  // namespace
+
+extern const KernelTable kernels_scalar;
+const KernelTable kernels_scalar {
+  "scalar", make_set<float>(),
+#if BRISTLE_WITH_DOUBLE
+      make_set<double>()
+#else
+  {
+  }
+#endif
+};
+
+}  // namespace bristle::detail

@@ -1,0 +1,118 @@
+// The operations of lanes.hpp for plain numbers: one lane. Used by the scalar reference and by steps
+// so long that they are taken bristle by bristle.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "kernel_table.hpp"
+
+namespace bristle::detail {
+namespace {
+
+inline float select_lanes(bool which, float a, float b) { return which ? a : b; }
+inline double select_lanes(bool which, double a, double b) { return which ? a : b; }
+inline float divide(float a, float b) { return a / b; }
+inline double divide(double a, double b) { return a / b; }
+inline float root(float a) { return __builtin_sqrtf(a); }
+inline double root(double a) { return __builtin_sqrt(a); }
+inline float least(float a, float b) { return a < b ? a : b; }
+inline double least(double a, double b) { return a < b ? a : b; }
+inline float most(float a, float b) { return a > b ? a : b; }
+inline double most(double a, double b) { return a > b ? a : b; }
+inline float whole_part(float a) { return __builtin_floorf(a); }
+inline double whole_part(double a) { return __builtin_floor(a); }
+
+inline std::uint32_t bits_of_number(float x) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
+inline std::uint64_t bits_of_number(double x) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
+inline float number_from(std::uint32_t bits) {
+  float x;
+  std::memcpy(&x, &bits, sizeof x);
+  return x;
+}
+inline double number_from(std::uint64_t bits) {
+  double x;
+  std::memcpy(&x, &bits, sizeof x);
+  return x;
+}
+
+template <class T>
+T exponent_of(T x);
+template <>
+inline float exponent_of(float x) {
+  return static_cast<float>(static_cast<std::int32_t>(bits_of_number(x) >> 23) - 127);
+}
+template <>
+inline double exponent_of(double x) {
+  return static_cast<double>(static_cast<std::int64_t>(bits_of_number(x) >> 52) - 1023);
+}
+template <class T>
+T mantissa_of(T x);
+template <>
+inline float mantissa_of(float x) {
+  return number_from((bits_of_number(x) & 0x7FFFFFu) | 0x3F800000u);
+}
+template <>
+inline double mantissa_of(double x) {
+  return number_from((bits_of_number(x) & std::uint64_t{0xFFFFFFFFFFFFF}) |
+                     std::uint64_t{0x3FF0000000000000});
+}
+template <class T>
+T power_of_two(T k);
+template <>
+inline float power_of_two(float k) {
+  return number_from(static_cast<std::uint32_t>(static_cast<std::int32_t>(k) + 127) << 23);
+}
+template <>
+inline double power_of_two(double k) {
+  return number_from(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
+}
+
+/// Linear interpolation in a table over [0, 1].
+template <class T>
+inline T look_up(const double* table, std::int32_t last, T share) {
+  const T x = share * static_cast<T>(last);
+  const T k = least(whole_part(x), static_cast<T>(last - 1));
+  const auto at = static_cast<std::int32_t>(k);
+  const T low = static_cast<T>(table[at]);
+  const T high = static_cast<T>(table[at + 1]);
+  return low + (high - low) * (x - k);
+}
+
+/// 32-bit mixer: two multiplications, a bijection.
+inline std::uint32_t mix(std::uint32_t x) {
+  x ^= x >> 16;
+  x *= 0x21F0AAADu;
+  x ^= x >> 15;
+  x *= 0x735A2D97u;
+  x ^= x >> 15;
+  return x;
+}
+
+/// A number strictly between 0 and 1 from 23 random bits, exact in float, and so is one minus it.
+template <class T>
+inline T share_of(std::uint32_t random) {
+  return (static_cast<T>(random >> 9) + T(0.5)) * T(1.1920928955078125e-07);  // 2^-23
+}
+
+/// Rounds to the nearest integer, ties to even.
+inline std::int64_t to_integer(double x) { return __builtin_llrint(x); }
+
+/// Sum of the 16 logical lanes by the fixed tree. Destroys its argument.
+template <class T>
+inline T tree_sum(T (&lane)[lane_count]) {
+  for (std::uint32_t half = lane_count / 2; half > 0; half /= 2)
+    for (std::uint32_t i = 0; i < half; ++i) lane[i] += lane[i + half];
+  return lane[0];
+}
+
+}  // namespace
+}  // namespace bristle::detail
