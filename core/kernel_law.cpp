@@ -90,7 +90,9 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
     law.jump_from = from;
     law.stationary_from = std::max(0.5 / (cv * cv), 16.0) * m[1];
   } else {
-    law.jump_from = find_stationary_path(length) * m[1];
+    // The exponential law has no memory: exact at any distance, and cheaper than drawing beyond one.
+    const bool memoryless = length.law() == SnapLaw::exponential;
+    law.jump_from = (memoryless ? 1.0 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
   }
 }

@@ -106,8 +106,10 @@ struct Advance {
   double length;                ///< scaled, > 0
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
   std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
-  std::uint32_t far;            ///< 1 = remainder in double (long step, or a single snap length)
-  std::uint32_t track;          ///< 1 = keep bounds and skip blocks by them
+  std::uint32_t all;            ///< 1 = so long that every bristle snaps; the position stays
+  std::uint32_t far;            ///< 1 = remainder in double: a long step, or a single snap length
+  std::uint32_t skip;           ///< 1 = leave out blocks whose bound holds
+  std::uint32_t track;          ///< 1 = renew bounds of blocks in which nothing snaps
   std::uint32_t commit;         ///< 0 = find only: state unchanged
 };
 
@@ -120,7 +122,8 @@ struct Totals {
       twice_mean[2];  ///< full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2 position))
   Int128 squares;     ///< sum over snaps of weight delta^2, in 1 / energy_unit
   std::uint64_t snaps;
-  std::uint64_t visited;            ///< bristles looked at
+  std::uint64_t visited;  ///< bristles looked at
+  std::uint32_t blocks_visited, blocks_rewritten;
   std::int64_t tail_stored[2];      ///< of the tail after the step (find: what it would be)
   std::int64_t tail_twice_mean[2];  ///< of the tail, whole
   std::uint32_t tail_snapped;

@@ -85,6 +85,7 @@ struct PatchBatch::Impl {
   explicit Impl(const BatchOptions& options)
       : kernels(choose_kernels(options.isa)),
         workers(check_threads(options.threads)),
+        skips(!options.eager),
         table(new SlotTable(64)) {}
 
   static int check_threads(int threads) {
@@ -94,6 +95,7 @@ struct PatchBatch::Impl {
 
   const KernelTable& kernels;
   Workers workers;
+  const bool skips;
   CommandList commands;
 
   // --- the adding thread's side
@@ -216,7 +218,7 @@ struct PatchBatch::Impl {
     PatchState& p = *find(in[i].id);
     const PatchStep step = begin_step(p, in[i], dt, true);
     Totals totals{};
-    if (step.moves) run_blocks(p, step, 0, p.active_blocks(), totals);
+    if (step.moves && !holds_still(p, step)) run_blocks(p, step, 0, p.active_blocks(), totals);
     finish_step(p, step, totals, out[i]);
     task.visited += totals.visited;
     task.status = task.status | out[i].status;
@@ -334,7 +336,8 @@ struct PatchBatch::Impl {
         split.motion = i;
         split.step = begin_step(p, in[i], dt, true);
         split.first_task = task_count;
-        const std::uint32_t blocks = split.step.moves ? p.active_blocks() : 0;
+        const bool runs = split.step.moves && !holds_still(p, split.step);
+        const std::uint32_t blocks = runs ? p.active_blocks() : 0;
         // Whole groups of blocks to a task: bounds are kept by group.
         const std::uint32_t groups = (blocks + blocks_per_group - 1) / blocks_per_group;
         const std::uint32_t parts = std::min<std::uint32_t>(static_cast<std::uint32_t>(pieces), groups);
@@ -387,6 +390,7 @@ PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::add;
   command->patch = make_patch(impl.compiled(material), options, impl.kernels);
+  command->patch->skips = impl.skips;
 
   std::uint32_t slot;
   if (!impl.free_slots.empty()) {
@@ -531,7 +535,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   PatchStep step = begin_step(*p, motion, dt_s, false);
   step.contact_loss = loss;
   Totals totals{};
-  if (step.moves) run_blocks(*p, step, 0, p->active_blocks(), totals);
+  if (step.moves && !holds_still(*p, step)) run_blocks(*p, step, 0, p->active_blocks(), totals);
   finish_step(*p, step, totals, response);
   return response;
 }

@@ -51,6 +51,11 @@ struct PatchState {
   Int128 stored[2] = {0, 0};  ///< sum of Block::stored over full blocks
   Int128 offset[2] = {0, 0};  ///< sum of (position - Block::position) over full blocks
 
+  // --- bounds: a cache, never part of the state (DESIGN.md 2.3)
+  Reach bound{{0, 0}, -1.0};  ///< no bristle snaps while the position stays within it
+  bool skips = true;          ///< blocks whose bound holds are left out
+  bool tracks = true;         ///< bounds are renewed: worth it while most visited blocks hold still
+
   // --- left over from a change of material, booked with the next step
   double pending_dissipated = 0.0;  ///< J
   double pending_loss = 0.0;        ///< J
@@ -84,7 +89,8 @@ struct PatchState {
   const KernelSet<T>& set() const noexcept;
 
   void rewrite_block(std::uint32_t b) noexcept;
-  void forget_bounds() noexcept;  ///< every block is visited at the next step that moves
+  void forget_upper_bounds() noexcept;  ///< of groups and patch: a block changed outside a step
+  void forget_bounds() noexcept;        ///< every block is visited at the next step that moves
   double block_squares(std::uint32_t b) const noexcept;  ///< sum of weight |z|^2, scaled
 };
 
@@ -112,7 +118,9 @@ bool is_good_motion(const PatchState& patch, const Motion& motion) noexcept;
 /// Applies the load and prepares the kernels' input. `commit` false: state may not change, so the load
 /// must be the present one.
 PatchStep begin_step(PatchState& patch, const Motion& motion, double dt_s, bool commit) noexcept;
-/// Runs the kernel over blocks [first, last).
+/// Whether the step ends within the patch's bound: then no block need be visited.
+bool holds_still(const PatchState& patch, const PatchStep& step) noexcept;
+/// Runs the kernel over blocks [first, last), `first` at the beginning of a group.
 void run_blocks(const PatchState& patch, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                 Totals& totals) noexcept;
 void add_totals(Totals& sum, const Totals& part) noexcept;

@@ -41,16 +41,30 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
     if (rest > law.jump_from && (!law.many || rest > law.stationary_from || rest > phase_is_lost)) {
       const double u = next();
       const double v = next();
-      double met = length_met<double>(law, u, law.kind == law_exponential ? next() : v);
-      double age = v * met;
-      if (age > rest) {
-        met -= age - rest;
-        age = rest;
+      const bool memoryless = law.kind == law_exponential;
+      double age;
+      double met;
+      if (memoryless) {
+        age = -law.a * natural_log<double>(u);
+        met = age + most(-law.a * natural_log<double>(v), law.shortest);
+      } else {
+        met = length_met<double>(law, u);
+        age = v * met;
       }
+      met -= most(age - rest, 0.0);
+      age = least(age, rest);
       const double jumped = rest - age;
-      land.squares += most(law.squares_per_length * jumped + law.squares_offset, 0.0);
-      land.count += whole_part(jumped * law.inverse_mean + law.count_offset + 0.5);
-      land.variance += most(law.variance_per_length * jumped + law.variance_offset, 0.0);
+      if (memoryless) {
+        const double x = jumped * law.inverse_mean;
+        const double e = exponential<double>(-least(x, 80.0));
+        const double m2 = law.mean * law.mean;
+        land.squares += most(m2 * (2.0 * (x - 1.0 + e)), 0.0);
+        land.variance += most(m2 * m2 * (8.0 * x - 28.0 + e * (32.0 + x * (16.0 + 8.0 * x) - 4.0 * e)), 0.0);
+      } else {
+        land.squares += most(law.squares_per_length * jumped + law.squares_offset, 0.0);
+        land.variance += most(law.variance_per_length * jumped + law.variance_offset, 0.0);
+      }
+      if (jumped > 0.0) land.count += whole_part(jumped * law.inverse_mean + law.count_offset + 0.5);
       delta = static_cast<T>(met);
       land.deflection = least(age, static_cast<double>(delta));
       return land;
@@ -90,11 +104,10 @@ struct FarSums {
   double twice_mean[2];
   double squares;
   double snaps;
-  bool any;  ///< a bristle snapped; else the block is left as it was and the sums are void
 };
 
-/// Advances the bristles [start, start + active) of one block, `weight(i)` telling how much bristle i
-/// counts. Far steps with advance.far == 2 snap every bristle.
+/// Advances the bristles [start, start + active) of one block in which a bristle snaps, `weight(i)` telling
+/// how much bristle i counts.
 template <class T, int axes, bool redraw, class Weight>
 [[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
                                     std::uint32_t active, const double (&p0)[2], const double (&p1)[2],
@@ -104,7 +117,7 @@ template <class T, int axes, bool redraw, class Weight>
   double lanes_squares[lane_count] = {};
   double lanes_variance[lane_count] = {};
   FarSums sums{};
-  const bool all = advance.far == 2;
+  const bool all = advance.all != 0;
   const double ex = advance.direction[0];
   const double ey = advance.direction[1];
   const auto snaps_at = [&](std::uint32_t i) {
@@ -117,8 +130,6 @@ template <class T, int axes, bool redraw, class Weight>
       return all || zx * zx + zy * zy > delta * delta;
     }
   };
-  for (std::uint32_t k = 0; k < active && !sums.any; ++k) sums.any = snaps_at(start + k);
-  if (!sums.any) return sums;
 
   const std::uint32_t noise_key = redraw ? patch.draw[start] : 0u;
   for (std::uint32_t k = 0; k < active; ++k) {

@@ -39,16 +39,14 @@ inline V length_at(const KernelLaw& law, V share) {
 }
 
 /// Snap length of the bristle met at a random place: density proportional to length times that of the
-/// law. The exponential law needs the second number.
+/// law. Not for the exponential law, whose age and rest are independent.
 template <class T, class V>
-[[gnu::noinline]] V length_met(const KernelLaw& law, V share, V second) {
+[[gnu::noinline]] V length_met(const KernelLaw& law, V share) {
   const V a(static_cast<T>(law.biased_a));
   const V b(static_cast<T>(law.biased_b));
   switch (law.kind) {
     case law_uniform:
       return root(a + b * share);
-    case law_exponential:
-      return clamp_length<T>(law, V(T(0)) - a * (natural_log<T>(share) + natural_log<T>(second)));
     case law_lognormal:
       return clamp_length<T>(law, exponential<T>(a + b * normal_quantile<T>(share)));
     default:

@@ -42,12 +42,22 @@ struct After {
   T variance = 0;    ///< of the squares left out by jumps
 };
 
-/// Keep: n = 1 + floor(R / delta) snaps, the rest is bent.
+/// Keep: n = 1 + floor(R / delta) snaps, the rest is bent. Up to two further snaps are taken off one by
+/// one, which is exact; more by a division.
 template <class T>
 After<T> after_keep(T rest, T delta) {
   After<T> after;
-  after.count = whole_part(rest / delta);
-  after.deflection = least(most(rest - after.count * delta, T(0)), delta);
+  if (rest >= delta * T(3)) {
+    after.count = whole_part(rest / delta);
+    after.deflection = most(rest - after.count * delta, T(0));
+  } else {
+    after.deflection = rest;
+    for (int i = 0; i < 2 && after.deflection >= delta; ++i) {
+      after.deflection -= delta;
+      after.count += T(1);
+    }
+  }
+  after.deflection = least(after.deflection, delta);
   after.squares = after.count * (delta * delta);
   return after;
 }
@@ -65,19 +75,32 @@ After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& sta
   After<T> after;
   for (;;) {
     if (rest > jump_from && !law.many) {
-      // The bristle met there is length-biased, its age uniform.
       const T u = next();
       const T v = next();
-      T met = length_met<T>(law, u, law.kind == law_exponential ? next() : v);
+      const bool memoryless = law.kind == law_exponential;
+      const T mean = static_cast<T>(law.a);
+      // The bristle met there is length-biased, its age uniform.
+      T met = memoryless ? T(0) : length_met<T>(law, u);
       T age = v * met;
+      if (memoryless) {
+        age = mean * -natural_log<T>(u);
+        met = age + most(mean * -natural_log<T>(v), static_cast<T>(law.shortest));
+      }
       met -= most(age - rest, T(0));
       age = least(age, rest);
       const T jumped = rest - age;
-      after.squares +=
-          most(static_cast<T>(law.squares_per_length) * jumped + static_cast<T>(law.squares_offset), T(0));
-      after.variance +=
-          most(static_cast<T>(law.variance_per_length) * jumped + static_cast<T>(law.variance_offset), T(0));
-      after.count += whole_part(jumped * inverse + static_cast<T>(law.count_offset + 0.5));
+      T more = static_cast<T>(law.squares_per_length) * jumped + static_cast<T>(law.squares_offset);
+      T spread = static_cast<T>(law.variance_per_length) * jumped + static_cast<T>(law.variance_offset);
+      if (memoryless) {
+        const T x = jumped * inverse;
+        const T e = exponential<T>(-least(x, T(80)));
+        const T mean2 = static_cast<T>(law.mean * law.mean);
+        more = mean2 * (T(2) * (x - T(1) + e));
+        spread = mean2 * mean2 * (T(8) * x - T(28) + e * (T(32) + x * (T(16) + T(8) * x) - T(4) * e));
+      }
+      after.squares += most(more, T(0));
+      after.variance += most(spread, T(0));
+      if (jumped > T(0)) after.count += whole_part(jumped * inverse + static_cast<T>(law.count_offset + 0.5));
       after.deflection = least(age, met);
       delta = met;
       return after;
@@ -124,6 +147,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const std::uint32_t end = start + block_size < in_contact ? start + block_size : in_contact;
   const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
   totals.visited += end - start;
+  ++totals.blocks_visited;
 
   if (block.zero) {  // entered together: written down only now
     for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {
@@ -149,11 +173,22 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   double twice_mean[2] = {0.0, 0.0};
   double squares = 0.0;
 
+  const auto snaps_at = [&](std::uint32_t i) {
+    if (advance.all) return true;
+    const T x = patch.zx[i] + p1[0];
+    const T delta = patch.delta[i];
+    if constexpr (axes == 1) return x > delta || -x > delta;
+    const T y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
+    return x * x + y * y > delta * delta;
+  };
+  bool any = false;
+  for (std::uint32_t i = start; i < end; ++i) any = any || snaps_at(i);
+  if (!any) return;  // nothing is written: the displacement grows by itself
+
   if (advance.far) {
     const FarSums far =
         far_block<T, axes, redraw>(patch, advance, start, end - start, q0, q1,
                                    [&weight](std::uint32_t i) { return static_cast<double>(weight(i)); });
-    if (!far.any) return;
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = far.stored[axis];
       twice_mean[axis] = far.twice_mean[axis];
@@ -161,17 +196,6 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     squares = far.squares;
     totals.snaps += to_count(far.snaps);
   } else {
-    const auto snaps_at = [&](std::uint32_t i) {
-      const T x = patch.zx[i] + p1[0];
-      const T delta = patch.delta[i];
-      if constexpr (axes == 1) return x > delta || -x > delta;
-      const T y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
-      return x * x + y * y > delta * delta;
-    };
-    bool any = false;
-    for (std::uint32_t i = start; i < end; ++i) any = any || snaps_at(i);
-    if (!any) return;  // nothing is written: the displacement grows by itself
-
     LaneSum<T> stored_sum[2], straight[2], torn[2], along_sum, squares_sum, snaps, variance;
     const std::uint32_t noise_key = redraw ? patch.draw[start] : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
@@ -251,6 +275,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     if (energy) totals.snaps += to_count(snaps.total());
   }
 
+  ++totals.blocks_rewritten;
   // Book the block: fixed point, so that sums over blocks are exact.
   const bool tail = patch.whole < (b + 1) * block_size;
   for (int axis = 0; axis < axes; ++axis) {

@@ -6,7 +6,7 @@
 namespace bristle {
 
 /// Histogram of step times with logarithmic buckets (64 per octave from 1 ns to 64 s: percentiles are
-/// within 1.1 %). Plain data; one thread records. No allocation, no lock.
+/// at most 1.6 % high). Plain data; one thread records. No allocation, no lock.
 ///
 /// A late tick is ours when the thread's CPU time in it exceeds the budget; other late ticks are the
 /// machine's (preemption, steal).

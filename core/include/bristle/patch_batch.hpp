@@ -12,9 +12,9 @@
 namespace bristle {
 
 struct BatchOptions {
-  int threads = 1;  ///< threads that may step, the caller included; 0 = one per core
-  const char* isa =
-      nullptr;  ///< "scalar", "sse2", "avx2", "avx512", ...; null = BRISTLE_ISA or the best here
+  int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
+  const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA or the best here
+  bool eager = false;         ///< visit every bristle in every step: the same bits, slower; for comparison
 
   BatchOptions& with_threads(int count) {
     threads = count;
@@ -22,6 +22,10 @@ struct BatchOptions {
   }
   BatchOptions& with_isa(const char* name) {
     isa = name;
+    return *this;
+  }
+  BatchOptions& with_eager(bool value) {
+    eager = value;
     return *this;
   }
 };
