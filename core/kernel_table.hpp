@@ -22,9 +22,10 @@ constexpr std::uint32_t blocks_per_group = 64;
 constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
 constexpr double length_per_fixed = 1.0 / fixed_per_length;
 /// Steps longer than this (scaled) are far: every bristle snaps, the remainder is taken in double.
-constexpr double far_length = 2048.0;
-/// No snap length is longer (scaled). A step beyond twice this snaps every bristle.
-constexpr double longest_scaled_length = 1024.0;
+constexpr double far_length = 4096.0;
+/// No snap length is longer (scaled): 1024 mean lengths. A far step is more than twice as long, so it
+/// snaps every bristle wherever it stands.
+constexpr double longest_scaled_length = 1449.0;
 
 /// Multiplier between successive draw states of a bristle (odd: visits all 2^32 states).
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;

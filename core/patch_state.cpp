@@ -168,8 +168,10 @@ double all_squares(const PatchState& p) noexcept {
 }
 
 /// Unit in which the sum of delta^2 of a block's snaps fits 62 bits with room, as a power of two.
-double energy_unit(double length, double longest) noexcept {
-  const double most = 4.0 * block_size * (length + 2.0 * longest) * longest;
+double energy_unit(double length, double longest, bool literal) noexcept {
+  // The literal rule squares what a bristle reached before it was reset.
+  const double path = length + 2.0 * longest;
+  const double most = 4.0 * block_size * path * (literal ? path : longest);
   int exponent = 0;
   std::frexp(most, &exponent);
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
@@ -345,7 +347,9 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
   if (commit) step.contact_loss = apply_load(p, motion.normal_load);
   for (int axis = 0; axis < 2; ++axis) {
     step.displacement[axis] = motion.displacement[axis];
-    step.velocity[axis] = motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / dt_s;
+    // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
+    const double v = motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300);
+    step.velocity[axis] = std::clamp(v, -1e150, 1e150);
   }
   const CompiledMaterial& m = *p.material;
   Advance& a = step.advance;
@@ -357,11 +361,11 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
   double d[2];
   for (int axis = 0; axis < 2; ++axis)
     d[axis] = std::clamp(motion.displacement[axis] * m.lengths_per_metre, -farthest, farthest);
-  double largest = std::max(std::abs(d[0]), std::abs(d[1]));
-  if (p.options.step_rule == StepRule::literal && largest > 1.5 * far_length) {
+  const bool literal = p.options.step_rule == StepRule::literal;
+  const double largest = std::max(std::abs(d[0]), std::abs(d[1]));
+  if (literal && largest > far_length) {
     // The literal rule forgets how far it went: this far already resets every bristle.
-    for (double& x : d) x *= 1.5 * far_length / largest;
-    largest = 1.5 * far_length;
+    for (double& x : d) x *= far_length / largest;
   } else if (largest > far_length) {
     const double rx = d[0] / largest;
     const double ry = d[1] / largest;
@@ -392,9 +396,9 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
       a.direction[0] = moved[0] / a.length;
       a.direction[1] = moved[1] / a.length;
     }
-    if (m.in_phase && !p.is_double() && p.options.step_rule == StepRule::exact) a.far = 1;
+    if (m.in_phase && !p.is_double() && !literal) a.far = 1;
   }
-  a.energy_unit = energy_unit(a.length, m.longest);
+  a.energy_unit = energy_unit(a.length, m.longest, literal);
   a.skip = p.skips && !a.all ? 1 : 0;
   a.track = a.skip && p.tracks ? 1 : 0;
   return step;

@@ -98,6 +98,18 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
   }
 }
 
+/// What a block's sum of delta^2 differs from its mean, given the sum's mean and variance: drawn once per
+/// block, lognormal, so that both agree and the sum stays positive however few bristles there are.
+inline double jump_noise(double sum, double variance, std::uint32_t key) {
+  if (!(variance > 0.0 && sum > 0.0)) return 0.0;
+  const double s2 = natural_log<double>(1.0 + variance / sum / sum);
+  // The sum's own bits: a block whose first bristle did not draw must not repeat its noise.
+  const std::uint64_t bits = bits_of_number(sum);
+  const std::uint32_t own = static_cast<std::uint32_t>(bits) ^ static_cast<std::uint32_t>(bits >> 32);
+  const double z = normal_quantile<double>(share_of<double>(mix(key ^ mix(own))));
+  return sum * (exponential<double>(root(s2) * z - 0.5 * s2) - 1.0);
+}
+
 /// Sums of one block over a far step.
 struct FarSums {
   double stored[2];
@@ -115,6 +127,7 @@ template <class T, int axes, bool redraw, class Weight>
   double lanes_stored[2][lane_count] = {};
   double lanes_mean[2][lane_count] = {};
   double lanes_squares[lane_count] = {};
+  double lanes_further[lane_count] = {};
   double lanes_variance[lane_count] = {};
   FarSums sums{};
   const bool all = advance.all != 0;
@@ -170,7 +183,8 @@ template <class T, int axes, bool redraw, class Weight>
       mean_x = 2.0 * sx * (tau / advance.length) + ex * integral;
       mean_y = 2.0 * sy * (tau / advance.length) + ey * integral;
       lanes_squares[lane] += w * (before * before + land.squares);
-      lanes_variance[lane] += w * land.variance;
+      lanes_further[lane] += w * land.squares;
+      lanes_variance[lane] += w * (w * land.variance);
       sums.snaps += 1.0 + land.count;
     } else {
       zx = patch.zx[i] + static_cast<T>(p1[0]);
@@ -189,11 +203,7 @@ template <class T, int axes, bool redraw, class Weight>
   }
   sums.squares = tree_sum(lanes_squares);
   double noise = 0.0;
-  if constexpr (redraw) {
-    const double variance = tree_sum(lanes_variance);
-    if (variance > 0.0)
-      noise = root(variance) * normal_quantile<double>(share_of<double>(mix(noise_key ^ 0xA511E9B3u)));
-  }
+  if constexpr (redraw) noise = jump_noise(tree_sum(lanes_further), tree_sum(lanes_variance), noise_key);
   sums.squares += noise;
   for (int axis = 0; axis < axes; ++axis) {
     sums.stored[axis] = tree_sum(lanes_stored[axis]);

@@ -196,7 +196,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     squares = far.squares;
     totals.snaps += to_count(far.snaps);
   } else {
-    LaneSum<T> stored_sum[2], straight[2], torn[2], along_sum, squares_sum, snaps, variance;
+    LaneSum<T> stored_sum[2], straight[2], torn[2], along_sum, squares_sum, snaps, further, variance;
     const std::uint32_t noise_key = redraw ? patch.draw[start] : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
       const T w = weight(i);
@@ -252,7 +252,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
         torn[1].add(i, (start_y * tau) * w);
         squares_sum.add(i, (delta * delta + after.squares) * w);
         snaps.add(i, T(1) + after.count);
-        variance.add(i, after.variance);
+        further.add(i, after.squares * w);
+        variance.add(i, after.variance * w * w);
       }
       if (advance.commit) {
         patch.zx[i] = next_x;
@@ -261,10 +262,9 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       stored_sum[0].add(i, next_x * w);
       stored_sum[1].add(i, next_y * w);
     }
-    double noise = 0.0;  // of the squares that jumps left out, once per block
-    const double left_out = variance.total();
-    if (redraw && !literal && (mean || energy) && left_out > 0.0)
-      noise = root(left_out) * normal_quantile<double>(share_of<double>(mix(noise_key ^ 0xA511E9B3u)));
+    double noise = 0.0;
+    if (redraw && !literal && (mean || energy))
+      noise = jump_noise(further.total(), variance.total(), noise_key);
     const double along = along_sum.total() + noise;
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = stored_sum[axis].total();

@@ -102,7 +102,8 @@ struct RowSums {
   Lanes<T> along;        ///< tau^2 + squares + r^2 of these
   Lanes<T> squares;      ///< delta^2 over all snaps
   Lanes<T> snaps;
-  Lanes<T> variance;  ///< of the squares that jumps left out
+  Lanes<T> further;   ///< delta^2 over the snaps after the first (redraw)
+  Lanes<T> variance;  ///< of these, where a jump knows them in the mean only
 };
 
 /// Redraw, before the walk: the way left to the bristles of a vector that snap. Returns whether any does.
@@ -188,7 +189,10 @@ inline void advance_bristles(const BlockMotion<T, axes>& motion, std::uint32_t i
       if constexpr (mean || energy) {
         after.squares = load(walk->squares + w);
         after.count = load(walk->count + w);
-        sums.variance = sums.variance + load(walk->variance + w);
+        add(sums.further, after.squares);
+        Lanes<T> variance = load(walk->variance + w);
+        if constexpr (partial) variance = variance * weight;
+        add(sums.variance, variance);
       }
       if (motion.commit) {
         select_lanes(snapped, load(walk->length + w), delta).store_aligned(motion.delta + i);

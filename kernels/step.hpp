@@ -38,6 +38,7 @@ class Stepper {
   static constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
   static constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
   static constexpr bool squares_wanted = energy || literal;
+  static constexpr bool jumps_count = redraw && !literal && (mean || energy);
   static constexpr std::uint32_t width = Lanes<T>::size;
 
   const PatchView<T>& patch;
@@ -236,9 +237,9 @@ class Stepper {
       }
       walk_rounds<T, sums>(*patch.law, static_cast<T>(advance.length), rows, walk);
     }
-    LaneSum stored[2], straight[2], torn[2], along, squares, snaps, variance;
+    LaneSum stored[2], straight[2], torn[2], along, squares, snaps, further, variance;
     for (std::uint32_t k = 0; k < lane_count; k += width) {
-      RowSums<T> sums{{none, none}, {none, none}, {none, none}, none, none, none, none};
+      RowSums<T> sums{{none, none}, {none, none}, {none, none}, none, none, none, none, none};
       for (std::uint32_t row = 0; row < extent.full_rows; ++row)
         advance_bristles<T, axes, rule, mean, energy, false>(motion, extent.start + row * lane_count + k,
                                                              nullptr, patch.law, &walk, sums);
@@ -258,16 +259,15 @@ class Stepper {
         sums.squares.store_aligned(squares.lane + k);
         sums.snaps.store_aligned(snaps.lane + k);
       }
-      if constexpr (redraw && (mean || energy)) sums.variance.store_aligned(variance.lane + k);
+      if constexpr (jumps_count) {
+        sums.further.store_aligned(further.lane + k);
+        sums.variance.store_aligned(variance.lane + k);
+      }
     }
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) block.stored[axis] = stored[axis].total();
-    double noise = 0.0;  // of the squares that jumps left out, once per block
-    if constexpr (redraw && !literal && (mean || energy)) {
-      const double left_out = variance.total();
-      if (left_out > 0.0)
-        noise = root(left_out) * normal_quantile<double>(share_of<double>(mix(noise_key ^ 0xA511E9B3u)));
-    }
+    double noise = 0.0;
+    if constexpr (jumps_count) noise = jump_noise(further.total(), variance.total(), noise_key);
     if constexpr (mean) {
       const double path = along.total() + noise;
       for (int axis = 0; axis < axes; ++axis)
