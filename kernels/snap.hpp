@@ -22,7 +22,6 @@ struct BlockMotion {
   T* delta;
   std::uint32_t* draw;
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
-  bool commit;
 
   /// Which of the bristles at i snap in this step: those beyond their length at its end.
   Mask<T> snaps_at(std::uint32_t i) const {
@@ -62,6 +61,15 @@ struct BlockMotion {
       return positive_part(chord - along);
     }
   }
+};
+
+/// Where the rewritten bristles of a block go: its columns, or scratch when a step is only tried.
+template <class T>
+struct BlockOutput {
+  T* zx;
+  T* zy;
+  T* delta;
+  std::uint32_t* draw;
 };
 
 /// What a vector of bristles does after its first snap.
@@ -132,13 +140,15 @@ inline bool begin_walk(const BlockMotion<T, axes>& motion, std::uint32_t i, cons
 /// Advances the vector of bristles at i of a block that is being rewritten. `partial`: bristles count by
 /// their weights, and those of weight 0 not at all.
 template <class T, int axes, Rule rule, bool mean, bool energy, bool partial>
-inline void advance_bristles(const BlockMotion<T, axes>& motion, std::uint32_t i, const T* weights,
-                             const KernelLaw* law, const Walk<T>* walk, RowSums<T>& sums) {
+[[gnu::always_inline]] inline void advance_bristles(const BlockMotion<T, axes>& motion,
+                                                    const BlockOutput<T>& output, std::uint32_t i,
+                                                    const T* weights, const KernelLaw* law,
+                                                    const Walk<T>* walk, RowSums<T>& sums) {
   constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
   constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
   constexpr std::uint32_t width = Lanes<T>::size;
   const Lanes<T> none(T(0));
-  [[maybe_unused]] const std::uint32_t w = i % block_size;
+  const std::uint32_t w = i % block_size;
   Lanes<T> weight(T(1));
   if constexpr (partial) weight = load(weights);
   const auto add = [&weight](Lanes<T>& sum, Lanes<T> x) {
@@ -173,10 +183,8 @@ inline void advance_bristles(const BlockMotion<T, axes>& motion, std::uint32_t i
     if constexpr (redraw) {
       DrawStates<T> states(motion.draw + i);
       const Lanes<T> drawn = length_at<T>(*law, states.next(snapped));
-      if (motion.commit) {
-        states.store(motion.draw + i);
-        select_lanes(snapped, drawn, delta).store_aligned(motion.delta + i);
-      }
+      states.store(output.draw + w);
+      select_lanes(snapped, drawn, delta).store_aligned(output.delta + w);
     }
     add(sums.squares, select_lanes(snapped, end2, none));
     sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)), none);
@@ -194,10 +202,8 @@ inline void advance_bristles(const BlockMotion<T, axes>& motion, std::uint32_t i
         if constexpr (partial) variance = variance * weight;
         add(sums.variance, variance);
       }
-      if (motion.commit) {
-        select_lanes(snapped, load(walk->length + w), delta).store_aligned(motion.delta + i);
-        std::memcpy(motion.draw + i, walk->state + w, width * sizeof(std::uint32_t));
-      }
+      select_lanes(snapped, load(walk->length + w), delta).store_aligned(output.delta + w);
+      std::memcpy(output.draw + w, walk->state + w, width * sizeof(std::uint32_t));
     } else {
       after = walk_keep<T>(snapped, positive_part(motion.length - tau), delta);
     }
@@ -223,10 +229,8 @@ inline void advance_bristles(const BlockMotion<T, axes>& motion, std::uint32_t i
     next_x = select_lanes(active, next_x, none);
     if constexpr (axes == 2) next_y = select_lanes(active, next_y, none);
   }
-  if (motion.commit) {
-    next_x.store_aligned(motion.zx + i);
-    if constexpr (axes == 2) next_y.store_aligned(motion.zy + i);
-  }
+  next_x.store_aligned(output.zx + w);
+  if constexpr (axes == 2) next_y.store_aligned(output.zy + w);
   add(sums.stored[0], next_x);
   if constexpr (axes == 2) add(sums.stored[1], next_y);
 }

@@ -125,8 +125,7 @@ class Stepper {
                                       Lanes<T>(static_cast<T>(q0[0])),
                                       Lanes<T>(static_cast<T>(q0[1])),
                                       Lanes<T>(p1x),
-                                      Lanes<T>(p1y),
-                                      advance.commit != 0};
+                                      Lanes<T>(p1y)};
     if (!advance.all) {
       T margin = std::numeric_limits<T>::max();
       const bool any =
@@ -218,7 +217,25 @@ class Stepper {
     double total() { return static_cast<double>(tree_sum(lane)); }
   };
 
-  BlockSums rewrite(const BlockMotion<T, axes>& motion, const Extent& extent) {
+  /// Columns of one block for a step that is only tried.
+  struct Scratch {
+    alignas(64) T zx[block_size];
+    alignas(64) T zy[axes == 2 ? block_size : 1];
+    alignas(64) T delta[redraw ? block_size : 1];
+    alignas(64) std::uint32_t draw[redraw ? block_size : 1];
+  };
+
+  BlockSums rewrite(const BlockMotion<T, axes>& block_motion, const Extent& extent) {
+    const BlockMotion<T, axes> motion = block_motion;  // whose address nobody takes: stays in registers
+    Scratch scratch;
+    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.draw};
+    if (advance.commit) {
+      output.zx = patch.zx + extent.start;
+      if constexpr (axes == 2) output.zy = patch.zy + extent.start;
+      output.delta = patch.delta + extent.start;
+      if constexpr (redraw) output.draw = patch.draw + extent.start;
+    }
+    const std::uint32_t full_rows = extent.full_rows;
     const Lanes<T> none(T(0));
     [[maybe_unused]] const std::uint32_t noise_key = redraw ? patch.draw[extent.start] : 0u;
     [[maybe_unused]] Walk<T> walk;
@@ -240,11 +257,11 @@ class Stepper {
     LaneSum stored[2], straight[2], torn[2], along, squares, snaps, further, variance;
     for (std::uint32_t k = 0; k < lane_count; k += width) {
       RowSums<T> sums{{none, none}, {none, none}, {none, none}, none, none, none, none, none};
-      for (std::uint32_t row = 0; row < extent.full_rows; ++row)
-        advance_bristles<T, axes, rule, mean, energy, false>(motion, extent.start + row * lane_count + k,
-                                                             nullptr, patch.law, &walk, sums);
+      for (std::uint32_t row = 0; row < full_rows; ++row)
+        advance_bristles<T, axes, rule, mean, energy, false>(
+            motion, output, extent.start + row * lane_count + k, nullptr, patch.law, &walk, sums);
       if (extent.partial)
-        advance_bristles<T, axes, rule, mean, energy, true>(motion,
+        advance_bristles<T, axes, rule, mean, energy, true>(motion, output,
                                                             extent.start + extent.full_rows * lane_count + k,
                                                             extent.weights + k, patch.law, &walk, sums);
       for (int axis = 0; axis < axes; ++axis) {
