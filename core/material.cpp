@@ -46,7 +46,7 @@ double Material::kinetic_coefficient() const {
 }
 
 double Material::damping_at(double speed_m_per_s) const noexcept {
-  if (!(stribeck_velocity > 0.0)) return 0.0;
+  if (!(stribeck_velocity > 0.0) || bristle_damping == 0.0) return 0.0;
   const double u = detail::magnitude(speed_m_per_s) / stribeck_velocity;
   return bristle_damping * detail::exp(damper_decay == DamperDecay::gaussian ? -u * u : -u);
 }

@@ -30,6 +30,7 @@ constexpr std::uint64_t parallel_from = 60000;
 constexpr std::uint64_t smallest_piece = 8192;
 // What a patch costs beside its bristles, in bristles.
 constexpr std::uint64_t patch_overhead = 100;
+constexpr Totals no_totals{};
 constexpr int max_tasks = 512;
 constexpr int max_split = 64;
 
@@ -217,10 +218,14 @@ struct PatchBatch::Impl {
   void step_one(std::size_t i, Task& task) noexcept {
     PatchState& p = *find(in[i].id);
     const PatchStep step = begin_step(p, in[i], dt, true);
-    Totals totals{};
-    if (step.moves && !holds_still(p, step)) run_blocks(p, step, 0, p.active_blocks(), totals);
-    finish_step(p, step, totals, out[i]);
-    task.visited += totals.visited;
+    if (step.moves && !holds_still(p, step)) {
+      Totals totals{};
+      run_blocks(p, step, 0, p.active_blocks(), totals);
+      finish_step(p, step, totals, out[i]);
+      task.visited += totals.visited;
+    } else {
+      finish_step(p, step, no_totals, out[i]);
+    }
     task.status = task.status | out[i].status;
     ++task.stepped;
   }

@@ -19,11 +19,19 @@ std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
 
+/// As static_cast does, without its long division of the usual case.
+double to_double(Int128 x) noexcept {
+  const auto low = static_cast<std::int64_t>(x);
+  return low == x ? static_cast<double>(low) : static_cast<double>(x);
+}
+
 double to_lengths(std::int64_t fixed) noexcept { return static_cast<double>(fixed) * length_per_fixed; }
 
 /// Weight times fixed-point displacement of the tail, rounded: a function of state alone.
 Int128 weighted(double count, std::int64_t fixed) noexcept {
-  return static_cast<Int128>(std::rint(count * static_cast<double>(fixed)));
+  const double x = count * static_cast<double>(fixed);
+  if (std::abs(x) < 9e18) return std::llrint(x);
+  return static_cast<Int128>(x);  // whole at this size
 }
 
 /// Bristles that the tail block counts for.
@@ -348,7 +356,8 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
   for (int axis = 0; axis < 2; ++axis) {
     step.displacement[axis] = motion.displacement[axis];
     // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
-    const double v = motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300);
+    const double v =
+        motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300);
     step.velocity[axis] = std::clamp(v, -1e150, 1e150);
   }
   const CompiledMaterial& m = *p.material;
@@ -382,7 +391,7 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
     a.phase_key = hasher.value();
     step.moves = true;
   }
-  if (!a.all) {
+  if (!a.all && largest > 0.0) {
     double moved[2];
     for (int axis = 0; axis < 2; ++axis) {
       const std::int64_t fixed = std::llrint(d[axis] * fixed_per_length);
@@ -398,7 +407,9 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
     }
     if (m.in_phase && !p.is_double() && !literal) a.far = 1;
   }
-  a.energy_unit = energy_unit(a.length, m.longest, literal);
+  a.energy_unit = 1.0;
+  if (step.moves && (literal || has(p.options.outputs, Outputs::energy)))
+    a.energy_unit = energy_unit(a.length, m.longest, literal);
   a.skip = p.skips && !a.all ? 1 : 0;
   a.track = a.skip && p.tracks ? 1 : 0;
   return step;
@@ -467,6 +478,8 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   const bool mean = has(p.options.outputs, Outputs::mean);
   const bool energy = has(p.options.outputs, Outputs::energy);
   const Int128 full = p.full_blocks();
+  const bool has_tail = p.has_tail();
+  const double tail_count = has_tail ? tail_weight(p) : 0.0;
 
   // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact.
   Int128 end[2] = {0, 0};
@@ -476,21 +489,19 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
     const Int128 offset = p.offset[axis] + full * moved + t.offset[axis];
     const Int128 stored = p.stored[axis] + t.stored[axis];
     end[axis] = stored + Int128{block_size} * offset;
-    twice_mean[axis] =
-        2 * p.stored[axis] + Int128{block_size} * (2 * p.offset[axis] + full * moved) + t.twice_mean[axis];
-    if (p.has_tail()) {
+    if (mean)
+      twice_mean[axis] =
+          2 * p.stored[axis] + Int128{block_size} * (2 * p.offset[axis] + full * moved) + t.twice_mean[axis];
+    if (has_tail && t.tail_snapped) {
+      end[axis] += t.tail_stored[axis];
+      twice_mean[axis] += t.tail_twice_mean[axis];
+    } else if (has_tail) {
       const Block& tail = p.blocks[p.full_blocks()];
-      if (t.tail_snapped) {
-        end[axis] += t.tail_stored[axis];
-        twice_mean[axis] += t.tail_twice_mean[axis];
-      } else {
-        const std::int64_t p0 = difference(a.from[axis], tail.position[axis]);
-        const std::int64_t p1 = difference(a.to[axis], tail.position[axis]);
-        const double count = tail_weight(p);
-        end[axis] += tail.stored[axis] + weighted(count, p1);
-        twice_mean[axis] +=
-            2 * static_cast<Int128>(tail.stored[axis]) + weighted(count, p0) + weighted(count, p1);
-      }
+      const Int128 p1 = weighted(tail_count, difference(a.to[axis], tail.position[axis]));
+      end[axis] += tail.stored[axis] + p1;
+      if (mean)
+        twice_mean[axis] += 2 * static_cast<Int128>(tail.stored[axis]) +
+                            weighted(tail_count, difference(a.from[axis], tail.position[axis])) + p1;
     }
     if (a.commit) {
       p.stored[axis] = stored;
@@ -512,12 +523,12 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   for (int axis = 0; axis < 2; ++axis) {
     // 0 - x: no negative zero for a patch at rest.
     out.damper[axis] = 0.0 - damping * step.velocity[axis];
-    out.elastic[axis] = 0.0 - newtons_per_length * static_cast<double>(end[axis]);
+    out.elastic[axis] = 0.0 - newtons_per_length * to_double(end[axis]);
     out.end[axis] = out.elastic[axis] + out.damper[axis];
     if (mean)
-      out.mean[axis] =
-          literal ? out.end[axis]
-                  : 0.0 - 0.5 * newtons_per_length * static_cast<double>(twice_mean[axis]) + out.damper[axis];
+      out.mean[axis] = literal
+                           ? out.end[axis]
+                           : 0.0 - 0.5 * newtons_per_length * to_double(twice_mean[axis]) + out.damper[axis];
     work -= out.damper[axis] * step.displacement[axis];
   }
   out.stiffness = p.zeta * m.material.bristle_stiffness;
@@ -525,7 +536,7 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   out.force_limit = m.peak_coefficient * p.normal_load;
   if (energy) {
     const double joules = joules_per_square(p);
-    out.dissipated = joules * (static_cast<double>(t.squares) / a.energy_unit) + p.pending_dissipated;
+    out.dissipated = joules * (to_double(t.squares) / a.energy_unit) + p.pending_dissipated;
     out.contact_loss = step.contact_loss + p.pending_loss;
     out.damper_work = work;
     out.snaps = t.snaps + p.pending_snaps;

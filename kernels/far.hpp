@@ -98,15 +98,20 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
   }
 }
 
+/// Keys a block's noise by the draw states of its first row before the step: one of 16 bristles has drawn
+/// since the last jump, and a trial step of another length gets the same noise, so that solvers converge.
+inline std::uint32_t noise_key(const std::uint32_t* draw) {
+  std::uint32_t key = 0xA511E9B3u;
+  for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);
+  return key;
+}
+
 /// What a block's sum of delta^2 differs from its mean, given the sum's mean and variance: drawn once per
 /// block, lognormal, so that both agree and the sum stays positive however few bristles there are.
 inline double jump_noise(double sum, double variance, std::uint32_t key) {
   if (!(variance > 0.0 && sum > 0.0)) return 0.0;
   const double s2 = natural_log<double>(1.0 + variance / sum / sum);
-  // The sum's own bits: a block whose first bristle did not draw must not repeat its noise.
-  const std::uint64_t bits = bits_of_number(sum);
-  const std::uint32_t own = static_cast<std::uint32_t>(bits) ^ static_cast<std::uint32_t>(bits >> 32);
-  const double z = normal_quantile<double>(share_of<double>(mix(key ^ mix(own))));
+  const double z = normal_quantile<double>(share_of<double>(mix(key)));
   return sum * (exponential<double>(root(s2) * z - 0.5 * s2) - 1.0);
 }
 
@@ -144,7 +149,7 @@ template <class T, int axes, bool redraw, class Weight>
     }
   };
 
-  const std::uint32_t noise_key = redraw ? patch.draw[start] : 0u;
+  const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
   for (std::uint32_t k = 0; k < active; ++k) {
     const std::uint32_t i = start + k;
     const std::uint32_t lane = k % lane_count;
@@ -203,7 +208,7 @@ template <class T, int axes, bool redraw, class Weight>
   }
   sums.squares = tree_sum(lanes_squares);
   double noise = 0.0;
-  if constexpr (redraw) noise = jump_noise(tree_sum(lanes_further), tree_sum(lanes_variance), noise_key);
+  if constexpr (redraw) noise = jump_noise(tree_sum(lanes_further), tree_sum(lanes_variance), key);
   sums.squares += noise;
   for (int axis = 0; axis < axes; ++axis) {
     sums.stored[axis] = tree_sum(lanes_stored[axis]);

@@ -197,7 +197,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     totals.snaps += to_count(far.snaps);
   } else {
     LaneSum<T> stored_sum[2], straight[2], torn[2], along_sum, squares_sum, snaps, further, variance;
-    const std::uint32_t noise_key = redraw ? patch.draw[start] : 0u;
+    const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
       const T w = weight(i);
       const T start_x = patch.zx[i] + p0[0];
@@ -263,8 +263,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       stored_sum[1].add(i, next_y * w);
     }
     double noise = 0.0;
-    if (redraw && !literal && (mean || energy))
-      noise = jump_noise(further.total(), variance.total(), noise_key);
+    if (redraw && !literal && (mean || energy)) noise = jump_noise(further.total(), variance.total(), key);
     const double along = along_sum.total() + noise;
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = stored_sum[axis].total();

@@ -237,7 +237,8 @@ class Stepper {
     }
     const std::uint32_t full_rows = extent.full_rows;
     const Lanes<T> none(T(0));
-    [[maybe_unused]] const std::uint32_t noise_key = redraw ? patch.draw[extent.start] : 0u;
+    [[maybe_unused]] std::uint32_t key = 0;
+    if constexpr (jumps_count) key = noise_key(patch.draw + extent.start);
     [[maybe_unused]] Walk<T> walk;
     if constexpr (redraw && !literal) {
       constexpr bool sums = mean || energy;
@@ -284,7 +285,7 @@ class Stepper {
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) block.stored[axis] = stored[axis].total();
     double noise = 0.0;
-    if constexpr (jumps_count) noise = jump_noise(further.total(), variance.total(), noise_key);
+    if constexpr (jumps_count) noise = jump_noise(further.total(), variance.total(), key);
     if constexpr (mean) {
       const double path = along.total() + noise;
       for (int axis = 0; axis < axes; ++axis)

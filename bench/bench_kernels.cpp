@@ -1,0 +1,116 @@
+// One patch, one thread: what a step costs by size, by feature, by law of the snap length, by instruction
+// set.
+#include "measured_scene.hpp"
+#include "suites.hpp"
+
+namespace bristle_bench {
+
+namespace {
+
+constexpr Regime regimes[] = {stick, presliding, all_snap};
+
+void register_sizes() {
+  for (SnapRule rule : rules()) {
+    for (const Regime& regime : regimes) {
+      for (std::uint32_t n : {100u, 900u, 4096u, 32768u, 262144u, 1000000u, 2000000u}) {
+        OnePatchCase what;
+        what.regime = regime;
+        what.rule = rule;
+        what.bristles = n;
+        add_one_patch_benchmark(
+            std::string("size/") + name_of(rule) + '/' + regime.name + '/' + std::to_string(n), what);
+      }
+    }
+  }
+}
+
+/// The cost per feature: 4096 bristles, in the first-level cache.
+void register_features() {
+  for (SnapRule rule : rules()) {
+    for (int axes : axes_counts()) {
+      for (Outputs outputs : output_sets()) {
+        for (Precision precision : bristle_test::precisions()) {
+          for (const Regime& regime : regimes) {
+            OnePatchCase what;
+            what.regime = regime;
+            what.rule = rule;
+            what.axes = axes;
+            what.outputs = outputs;
+            what.precision = precision;
+            add_one_patch_benchmark(std::string("feature/") + name_of(rule) + '/' + std::to_string(axes) +
+                                        "axes/" + name_of(outputs) + '/' + name_of(precision) + '/' +
+                                        regime.name,
+                                    what);
+          }
+        }
+      }
+    }
+  }
+}
+
+void register_laws() {
+  const double quantiles[] = {0.5 * dbar, 0.8 * dbar, 1.0 * dbar, 1.2 * dbar, 1.5 * dbar};
+  const std::pair<const char*, SnapLength> laws[] = {
+      {"single", SnapLength::single(dbar)},
+      {"uniform", usual_law()},
+      {"normal_cv0.2", SnapLength::normal(dbar, 0.2 * dbar)},
+      {"lognormal_cv0.1", SnapLength::lognormal(dbar, 0.1)},
+      {"lognormal_cv0.3", SnapLength::lognormal(dbar, 0.3)},
+      {"lognormal_cv1", SnapLength::lognormal(dbar, 1.0)},
+      {"exponential", SnapLength::exponential(dbar)},
+      {"table", SnapLength::table(quantiles)},
+  };
+  for (SnapRule rule : rules()) {
+    for (const auto& [name, law] : laws) {
+      for (const Regime& regime : {presliding, all_snap}) {
+        OnePatchCase what;
+        what.regime = regime;
+        what.regime.motion = regime.step < 0.1 ? "0.01 dbar a step one way" : "1.5 dbar a step one way";
+        what.rule = rule;
+        what.law = law;
+        add_one_patch_benchmark(std::string("law/") + name_of(rule) + '/' + name + '/' + regime.name, what);
+      }
+    }
+  }
+}
+
+void register_literal_rule() {
+  if (BRISTLE_MINIMAL) return;
+  for (SnapRule rule : rules()) {
+    for (const Regime& regime : regimes) {
+      OnePatchCase what;
+      what.regime = regime;
+      what.rule = rule;
+      what.step_rule = bristle::StepRule::literal;
+      add_one_patch_benchmark(std::string("literal/") + name_of(rule) + '/' + regime.name, what);
+    }
+  }
+}
+
+void register_instruction_sets() {
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) continue;
+    for (SnapRule rule : rules()) {
+      for (const Regime& regime : regimes) {
+        OnePatchCase what;
+        what.regime = regime;
+        what.rule = rule;
+        what.batch.isa = isa.name;
+        add_one_patch_benchmark(std::string("isa/") + name_of(rule) + '/' + regime.name + '/' + isa.name,
+                                what);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void register_kernels() {
+  register_sizes();
+  register_features();
+  register_laws();
+  register_literal_rule();
+  register_instruction_sets();
+}
+
+}  // namespace bristle_bench

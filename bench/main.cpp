@@ -1,0 +1,163 @@
+// bristle_bench: Google Benchmark with what is needed to judge a figure: commit, flags, CPU, instruction set,
+// and the state hash of a fixed scene, so that a speed-up that changes the answer is visible.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "measured_scene.hpp"
+#include "suites.hpp"
+
+#ifndef BRISTLE_GIT_COMMIT
+#define BRISTLE_GIT_COMMIT "unknown"
+#endif
+#ifndef BRISTLE_BUILD_FLAGS
+#define BRISTLE_BUILD_FLAGS "unknown"
+#endif
+
+namespace {
+
+using namespace bristle_bench;
+
+std::string cpu_model() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    const auto colon = line.find(": ");
+    if (line.rfind("model name", 0) == 0 && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+std::string usable_instruction_sets() {
+  std::string names;
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (isa.usable) names += names.empty() ? isa.name : std::string(" ") + isa.name;
+  }
+  return names;
+}
+
+/// Hash of a short scene that touches every variant of this build: load steps, turns, long and short motions.
+std::string scene_hash() {
+  PatchBatch batch;
+  std::vector<Motion> motions;
+  for (SnapRule rule : rules()) {
+    for (int axes : axes_counts()) {
+      for (Outputs outputs : output_sets()) {
+        Motion motion;
+        motion.id = batch.add(plain_material(usual_law(), rule),
+                              plain_options(900, axes, Precision::single, outputs));
+        motions.push_back(motion);
+      }
+    }
+  }
+  batch.warm_up();
+  std::vector<Response> responses(motions.size());
+  const double x[] = {0.3, 1.7, -0.4, 0.01, 12.0, -0.25};
+  const double y[] = {0.1, -0.6, 0.9, 0.02, -5.0};
+  for (std::size_t step = 0; step < 200; ++step) {
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      const bool one_axis = BRISTLE_MINIMAL || i / output_sets().size() % 2 == 0;
+      motions[i].displacement[0] = x[step % 6] * dbar;
+      motions[i].displacement[1] = one_axis ? 0.0 : y[step % 5] * dbar;
+      motions[i].normal_load = step % 50 < 25 ? 900.0 : 612.5;
+    }
+    batch.step(tick, motions, responses);
+  }
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, batch.state_hash());
+  return text;
+}
+
+/// Passes everything on, and at the end prints the times of the rivals over bristle's, from this very run.
+class WithRatios : public benchmark::BenchmarkReporter {
+ public:
+  explicit WithRatios(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
+
+  bool ReportContext(const Context& context) override { return inner_->ReportContext(context); }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    inner_->ReportRuns(runs);
+    for (const Run& run : runs) {
+      const std::string& name = run.run_name.function_name;
+      const auto slash = name.rfind('/');
+      if (run.run_type != Run::RT_Iteration || run.error_occurred || name.rfind("rivals/", 0) != 0) continue;
+      auto& group = groups_[name.substr(7, slash - 7)];
+      const double time = run.GetAdjustedRealTime();
+      const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
+      if (!fresh) entry->second = std::min(entry->second, time);  // the best of the repetitions
+    }
+  }
+  void Finalize() override {
+    inner_->Finalize();
+    print();
+  }
+
+ private:
+  void print() const {
+    if (groups_.empty()) return;
+    static const char* const others[] = {"plain", "plain_chunked", "paper_double3", "paper_float2", "stream"};
+    std::fprintf(
+        stderr, "\nTime over bristle's (above 1: bristle is faster; stream: share of the streaming limit)\n");
+    std::fprintf(stderr, "%-36s", "regime/rule_output/bristles");
+    for (const char* other : others) std::fprintf(stderr, " %13s", other);
+    std::fprintf(stderr, "\n");
+    for (const auto& [name, times] : groups_) {
+      const auto ours = times.find("bristle");
+      if (ours == times.end()) continue;
+      std::fprintf(stderr, "%-36s", name.c_str());
+      for (const char* other : others) {
+        const auto its = times.find(other);
+        if (its == times.end()) {
+          std::fprintf(stderr, " %13s", "-");
+        } else {
+          std::fprintf(stderr, " %13.2f", its->second / ours->second);
+        }
+      }
+      std::fprintf(stderr, "\n");
+    }
+  }
+
+  std::unique_ptr<BenchmarkReporter> inner_;
+  std::map<std::string, std::map<std::string, double>> groups_;
+};
+
+void add_context() {
+  benchmark::AddCustomContext("bristle_version", bristle::library_version());
+  benchmark::AddCustomContext("bristle_commit", BRISTLE_GIT_COMMIT);
+  benchmark::AddCustomContext("bristle_flags", BRISTLE_BUILD_FLAGS);
+  benchmark::AddCustomContext("cpu", cpu_model());
+  benchmark::AddCustomContext("isa", PatchBatch().isa());
+  benchmark::AddCustomContext("isa_usable", usable_instruction_sets());
+  benchmark::AddCustomContext("state_hash", scene_hash());
+  benchmark::AddCustomContext(
+      "note",
+      "a warning that 'the library was built as DEBUG' speaks of Debian's Google Benchmark, "
+      "which always says so; bristle's own build type is in bristle_flags");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  try {
+    add_context();
+    register_kernels();
+    register_batches();
+    register_scaling();
+    register_long_motion();
+    register_rivals();
+    WithRatios reporter{
+        std::unique_ptr<benchmark::BenchmarkReporter>(benchmark::CreateDefaultDisplayReporter())};
+    benchmark::RunSpecifiedBenchmarks(&reporter);
+  } catch (const bristle::Error& error) {
+    std::fprintf(stderr, "bristle_bench: %s\n", error.what());
+    return 2;
+  }
+  benchmark::Shutdown();
+  return 0;
+}

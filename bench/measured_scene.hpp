@@ -1,0 +1,229 @@
+// What the benchmarks have in common: the motions, a batch that is brought into a steady regime, counters.
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <bristle/bristle.hpp>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/scenes.hpp"
+
+namespace bristle_bench {
+
+using bristle::BatchOptions;
+using bristle::Material;
+using bristle::Motion;
+using bristle::Outputs;
+using bristle::PatchBatch;
+using bristle::PatchId;
+using bristle::PatchOptions;
+using bristle::Precision;
+using bristle::Response;
+using bristle::SnapLength;
+using bristle::SnapRule;
+using bristle_test::dbar;
+using bristle_test::plain_material;
+using bristle_test::plain_options;
+using bristle_test::tick;
+
+/// Tangential axes of most benchmarks; the minimal library has one only.
+constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
+
+/// A motion that repeats for ever and keeps the share of snapping bristles as it is.
+struct Regime {
+  const char* name;
+  double step;          ///< displacement per step over the mean snap length
+  bool there_and_back;  ///< every other step goes back
+  const char* motion;   ///< in words, for the label
+};
+constexpr Regime rest = {"rest", 0.0, false, "no motion"};
+constexpr Regime stick = {"stick", 1e-3, true, "+-0.001 dbar in turn, no snaps"};
+constexpr Regime presliding = {"presliding", 0.01, false, "0.01 dbar a step one way, 1 % snap"};
+constexpr Regime two_snaps = {"two_snaps", 1.0, false, "1 dbar a step one way, up to two snaps"};
+constexpr Regime all_snap = {"all_snap", 1.5, false, "1.5 dbar a step one way, every bristle snaps"};
+
+/// Snap lengths of most benchmarks: uniform, so that the regimes are what they say.
+inline SnapLength usual_law() { return SnapLength::uniform(0.5 * dbar, 1.5 * dbar); }
+
+inline const char* name_of(SnapRule rule) { return rule == SnapRule::keep ? "keep" : "redraw"; }
+inline const char* name_of(Precision precision) {
+  return precision == Precision::single ? "float" : "double";
+}
+inline const char* name_of(Outputs outputs) {
+  switch (outputs) {
+    case Outputs::end:
+      return "end";
+    case Outputs::mean:
+      return "mean";
+    case Outputs::energy:
+      return "energy";
+    default:
+      return "all";
+  }
+}
+
+/// What this build of the library can do.
+inline std::vector<SnapRule> rules() {
+  if (BRISTLE_MINIMAL) return {SnapRule::keep};
+  return {SnapRule::keep, SnapRule::redraw};
+}
+inline std::vector<Outputs> output_sets() {
+  if (BRISTLE_MINIMAL) return {Outputs::end};
+  return {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all};
+}
+inline std::vector<int> axes_counts() {
+  if (BRISTLE_MINIMAL) return {1};
+  return {1, 2};
+}
+inline Outputs usual_outputs() { return BRISTLE_MINIMAL ? Outputs::end : Outputs::mean; }
+
+/// Calls `step(forward)` until the regime is steady: 20 mean snap lengths of sliding, then the regime itself.
+/// `slide` is a step of 0.37 mean snap lengths, `move` one of the regime.
+template <class Slide, class Move>
+void bring_to_steady_state(Slide slide, Move move) {
+  for (int i = 0; i < 54; ++i) slide();
+  for (int i = 0; i < 16; ++i) move();
+}
+
+/// A batch and its motions, in steady state.
+class MeasuredScene {
+ public:
+  explicit MeasuredScene(const BatchOptions& options = {}) : batch_(options) {}
+
+  /// Adds a patch that moves as the regime says, along (0.8, 0.6), or along x with one axis, under full load.
+  void add(const Material& material, const PatchOptions& options, const Regime& regime) {
+    const double mean = material.snap_length.mean();
+    const double x = options.axes == 1 ? 1.0 : 0.8;
+    const double y = options.axes == 1 ? 0.0 : 0.6;
+    Motion motion;
+    motion.id = batch_.add(material, options);
+    motion.normal_load = options.max_normal_load;
+    const auto moved = [&](double distance) {
+      motion.displacement[0] = x * distance;
+      motion.displacement[1] = y * distance;
+      return motion;
+    };
+    sliding_.push_back(moved(0.37 * mean));
+    forward_.push_back(moved(regime.step * mean));
+    backward_.push_back(moved(regime.there_and_back ? -regime.step * mean : regime.step * mean));
+    bristles_ += options.bristles;
+  }
+
+  /// Call once, after the last add.
+  void settle() {
+    responses_.resize(forward_.size());
+    batch_.warm_up();
+    bring_to_steady_state([this] { batch_.step(tick, sliding_, responses_); }, [this] { step(); });
+  }
+
+  /// From now on no patch is named in a step: all rest.
+  void name_none() {
+    forward_.clear();
+    backward_.clear();
+    responses_.clear();
+  }
+
+  void step() {
+    const bristle::StepReport report = batch_.step(tick, back_ ? backward_ : forward_, responses_);
+    back_ = !back_;
+    benchmark::DoNotOptimize(report);
+    benchmark::ClobberMemory();
+  }
+
+  std::uint64_t bristles() const { return bristles_; }
+  const PatchBatch& batch() const { return batch_; }
+
+ private:
+  PatchBatch batch_;
+  std::vector<Motion> sliding_, forward_, backward_;
+  std::vector<Response> responses_;
+  std::uint64_t bristles_ = 0;
+  bool back_ = false;
+};
+
+/// The object of this name, made on first use and kept until another name is asked for: Google Benchmark
+/// calls a function several times to find the number of iterations, and a population of millions takes a
+/// while.
+template <class T, class Make>
+T& keep_while_named(const std::string& name, Make make) {
+  static std::string kept_name;
+  static std::shared_ptr<T> kept;
+  if (kept_name != name || kept == nullptr) {
+    kept.reset();
+    kept = make();
+    kept_name = name;
+  }
+  return *kept;
+}
+
+/// The least a step must read and write per bristle: deflections and snap length read, deflections written
+/// where bristles snap; where all snap with redraw, snap length written and draw state read and written too.
+inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precision precision) {
+  const double real = precision == Precision::single ? 4.0 : 8.0;
+  const double read = (axes + 1) * real;
+  if (regime.there_and_back || regime.step < 1e-3) return read;
+  const double moved = read + axes * real;
+  return rule == SnapRule::redraw && regime.step > 0.1 ? moved + real + 8.0 : moved;
+}
+
+/// Runs `step` and sets the counters. The same ones everywhere: the CSV reporter stops at a row with others.
+/// Timed here once more, for Google Benchmark's own rate counters come out as "per second" whatever they are.
+template <class Step>
+void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_bristle, Step step) {
+  const auto start = std::chrono::steady_clock::now();
+  for (auto _ : state) step();
+  const std::chrono::duration<double, std::nano> elapsed = std::chrono::steady_clock::now() - start;
+  const double steps = static_cast<double>(state.iterations());
+  const double n = static_cast<double>(bristles);
+  const double ns_per_bristle = elapsed.count() / (steps * n);
+  state.counters["ns_per_bristle"] = ns_per_bristle;
+  state.counters["bristles_per_ms"] = 1e6 / ns_per_bristle;
+  if (bytes_per_bristle > 0.0) {
+    state.SetBytesProcessed(static_cast<std::int64_t>(steps * n * bytes_per_bristle));
+  }
+}
+
+/// Registers a benchmark by name; real time, because workers step too.
+template <class Function>
+void add_benchmark(const std::string& name, Function function) {
+  benchmark::RegisterBenchmark(name.c_str(), std::move(function))
+      ->UseRealTime()
+      ->Unit(benchmark::kMicrosecond);
+}
+
+/// One patch in a regime.
+struct OnePatchCase {
+  Regime regime = all_snap;
+  std::uint32_t bristles = 4096;
+  SnapRule rule = SnapRule::keep;
+  int axes = usual_axes;
+  Outputs outputs = usual_outputs();
+  Precision precision = Precision::single;
+  SnapLength law = usual_law();
+  bristle::StepRule step_rule = bristle::StepRule::exact;
+  BatchOptions batch = {};
+};
+
+inline void add_one_patch_benchmark(const std::string& name, const OnePatchCase& what) {
+  add_benchmark(name, [name, what](benchmark::State& state) {
+    auto& scene = keep_while_named<MeasuredScene>(name, [&] {
+      auto made = std::make_shared<MeasuredScene>(what.batch);
+      made->add(plain_material(what.law, what.rule),
+                plain_options(what.bristles, what.axes, what.precision, what.outputs)
+                    .with_step_rule(what.step_rule),
+                what.regime);
+      made->settle();
+      return made;
+    });
+    measure(state, scene.bristles(), least_bytes(what.regime, what.rule, what.axes, what.precision),
+            [&] { scene.step(); });
+    state.SetLabel(what.regime.motion);
+  });
+}
+
+}  // namespace bristle_bench

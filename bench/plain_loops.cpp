@@ -1,0 +1,542 @@
+// Compiled with -O3 -march=native -ffast-math (see bench/README.md): no standard containers in here, for
+// their inline functions would be shared with code that must run on any machine and round as written.
+#include "plain_loops.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+namespace bristle::plain {
+
+namespace {
+
+constexpr std::size_t cache_line = 64;
+constexpr std::size_t chunk = 1024;  // four columns of it are 16 KB: half of a small first-level cache
+
+void* take(std::size_t bytes) {
+  const std::size_t whole = (bytes + cache_line - 1) / cache_line * cache_line;
+  void* memory = std::aligned_alloc(cache_line, whole > 0 ? whole : cache_line);
+  if (memory == nullptr) throw std::bad_alloc();
+  std::memset(memory, 0, whole);
+  return memory;
+}
+
+/// Snap length of bristle i over the mean: stratified, uniform on 0.5 to 1.5.
+double first_length(std::size_t i) {
+  const double golden = 0.6180339887498949;
+  const double place = (static_cast<double>(i) + 0.5) * golden;
+  return 0.5 + (place - std::floor(place));
+}
+
+}  // namespace
+
+bool plain_loops_run_here() noexcept {
+#if defined(__x86_64__)
+  bool here = true;
+#if defined(__AVX__)
+  here = here && __builtin_cpu_supports("avx");
+#endif
+#if defined(__AVX2__)
+  here = here && __builtin_cpu_supports("avx2");
+#endif
+#if defined(__FMA__)
+  here = here && __builtin_cpu_supports("fma");
+#endif
+#if defined(__AVX512F__)
+  here = here && __builtin_cpu_supports("avx512f");
+#endif
+#if defined(__AVX512VL__)
+  here = here && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512dq");
+#endif
+  return here;
+#else
+  return true;
+#endif
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// The paper's loop
+
+namespace {
+
+template <class Real, int Dimensions>
+class Vector {
+ public:
+  Vector() {
+    for (int i = 0; i < Dimensions; ++i) e_[i] = 0;
+  }
+  Vector(Real x, Real y) : Vector() {
+    e_[0] = x;
+    e_[1] = y;
+  }
+  Real operator[](int i) const { return e_[i]; }
+  Vector& operator+=(const Vector& other) {
+    for (int i = 0; i < Dimensions; ++i) e_[i] += other.e_[i];
+    return *this;
+  }
+  friend Vector operator+(Vector a, const Vector& b) { return a += b; }
+  friend Vector operator*(Real s, Vector a) {
+    for (int i = 0; i < Dimensions; ++i) a.e_[i] *= s;
+    return a;
+  }
+  Real length() const {
+    Real sum = 0;
+    for (int i = 0; i < Dimensions; ++i) sum += e_[i] * e_[i];
+    return std::sqrt(sum);
+  }
+
+ private:
+  Real e_[Dimensions];
+};
+
+}  // namespace
+
+template <class Real, int Dimensions>
+struct PaperLoop<Real, Dimensions>::Element {
+  Vector<Real, Dimensions> z;
+  Real delta;
+};
+
+template <class Real, int Dimensions>
+PaperLoop<Real, Dimensions>::PaperLoop(std::size_t n, double mean_snap_length_m, double bristle_stiffness,
+                                       double bristle_damping)
+    : bristles_(static_cast<Element*>(take(n * sizeof(Element)))),
+      n_(n),
+      stiffness_(bristle_stiffness),
+      damping_(bristle_damping) {
+  for (std::size_t i = 0; i < n; ++i) set(i, {0.0, 0.0, mean_snap_length_m * first_length(i)});
+}
+
+template <class Real, int Dimensions>
+PaperLoop<Real, Dimensions>::~PaperLoop() {
+  std::free(bristles_);
+}
+
+template <class Real, int Dimensions>
+Force PaperLoop<Real, Dimensions>::step(double dx_m, double dy_m, double dt_s) noexcept {
+  using Vec = Vector<Real, Dimensions>;
+  const Vec x(static_cast<Real>(dx_m), static_cast<Real>(dy_m));
+  const Vec velocity(static_cast<Real>(dx_m / dt_s), static_cast<Real>(dy_m / dt_s));
+  const Real sigma0 = static_cast<Real>(stiffness_);
+  const Real sigma1 = static_cast<Real>(damping_);
+  Vec friction;
+  for (std::size_t i = 0; i < n_; ++i) {
+    Element& bristle = bristles_[i];
+    bristle.z += x;
+    if (bristle.z.length() > bristle.delta) bristle.z = Vec();
+    friction += sigma0 * bristle.z + sigma1 * velocity;
+  }
+  Force force;
+  force.end[0] = -static_cast<double>(friction[0]);
+  force.end[1] = -static_cast<double>(friction[1]);
+  return force;
+}
+
+template <class Real, int Dimensions>
+void PaperLoop<Real, Dimensions>::set(std::size_t i, const Bristle& bristle) noexcept {
+  bristles_[i].z = Vector<Real, Dimensions>(static_cast<Real>(bristle.zx), static_cast<Real>(bristle.zy));
+  bristles_[i].delta = static_cast<Real>(bristle.delta);
+}
+
+template <class Real, int Dimensions>
+Bristle PaperLoop<Real, Dimensions>::get(std::size_t i) const noexcept {
+  const Element& bristle = bristles_[i];
+  return {static_cast<double>(bristle.z[0]), static_cast<double>(bristle.z[1]),
+          static_cast<double>(bristle.delta)};
+}
+
+template class PaperLoop<double, 3>;
+template class PaperLoop<float, 2>;
+
+// ---------------------------------------------------------------------------------------------------------
+// The plain structure-of-arrays loop
+
+namespace {
+
+using Columns = PlainLoop::Columns;
+
+// Not std::max and std::min: see the head of this file.
+inline float larger(float a, float b) { return a > b ? a : b; }
+inline float smaller(float a, float b) { return a < b ? a : b; }
+
+/// The step as every bristle sees it, m.
+struct Path {
+  float dx, dy;  // displacement
+  float h;       // its length
+  float ex, ey;  // its direction; 0 where h is 0
+};
+
+/// Sums over bristles: deflection at the end (m); its integral over the path (m^2), filled with Mean only.
+struct Sums {
+  float end_x = 0.0f, end_y = 0.0f, path_x = 0.0f, path_y = 0.0f;
+};
+
+/// Uniform snap lengths by number of bristle and of draw: a two-multiply hash.
+struct Draw {
+  float shortest, width;  // m
+  std::uint32_t seed;
+
+  float operator()(std::uint32_t bristle, std::uint32_t number) const {
+    std::uint32_t x = ((bristle * 0x9E3779B1u) ^ seed) + number * 0x85EBCA6Bu;
+    x ^= x >> 16;
+    x *= 0x7FEB352Du;
+    x ^= x >> 15;
+    x *= 0x846CA68Bu;
+    x ^= x >> 16;
+    // Through a signed number: instruction sets before AVX-512 convert nothing else.
+    return shortest + width * 0x1p-24f * static_cast<float>(static_cast<std::int32_t>(x >> 8));
+  }
+};
+
+/// Distance along the path to the first snap, 0 where the bristle is beyond its length already.
+template <int Axes>
+inline float distance_to_snap(float zx, float zy, float delta, const Path& path) {
+  if constexpr (Axes == 1) {
+    return larger(delta - zx * path.ex, 0.0f);
+  } else {
+    const float along = zx * path.ex + zy * path.ey;
+    const float across = zx * path.ey - zy * path.ex;
+    return larger(std::sqrt(larger(delta * delta - across * across, 0.0f)) - along, 0.0f);
+  }
+}
+
+/// Adds one bristle to the sums: z before the step, `t` the path up to the first snap or the end, `squares`
+/// the sum of the squared lengths of the passes after it (0 without a snap).
+template <int Axes, bool Mean>
+inline void add(Sums& sums, float zx, float zy, float t, float squares, float new_zx, float new_zy,
+                const Path& path) {
+  sums.end_x += new_zx;
+  if constexpr (Axes == 2) sums.end_y += new_zy;
+  if constexpr (Mean) {
+    const float half = 0.5f * (t * t + squares);
+    sums.path_x += zx * t + path.ex * half;
+    if constexpr (Axes == 2) sums.path_y += zy * t + path.ey * half;
+  }
+}
+
+// Looked at with `objdump -dC` and -fopt-info-vec: g++ 12 with -O3 -march=native -ffast-math on an AVX-512
+// machine turns this loop whole into 64-byte (zmm) vectors in all four variants: vrsqrt14ps and vrcp14ps with
+// a Newton step each for root and quotient, vrndscaleps for floor, masked adds for the bristles that hold.
+// clang++ 14 vectorises it as widely. (Sums go out by reference: returned, clang++ pairs them and gives up.)
+template <int Axes, bool Mean>
+[[gnu::noinline]] void keep_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
+                                     const Path& path_in, Sums& out) {
+  float* __restrict zx_column = columns.zx;
+  float* __restrict zy_column = columns.zy;
+  const float* __restrict delta_column = columns.delta;
+  const Path path = path_in;
+  Sums sums;
+  for (std::size_t i = begin; i < end; ++i) {
+    const float zx = zx_column[i];
+    const float zy = Axes == 2 ? zy_column[i] : 0.0f;
+    const float delta = delta_column[i];
+    const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
+    const bool snaps = tau <= path.h;
+    const float t = smaller(tau, path.h);
+    const float rest = path.h - t;  // 0 without a snap, so that the two terms below are 0 too
+    const float more = std::floor(rest / delta);
+    const float r = smaller(larger(rest - more * delta, 0.0f), delta);
+    const float new_zx = snaps ? r * path.ex : zx + path.dx;
+    const float new_zy = snaps ? r * path.ey : zy + path.dy;
+    zx_column[i] = new_zx;
+    if (Axes == 2) zy_column[i] = new_zy;
+    add<Axes, Mean>(sums, zx, zy, t, more * delta * delta + r * r, new_zx, new_zy, path);
+  }
+  out = sums;
+}
+
+/// As keep_one_loop, but looks first whether any bristle of the chunk snaps: where none does, it only adds.
+template <int Axes, bool Mean>
+[[gnu::noinline]] void keep_chunk(const Columns& columns, std::size_t begin, std::size_t end,
+                                  const Path& path_in, Sums& out) {
+  float* __restrict zx_column = columns.zx;
+  float* __restrict zy_column = columns.zy;
+  const float* __restrict delta_column = columns.delta;
+  const Path path = path_in;
+  float beyond = -1.0f;  // largest |z + d|^2 - delta^2
+  Sums sums;             // as if nothing snapped
+  for (std::size_t i = begin; i < end; ++i) {
+    const float x = zx_column[i] + path.dx;
+    const float y = Axes == 2 ? zy_column[i] + path.dy : 0.0f;
+    sums.end_x += x;
+    sums.end_y += y;
+    beyond = larger(beyond, x * x + y * y - delta_column[i] * delta_column[i]);
+  }
+  if (beyond > 0.0f) return keep_one_loop<Axes, Mean>(columns, begin, end, path, out);
+  for (std::size_t i = begin; i < end; ++i) {
+    zx_column[i] += path.dx;
+    if (Axes == 2) zy_column[i] += path.dy;
+  }
+  if constexpr (Mean) {
+    const float count = static_cast<float>(end - begin);
+    sums.path_x = path.h * (sums.end_x - 0.5f * count * path.dx);
+    sums.path_y = path.h * (sums.end_y - 0.5f * count * path.dy);
+  }
+  out = sums;
+}
+
+/// Redraw as one writes it first: the snaps of a bristle one after the other. The inner loop keeps the
+/// compiler from vectorising.
+template <int Axes, bool Mean>
+[[gnu::noinline]] void redraw_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
+                                       const Path& path_in, const Draw& draw_in, Sums& out) {
+  float* __restrict zx_column = columns.zx;
+  float* __restrict zy_column = columns.zy;
+  float* __restrict delta_column = columns.delta;
+  std::uint32_t* __restrict draws_column = columns.draws;
+  const Path path = path_in;
+  const Draw draw = draw_in;
+  Sums sums;
+  for (std::size_t i = begin; i < end; ++i) {
+    const float zx = zx_column[i];
+    const float zy = Axes == 2 ? zy_column[i] : 0.0f;
+    const float tau = distance_to_snap<Axes>(zx, zy, delta_column[i], path);
+    float t = path.h;
+    float squares = 0.0f;
+    float new_zx = zx + path.dx;
+    float new_zy = zy + path.dy;
+    if (tau <= path.h) {
+      const auto bristle = static_cast<std::uint32_t>(i);
+      std::uint32_t number = draws_column[i];
+      float rest = path.h - tau;
+      float delta = draw(bristle, ++number);
+      while (rest >= delta) {
+        squares += delta * delta;
+        rest -= delta;
+        delta = draw(bristle, ++number);
+      }
+      t = tau;
+      squares += rest * rest;
+      new_zx = rest * path.ex;
+      new_zy = rest * path.ey;
+      delta_column[i] = delta;
+      draws_column[i] = number;
+    }
+    zx_column[i] = new_zx;
+    if (Axes == 2) zy_column[i] = new_zy;
+    add<Axes, Mean>(sums, zx, zy, t, squares, new_zx, new_zy, path);
+  }
+  out = sums;
+}
+
+/// Redraw in rounds over the chunk, one snap a round for every bristle that has path left: each loop
+/// vectorises (zmm on an AVX-512 machine). Takes as many rounds as the bristle that snaps most.
+/// 32-bit indices, loads before selects, stores without conditions and sums apart from selects are what
+/// g++ 12 needs for that.
+template <int Axes, bool Mean>
+[[gnu::noinline]] void redraw_chunk(const Columns& columns, std::size_t begin, std::size_t end,
+                                    const Path& path_in, const Draw& draw_in, Sums& out) {
+  float* __restrict zx_column = columns.zx + begin;
+  float* __restrict zy_column = Axes == 2 ? columns.zy + begin : nullptr;
+  float* __restrict delta_column = columns.delta + begin;
+  std::uint32_t* __restrict draws_column = columns.draws + begin;
+  const Path path = path_in;
+  const Draw draw = draw_in;
+  const auto count = static_cast<std::uint32_t>(end - begin);
+  const auto first = static_cast<std::uint32_t>(begin);
+  float rest[chunk];     // path left after the last snap; negative where the bristle does not snap
+  float squares[chunk];  // of the passes between snaps
+  float beyond = -1.0f;
+  Sums sums;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float zx = zx_column[i];
+    const float zy = Axes == 2 ? zy_column[i] : 0.0f;
+    const float left = path.h - distance_to_snap<Axes>(zx, zy, delta_column[i], path);
+    rest[i] = left;
+    squares[i] = 0.0f;
+    beyond = larger(beyond, left);
+    if constexpr (Mean) {
+      const float t = path.h - larger(left, 0.0f);
+      sums.path_x += zx * t + path.ex * (0.5f * t * t);
+      if constexpr (Axes == 2) sums.path_y += zy * t + path.ey * (0.5f * t * t);
+    }
+  }
+  // The first snap leaves `rest` as it is, each later one takes a whole snap length off it.
+  for (bool first_snap = true; beyond >= 0.0f; first_snap = false) {
+    const float pass = first_snap ? 0.0f : 1.0f;
+    beyond = -1.0f;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float delta = delta_column[i];
+      const std::uint32_t number = draws_column[i];
+      const float used = pass * delta;
+      const float left = rest[i] - used;
+      const float old_squares = squares[i];
+      const float old_rest = rest[i];
+      const float fresh = draw(first + i, number + 1);
+      const bool snaps = left >= 0.0f;
+      const float new_rest = snaps ? left : old_rest;
+      const float new_delta = snaps ? fresh : delta;
+      draws_column[i] = snaps ? number + 1 : number;
+      delta_column[i] = new_delta;
+      rest[i] = new_rest;
+      squares[i] = snaps ? old_squares + used * used : old_squares;
+      beyond = larger(beyond, new_rest - new_delta);
+    }
+  }
+  float squares_sum = 0.0f;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float r = rest[i];
+    const float stuck_zx = zx_column[i] + path.dx;
+    zx_column[i] = r >= 0.0f ? r * path.ex : stuck_zx;
+    if constexpr (Axes == 2) {
+      const float stuck_zy = zy_column[i] + path.dy;
+      zy_column[i] = r >= 0.0f ? r * path.ey : stuck_zy;
+    }
+    if constexpr (Mean) {
+      const float passed = larger(r, 0.0f);
+      squares_sum += squares[i] + passed * passed;
+    }
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    sums.end_x += zx_column[i];
+    if constexpr (Axes == 2) sums.end_y += zy_column[i];
+  }
+  sums.path_x += 0.5f * path.ex * squares_sum;
+  sums.path_y += 0.5f * path.ey * squares_sum;
+  out = sums;
+}
+
+/// Steps all bristles chunk by chunk: float sums stay short, their totals are double.
+template <int Axes, Rule R, bool Mean, Style S>
+Force step_all(const Columns& columns, const PlainOptions& options, double dx_m, double dy_m) noexcept {
+  if (Axes == 1) dy_m = 0.0;
+  const double h = std::sqrt(dx_m * dx_m + dy_m * dy_m);
+  const double per_h = h > 0.0 ? 1.0 / h : 0.0;
+  const Path path = {static_cast<float>(dx_m), static_cast<float>(dy_m), static_cast<float>(h),
+                     static_cast<float>(dx_m * per_h), static_cast<float>(dy_m * per_h)};
+  [[maybe_unused]] const Draw draw = {static_cast<float>(0.5 * options.mean_snap_length_m),
+                                      static_cast<float>(options.mean_snap_length_m), options.seed};
+  double end_x = 0.0, end_y = 0.0, path_x = 0.0, path_y = 0.0;
+  for (std::size_t begin = 0; begin < options.bristles; begin += chunk) {
+    const std::size_t end = begin + chunk < options.bristles ? begin + chunk : options.bristles;
+    Sums sums;
+    if constexpr (R == Rule::keep && S == Style::one_loop) {
+      keep_one_loop<Axes, Mean>(columns, begin, end, path, sums);
+    } else if constexpr (R == Rule::keep) {
+      keep_chunk<Axes, Mean>(columns, begin, end, path, sums);
+    } else if constexpr (S == Style::one_loop) {
+      redraw_one_loop<Axes, Mean>(columns, begin, end, path, draw, sums);
+    } else {
+      redraw_chunk<Axes, Mean>(columns, begin, end, path, draw, sums);
+    }
+    end_x += static_cast<double>(sums.end_x);
+    end_y += static_cast<double>(sums.end_y);
+    path_x += static_cast<double>(sums.path_x);
+    path_y += static_cast<double>(sums.path_y);
+  }
+  const double stiffness = options.bristle_stiffness;
+  Force force;
+  force.end[0] = -stiffness * end_x;
+  force.end[1] = -stiffness * end_y;
+  if constexpr (Mean) {
+    // At rest the mean is the end.
+    force.mean[0] = h > 0.0 ? -stiffness * path_x * per_h : force.end[0];
+    force.mean[1] = h > 0.0 ? -stiffness * path_y * per_h : force.end[1];
+  }
+  return force;
+}
+
+using Step = Force (*)(const Columns&, const PlainOptions&, double, double) noexcept;
+
+template <int Axes, Rule R, bool Mean>
+Step find_step(Style style) {
+  return style == Style::one_loop ? &step_all<Axes, R, Mean, Style::one_loop>
+                                  : &step_all<Axes, R, Mean, Style::chunked>;
+}
+
+template <int Axes, Rule R>
+Step find_step(bool mean, Style style) {
+  return mean ? find_step<Axes, R, true>(style) : find_step<Axes, R, false>(style);
+}
+
+template <int Axes>
+Step find_step(Rule rule, bool mean, Style style) {
+  return rule == Rule::keep ? find_step<Axes, Rule::keep>(mean, style)
+                            : find_step<Axes, Rule::redraw>(mean, style);
+}
+
+}  // namespace
+
+PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
+  if (options_.axes != 1) options_.axes = 2;
+  const std::size_t n = options_.bristles;
+  // An odd number of cache lines between columns, so that equal rows of two columns never share a set.
+  const std::size_t stride = (n + 15) / 32 * 32 + 16;
+  memory_ = take(4 * stride * sizeof(float));
+  auto* floats = static_cast<float*>(memory_);
+  columns_.zx = floats;
+  columns_.delta = floats + stride;
+  if (options_.axes == 2) columns_.zy = floats + 2 * stride;
+  if (options_.rule == Rule::redraw) columns_.draws = static_cast<std::uint32_t*>(memory_) + 3 * stride;
+  for (std::size_t i = 0; i < n; ++i) {
+    columns_.delta[i] = static_cast<float>(options_.mean_snap_length_m * first_length(i));
+  }
+  step_ = options_.axes == 1 ? find_step<1>(options_.rule, options_.mean, options_.style)
+                             : find_step<2>(options_.rule, options_.mean, options_.style);
+}
+
+PlainLoop::~PlainLoop() { std::free(memory_); }
+
+void PlainLoop::set(std::size_t i, const Bristle& bristle) noexcept {
+  columns_.zx[i] = static_cast<float>(bristle.zx);
+  if (columns_.zy != nullptr) columns_.zy[i] = static_cast<float>(bristle.zy);
+  columns_.delta[i] = static_cast<float>(bristle.delta);
+}
+
+Bristle PlainLoop::get(std::size_t i) const noexcept {
+  return {static_cast<double>(columns_.zx[i]),
+          columns_.zy != nullptr ? static_cast<double>(columns_.zy[i]) : 0.0,
+          static_cast<double>(columns_.delta[i])};
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// The streaming limit
+
+namespace {
+
+constexpr std::size_t stream_block = 256;
+
+[[gnu::noinline]] float read_block(const float* column, std::size_t count) {
+  float sum = 0.0f;
+  for (std::size_t i = 0; i < count; ++i) sum += column[i];
+  return sum;
+}
+
+[[gnu::noinline]] float rewrite_block(float* column, std::size_t count) {
+  float sum = 0.0f;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float value = 1.0f - column[i];  // its own inverse: stays bounded for ever
+    column[i] = value;
+    sum += value;
+  }
+  return sum;
+}
+
+}  // namespace
+
+StreamLoop::StreamLoop(std::size_t n, int read_columns, int written_columns)
+    : n_(n), stride_((n + 15) / 32 * 32 + 16), read_(read_columns), written_(written_columns) {
+  memory_ = static_cast<float*>(take(static_cast<std::size_t>(read_columns) * stride_ * sizeof(float)));
+}
+
+StreamLoop::~StreamLoop() { std::free(memory_); }
+
+double StreamLoop::step() noexcept {
+  double sum = 0.0;
+  for (std::size_t begin = 0; begin < n_; begin += stream_block) {
+    const std::size_t count = n_ - begin < stream_block ? n_ - begin : stream_block;
+    for (int c = 0; c < read_; ++c) {
+      float* column = memory_ + static_cast<std::size_t>(c) * stride_ + begin;
+      sum += static_cast<double>(c < written_ ? rewrite_block(column, count) : read_block(column, count));
+    }
+  }
+  return sum;
+}
+
+std::size_t StreamLoop::bytes() const noexcept {
+  return n_ * sizeof(float) * static_cast<std::size_t>(read_ + written_);
+}
+
+}  // namespace bristle::plain

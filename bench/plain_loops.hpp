@@ -1,0 +1,136 @@
+// What bristle is measured against: the paper's own loop, a plain structure-of-arrays loop left to the
+// compiler, and the time it takes to stream the same bytes.
+//
+// Compiled with every flag that helps a plain loop (-O3 -march=native -ffast-math), for the machine it is
+// built on: call plain_loops_run_here() before anything else in a program that may be copied elsewhere.
+// One thread per object. Set-up throws std::bad_alloc; step never throws and allocates nothing.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::plain {
+
+/// Whether this machine has the instructions this file was compiled for.
+bool plain_loops_run_here() noexcept;
+
+/// Elastic force of the bristles ON the moving body, N. `mean` is 0 where it was not asked for.
+struct Force {
+  double end[2] = {0.0, 0.0};
+  double mean[2] = {0.0, 0.0};
+};
+
+/// One bristle, lengths in m. For tests: `set` and `get`.
+struct Bristle {
+  double zx = 0.0, zy = 0.0, delta = 0.0;
+};
+
+/// The paper's loop (section 4.1) as its authors would have written it: an array of structs, a vector class
+/// with operators, one bristle at a time, the literal rule `z += x; if |z| > delta then z = 0`, the damper
+/// inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and kept for ever.
+///
+/// Real is float or double; Dimensions is 3 (the vectors of the haptic tool kits of the time, the third
+/// component staying 0) or 2. Compiled: <double, 3> and <float, 2>, the most and the least work.
+template <class Real, int Dimensions>
+class PaperLoop {
+ public:
+  /// n bristles at rest, mean snap length (m), stiffness (N/m) and damper (N s/m) of one bristle.
+  explicit PaperLoop(std::size_t n, double mean_snap_length_m, double bristle_stiffness = 1.0,
+                     double bristle_damping = 0.0);
+  ~PaperLoop();
+  PaperLoop(const PaperLoop&) = delete;
+  PaperLoop& operator=(const PaperLoop&) = delete;
+
+  /// Moves the body by (dx, dy) in dt_s. `mean` stays 0: the literal rule knows the end of the step only.
+  Force step(double dx_m, double dy_m, double dt_s = 1e-3) noexcept;
+
+  std::size_t size() const noexcept { return n_; }
+  void set(std::size_t i, const Bristle& bristle) noexcept;
+  Bristle get(std::size_t i) const noexcept;
+
+  struct Element;  ///< a bristle as the loop stores it
+
+ private:
+  Element* bristles_;
+  std::size_t n_;
+  double stiffness_, damping_;
+};
+
+enum class Rule : unsigned char { keep, redraw };
+
+/// How the loop over the bristles is written.
+enum class Style : unsigned char {
+  one_loop,  ///< everything in one loop body: what one writes first
+  chunked    ///< per 1024 bristles: a cheap pass that looks whether any snaps and else only adds; redraw in
+           ///< rounds over the chunk, so that it vectorises too: what one writes after a day with a profiler
+};
+
+struct PlainOptions {
+  std::size_t bristles = 900;
+  double mean_snap_length_m = 10e-6;  ///< lengths are uniform on 0.5 to 1.5 of it
+  double bristle_stiffness = 1.0;     ///< N/m
+  int axes = 2;                       ///< 1 (x only) or 2
+  Rule rule = Rule::keep;
+  bool mean = false;  ///< the force averaged over the step as well
+  Style style = Style::one_loop;
+  std::uint32_t seed = 1;
+};
+
+/// The same event-exact physics as bristle's kernels (every snap inside the step, the remainder carried) as
+/// a structure of float arrays and plain loops for the compiler's auto-vectoriser. No lanes in the source, no
+/// promise of equal bits, no care for extreme input: steps up to some 1e3 mean snap lengths (beyond, float
+/// loses the phase), finite input only.
+class PlainLoop {
+ public:
+  /// Bristles at rest. Axes other than 1 or 2 count as 2.
+  explicit PlainLoop(const PlainOptions& options);
+  ~PlainLoop();
+  PlainLoop(const PlainLoop&) = delete;
+  PlainLoop& operator=(const PlainLoop&) = delete;
+
+  /// Moves the body by (dx, dy); dy is ignored with one axis.
+  Force step(double dx_m, double dy_m) noexcept { return step_(columns_, options_, dx_m, dy_m); }
+
+  const PlainOptions& options() const noexcept { return options_; }
+  std::size_t size() const noexcept { return options_.bristles; }
+  void set(std::size_t i, const Bristle& bristle) noexcept;
+  Bristle get(std::size_t i) const noexcept;
+
+  struct Columns {
+    float* zx = nullptr;
+    float* zy = nullptr;  ///< two axes only
+    float* delta = nullptr;
+    std::uint32_t* draws = nullptr;  ///< redraw only
+  };
+
+ private:
+  using Step = Force (*)(const Columns&, const PlainOptions&, double, double) noexcept;
+  PlainOptions options_;
+  Columns columns_;
+  void* memory_;
+  Step step_;
+};
+
+/// The streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of
+/// them back, in chunks of 256 like bristle's blocks, doing next to nothing with them.
+/// One step with two axes and keep: 3 read; 2 written where bristles snap.
+class StreamLoop {
+ public:
+  StreamLoop(std::size_t n, int read_columns, int written_columns);
+  ~StreamLoop();
+  StreamLoop(const StreamLoop&) = delete;
+  StreamLoop& operator=(const StreamLoop&) = delete;
+
+  /// One pass. The value has no meaning; use it, so that the pass is not removed.
+  double step() noexcept;
+  std::size_t size() const noexcept { return n_; }
+  /// Bytes read plus bytes written by one pass.
+  std::size_t bytes() const noexcept;
+
+ private:
+  float* memory_;
+  std::size_t n_, stride_;
+  int read_, written_;
+};
+
+}  // namespace bristle::plain

@@ -1,0 +1,12 @@
+// The suites of benchmarks, each in the file of its name. Called once each by main.
+#pragma once
+
+namespace bristle_bench {
+
+void register_kernels();
+void register_batches();
+void register_scaling();
+void register_long_motion();
+void register_rivals();
+
+}  // namespace bristle_bench

@@ -1,0 +1,35 @@
+// Assertions for long loops: they speak only when something is wrong (a Catch macro costs a microsecond).
+#pragma once
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+
+namespace bristle_test {
+
+inline void expect_near(double value, double expected, double tolerance, const char* what) {
+  if (!(std::abs(value - expected) <= tolerance)) {
+    char numbers[160];
+    std::snprintf(numbers, sizeof numbers, " is %.12g, expected %.12g within %.3g; off by %.3g", value,
+                  expected, tolerance, value - expected);
+    FAIL_CHECK(what << numbers);
+  }
+}
+
+inline void expect(bool right, const char* what) {
+  if (!right) FAIL_CHECK("not so: " << what);
+}
+
+/// Smaller numbers of bristles or steps in builds that run slowly; tolerances follow from the number.
+inline std::uint32_t test_size(std::uint32_t full) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__OPTIMIZE__) || \
+    !defined(NDEBUG)
+  return full / 10 > 0 ? full / 10 : 1;
+#else
+  return full;
+#endif
+}
+
+}  // namespace bristle_test

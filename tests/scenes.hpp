@@ -1,0 +1,174 @@
+// Small helpers that make materials, patches and motions. Shared by tests and benchmarks: no Catch here.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include <bristle/bristle.hpp>
+
+#ifndef BRISTLE_WITH_DOUBLE
+#define BRISTLE_WITH_DOUBLE 1
+#endif
+
+namespace bristle_test {
+
+using bristle::BatchOptions;
+using bristle::Material;
+using bristle::Motion;
+using bristle::Outputs;
+using bristle::PatchBatch;
+using bristle::PatchId;
+using bristle::PatchOptions;
+using bristle::Precision;
+using bristle::Response;
+using bristle::SnapLength;
+using bristle::SnapRule;
+using bristle::Status;
+using bristle::StepRule;
+
+/// Mean snap length of most scenes, m.
+constexpr double dbar = 10e-6;
+constexpr double tick = 1e-3;  ///< s
+
+/// The precisions of this build.
+inline std::vector<Precision> precisions() {
+  if (BRISTLE_WITH_DOUBLE) return {Precision::single, Precision::double_};
+  return {Precision::single};
+}
+
+/// A material that makes arithmetic plain: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
+/// elastic force is then minus the sum of the deflections in metres.
+inline Material plain_material(const SnapLength& law, SnapRule rule) {
+  return Material{}
+      .with_bristle_stiffness(1.0)
+      .with_bristle_damping(0.0)
+      .with_viscous_friction(0.0)
+      .with_normal_stiffness(1e6)
+      .with_asperity_height_deviation(1e-6)
+      .with_snap_length(law)
+      .with_snap_rule(rule);
+}
+
+/// With plain_material: `bristles` representatives of weight 1, all in contact at a load of `bristles`
+/// newton.
+inline PatchOptions plain_options(std::uint32_t bristles, int axes = 2,
+                                  Precision precision = Precision::single, Outputs outputs = Outputs::all) {
+  return PatchOptions{}
+      .with_max_normal_load(bristles)
+      .with_bristles(bristles)
+      .with_axes(axes)
+      .with_precision(precision)
+      .with_outputs(outputs);
+}
+
+/// A law of the reference tables, by the name it has there, with mean `mean` (m).
+struct NamedLaw {
+  const char* name;
+  SnapLength law;
+};
+inline std::vector<NamedLaw> reference_laws(double mean = dbar) {
+  return {{"delta", SnapLength::single(mean)},
+          {"uniform_0.5_1.5", SnapLength::uniform(0.5 * mean, 1.5 * mean)},
+          {"lognormal_cv0.3", SnapLength::lognormal(mean, 0.3)},
+          {"exponential", SnapLength::exponential(mean)}};
+}
+
+/// Name of a rule in the reference tables.
+inline const char* table_name(SnapRule rule) { return rule == SnapRule::keep ? "fixed" : "redraw"; }
+inline const char* name_of(Precision precision) {
+  return precision == Precision::single ? "single" : "double";
+}
+
+/// A patch in a batch of its own.
+class OnePatch {
+ public:
+  OnePatch(const Material& material, const PatchOptions& options, const BatchOptions& batch_options = {})
+      : batch(batch_options), id(batch.add(material, options)) {
+    batch.warm_up();
+  }
+
+  Response step(double dx_m, double dy_m, double load_n, double dt_s = tick) {
+    Motion motion;
+    motion.id = id;
+    motion.displacement[0] = dx_m;
+    motion.displacement[1] = dy_m;
+    motion.normal_load = load_n;
+    return step(motion, dt_s);
+  }
+  Response step(const Motion& motion, double dt_s = tick) {
+    Response response;
+    report = batch.step(dt_s, {&motion, 1}, {&response, 1});
+    return response;
+  }
+  double energy() const { return batch.stored_energy(id); }
+  std::uint64_t hash() const { return batch.state_hash(id); }
+
+  PatchBatch batch;
+  PatchId id;
+  bristle::StepReport report;
+};
+
+/// Columns of the first bristles of a patch, m.
+struct Bristles {
+  std::vector<double> zx, zy, delta;
+};
+inline Bristles read(const PatchBatch& batch, PatchId id, std::size_t count) {
+  Bristles b{std::vector<double>(count), std::vector<double>(count), std::vector<double>(count)};
+  const std::size_t got = batch.read_bristles(id, b.zx, b.zy, b.delta);
+  b.zx.resize(got);
+  b.zy.resize(got);
+  b.delta.resize(got);
+  return b;
+}
+inline Bristles read(const OnePatch& patch, std::size_t count) { return read(patch.batch, patch.id, count); }
+
+/// `count` patches that differ by their seed only.
+inline std::vector<PatchId> add_patches(PatchBatch& batch, int count, const Material& material,
+                                        const PatchOptions& options) {
+  std::vector<PatchId> ids;
+  ids.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    ids.push_back(
+        batch.add(material, PatchOptions(options).with_seed(options.seed + static_cast<std::uint32_t>(i))));
+  }
+  return ids;
+}
+
+/// The same motion for all.
+inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double dx_m, double dy_m,
+                                       double load_n) {
+  std::vector<Motion> motions(ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    motions[i].id = ids[i];
+    motions[i].displacement[0] = dx_m;
+    motions[i].displacement[1] = dy_m;
+    motions[i].normal_load = load_n;
+  }
+  return motions;
+}
+
+/// The name of the first field in which two responses differ by a bit; empty when they are the same.
+inline std::string first_difference(const Response& a, const Response& b) {
+  const auto differ = [](double x, double y) { return std::memcmp(&x, &y, sizeof x) != 0; };
+  if (a.id != b.id) return "id";
+  if (a.status != b.status) return "status";
+  for (int axis = 0; axis < 2; ++axis) {
+    if (differ(a.end[axis], b.end[axis])) return "end";
+    if (differ(a.elastic[axis], b.elastic[axis])) return "elastic";
+    if (differ(a.damper[axis], b.damper[axis])) return "damper";
+    if (differ(a.mean[axis], b.mean[axis])) return "mean";
+  }
+  if (differ(a.stiffness, b.stiffness)) return "stiffness";
+  if (differ(a.damping, b.damping)) return "damping";
+  if (differ(a.force_limit, b.force_limit)) return "force_limit";
+  if (differ(a.dissipated, b.dissipated)) return "dissipated";
+  if (differ(a.contact_loss, b.contact_loss)) return "contact_loss";
+  if (differ(a.damper_work, b.damper_work)) return "damper_work";
+  if (a.snaps != b.snaps) return "snaps";
+  return "";
+}
+
+}  // namespace bristle_test

@@ -1,0 +1,363 @@
+// Bad input, one by one (DESIGN.md 2.5): flagged, zero force, state kept, neighbours untouched; errors at
+// set-up.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
+using namespace bristle_test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+Material damped() { return Material{}.with_bristle_damping(0.02).with_viscous_friction(0.5); }
+
+/// Three patches under way: the middle one is going to be given something bad.
+struct Trio {
+  Trio() {
+    const PatchOptions options = PatchOptions{}.with_bristles(600).with_outputs(Outputs::all);
+    ids = add_patches(batch, 3, damped(), options);
+    batch.warm_up();
+    for (int k = 0; k < 12; ++k) step(tick, good());
+  }
+  std::vector<Motion> good() const { return same_motion(ids, 4.1e-6, 1.2e-6, 0.8); }
+  std::vector<Response> step(double dt, const std::vector<Motion>& motions) {
+    std::vector<Response> responses(motions.size());
+    report = batch.step(dt, motions, responses);
+    return responses;
+  }
+  PatchBatch batch;
+  std::vector<PatchId> ids;
+  bristle::StepReport report;
+};
+
+void check_no_force(const Response& r) {
+  for (int axis = 0; axis < 2; ++axis) {
+    CHECK(r.end[axis] == 0.0);
+    CHECK(r.elastic[axis] == 0.0);
+    CHECK(r.damper[axis] == 0.0);
+    CHECK(r.mean[axis] == 0.0);
+  }
+  CHECK(r.dissipated == 0.0);
+  CHECK(r.contact_loss == 0.0);
+  CHECK(r.damper_work == 0.0);
+  CHECK(r.snaps == 0);
+}
+
+/// Gives the middle patch a motion spoiled by `spoil`, then good ones; a twin batch never sees the bad one.
+void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoil) {
+  INFO(what);
+  Trio bad;
+  Trio twin;
+  const std::uint64_t before = bad.batch.state_hash(bad.ids[1]);
+  std::vector<Motion> motions = bad.good();
+  spoil(motions[1]);
+  const std::vector<Response> got = bad.step(tick, motions);
+  // In the twin the middle patch is not named: it rests.
+  const std::vector<Motion> others{twin.good()[0], twin.good()[2]};
+  const std::vector<Response> expected = twin.step(tick, others);
+
+  CHECK(got[1].status == Status::bad_input);
+  CHECK(has(bad.report.status, Status::bad_input));
+  CHECK(bad.report.patches_stepped == 2);
+  CHECK(got[1].id == bad.ids[1]);
+  check_no_force(got[1]);
+  CHECK(bad.batch.state_hash(bad.ids[1]) == before);
+  CHECK(first_difference(got[0], expected[0]) == "");
+  CHECK(first_difference(got[2], expected[1]) == "");
+
+  // Neither does a trial change anything.
+  const Response trial = bad.batch.find_force(tick, motions[1]);
+  CHECK(trial.status == Status::bad_input);
+  check_no_force(trial);
+  CHECK(bad.batch.state_hash(bad.ids[1]) == before);
+
+  // Recovers at the next good input, as if nothing had been.
+  for (int k = 0; k < 3; ++k) {
+    const std::vector<Response> a = bad.step(tick, bad.good());
+    const std::vector<Response> b = twin.step(tick, twin.good());
+    for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(a[i], b[i]) == "");
+    CHECK(bad.report.status == Status::ok);
+  }
+  CHECK(bad.batch.state_hash() == twin.batch.state_hash());
+}
+
+}  // namespace
+
+TEST_CASE("A motion with NaN, infinity or a negative load is flagged and leaves everything as it was",
+          "[bad-input]") {
+  for (double wrong : {nan_value, infinite, -infinite}) {
+    check_bad_motion("displacement x", [=](Motion& m) { m.displacement[0] = wrong; });
+    check_bad_motion("displacement y", [=](Motion& m) { m.displacement[1] = wrong; });
+    check_bad_motion("normal load", [=](Motion& m) { m.normal_load = wrong; });
+    check_bad_motion("velocity x", [=](Motion& m) { m.has_velocity = true, m.velocity[0] = wrong; });
+    check_bad_motion("velocity y", [=](Motion& m) { m.has_velocity = true, m.velocity[1] = wrong; });
+  }
+  check_bad_motion("a negative load", [](Motion& m) { m.normal_load = -1e-9; });
+  check_bad_motion("a very negative load", [](Motion& m) { m.normal_load = -1e300; });
+}
+
+TEST_CASE("A velocity that is not used may hold anything, and a load of minus zero is no load",
+          "[bad-input]") {
+  Trio trio;
+  std::vector<Motion> motions = trio.good();
+  motions[1].velocity[0] = nan_value;
+  motions[1].velocity[1] = infinite;
+  motions[2].normal_load = -0.0;
+  const std::vector<Response> got = trio.step(tick, motions);
+  CHECK(got[1].status == Status::ok);
+  CHECK(std::isfinite(got[1].end[0]));
+  CHECK(got[2].status == Status::ok);
+  CHECK(got[2].end[0] == 0.0);
+}
+
+TEST_CASE("A time step that is not above zero and finite is flagged for every motion and changes no state",
+          "[bad-input]") {
+  for (double dt : {0.0, -0.0, -1e-3, nan_value, infinite, -infinite}) {
+    INFO("dt = " << dt << " s");
+    Trio bad;
+    Trio twin;
+    const std::uint64_t before = bad.batch.state_hash();
+    const std::vector<Response> got = bad.step(dt, bad.good());
+    for (const Response& r : got) {
+      CHECK(r.status == Status::bad_input);
+      check_no_force(r);
+    }
+    CHECK(has(bad.report.status, Status::bad_input));
+    CHECK(bad.report.patches_stepped == 0);
+    CHECK(bad.batch.state_hash() == before);
+    CHECK(bad.batch.find_force(dt, bad.good()[0]).status == Status::bad_input);
+    bad.batch.move(bad.ids[0], 1e-6, 0.0, 0.8);
+    CHECK(has(bad.batch.step(dt).status, Status::bad_input));
+    CHECK(bad.batch.state_hash() == before);
+    const std::vector<Response> a = bad.step(tick, bad.good());
+    const std::vector<Response> b = twin.step(tick, twin.good());
+    for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(a[i], b[i]) == "");
+  }
+}
+
+TEST_CASE("A smallest and a largest time step are fine", "[bad-input]") {
+  for (double dt : {std::numeric_limits<double>::denorm_min(), 1e-300, 1e300}) {
+    OnePatch patch(Material{}, PatchOptions{}.with_bristles(100).with_outputs(Outputs::all));
+    const Response r = patch.step(1e-6, 0.0, 0.5, dt);
+    if (dt > 1e-301) CHECK(r.status == Status::ok);  // below that the velocity itself overflows
+    CHECK(std::isfinite(r.end[0]));
+    CHECK(std::isfinite(r.damper[0]));
+    CHECK(std::isfinite(r.damping));
+  }
+}
+
+TEST_CASE("An id that was never given, was removed, or is none is flagged as unknown and changes nothing",
+          "[bad-input]") {
+  Trio bad;
+  Trio twin;
+  const PatchId removed = bad.batch.add(damped(), PatchOptions{}.with_bristles(50));
+  bad.batch.warm_up();
+  bad.batch.remove(removed);
+  bad.batch.warm_up();
+  std::vector<Motion> motions = bad.good();
+  Motion strange = motions[0];
+  strange.id = PatchId{};
+  motions.insert(motions.begin() + 1, strange);
+  strange.id = removed;
+  motions.insert(motions.begin() + 3, strange);
+  strange.id = PatchId{0xdeadbeefdeadbeefu};
+  motions.push_back(strange);
+  strange.id = PatchId{~std::uint64_t{0}};
+  motions.push_back(strange);
+  const std::vector<Response> got = bad.step(tick, motions);
+  const std::vector<Response> expected = twin.step(tick, twin.good());
+  for (std::size_t i : {std::size_t{1}, std::size_t{3}, std::size_t{5}, std::size_t{6}}) {
+    INFO("motion " << i);
+    CHECK(got[i].status == Status::unknown_id);
+    CHECK(got[i].id == motions[i].id);
+  }
+  CHECK(has(bad.report.status, Status::unknown_id));
+  CHECK(bad.report.patches_stepped == 3);
+  CHECK(first_difference(got[0], expected[0]) == "");
+  CHECK(first_difference(got[2], expected[1]) == "");
+  CHECK(first_difference(got[4], expected[2]) == "");
+  CHECK(bad.batch.state_hash() == twin.batch.state_hash());
+
+  CHECK(bad.batch.find_force(tick, strange).status == Status::unknown_id);
+  CHECK(bad.batch.force(removed).status == Status::unknown_id);
+  CHECK(bad.batch.force(PatchId{}).status == Status::unknown_id);
+  bad.batch.move(removed, 1e-6, 0.0, 1.0);  // says nothing, does nothing
+  bad.batch.step(tick);
+  CHECK(bad.batch.stored_energy(removed) == 0.0);
+  double z[3];
+  CHECK(bad.batch.read_bristles(removed, z, {}, {}) == 0);
+  CHECK(bad.batch.info(removed).bristles == 0);
+  CHECK_THROWS_AS(bad.batch.remove(removed), bristle::Error);
+  CHECK_THROWS_AS(bad.batch.remove(PatchId{}), bristle::Error);
+  CHECK_THROWS_AS(bad.batch.set_material(removed, Material{}), bristle::Error);
+}
+
+TEST_CASE("An id named twice in one step counts once, by its first motion", "[bad-input]") {
+  Trio bad;
+  Trio twin;
+  std::vector<Motion> motions = bad.good();
+  Motion again = motions[1];
+  again.displacement[0] = -9e-6;
+  again.normal_load = 0.1;
+  motions.push_back(again);
+  const std::vector<Response> got = bad.step(tick, motions);
+  const std::vector<Response> expected = twin.step(tick, twin.good());
+  CHECK(got[3].status == Status::repeated_id);
+  CHECK(has(bad.report.status, Status::repeated_id));
+  CHECK(bad.report.patches_stepped == 3);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(got[i], expected[i]) == "");
+  CHECK(bad.batch.state_hash() == twin.batch.state_hash());
+  // In the next step it is as good as any.
+  const std::vector<Response> a = bad.step(tick, bad.good());
+  CHECK(a[1].status == Status::ok);
+}
+
+TEST_CASE("Responses of another length than the motions are refused as a whole", "[bad-input]") {
+  for (std::size_t length : {std::size_t{0}, std::size_t{2}, std::size_t{4}}) {
+    INFO(length << " responses for 3 motions");
+    Trio bad;
+    const std::uint64_t before = bad.batch.state_hash();
+    std::vector<Response> responses(length);
+    const std::vector<Motion> motions = bad.good();
+    const bristle::StepReport report = bad.batch.step(tick, motions, responses);
+    CHECK(has(report.status, Status::bad_input));
+    CHECK(report.patches_stepped == 0);
+    CHECK(bad.batch.state_hash() == before);
+    for (const Response& r : responses) {
+      CHECK(has(r.status, Status::bad_input));
+      CHECK(r.end[0] == 0.0);
+    }
+  }
+  Trio none;
+  CHECK(none.batch.step(tick, {}, {}).status == Status::ok);
+}
+
+TEST_CASE("Motion along y is bad input for a patch with one axis", "[bad-input]") {
+  OnePatch patch(Material{}, PatchOptions{}.with_bristles(200).with_axes(1).with_outputs(Outputs::all));
+  patch.step(4e-6, 0.0, 0.5);
+  const std::uint64_t before = patch.hash();
+  const Response r = patch.step(1e-6, 1e-9, 0.5);
+  CHECK(r.status == Status::bad_input);
+  check_no_force(r);
+  CHECK(patch.hash() == before);
+  CHECK(patch.step(1e-6, 0.0, 0.5).status == Status::ok);
+  CHECK(patch.step(1e-6, -0.0, 0.5).status == Status::ok);
+}
+
+#if defined(__SSE2__)
+TEST_CASE("The caller's floating-point mode is as it was after a step, and does not change the result",
+          "[bad-input]") {
+  const unsigned original = _mm_getcsr();
+  std::uint64_t hashes[3];
+  int at = 0;
+  for (unsigned mode :
+       {original & ~0x8040u, original | 0x8000u, original | 0x8040u}) {  // flush to zero, denormals are zero
+    PatchBatch batch(BatchOptions{}.with_threads(2));
+    const std::vector<PatchId> ids =
+        add_patches(batch, 40, Material{}, PatchOptions{}.with_bristles(4000).with_outputs(Outputs::all));
+    batch.warm_up();
+    _mm_setcsr(mode);
+    std::vector<Response> responses(ids.size());
+    for (int k = 0; k < 5; ++k) {
+      const std::vector<Motion> motions = same_motion(ids, 6e-6, 1e-310, 0.9);
+      batch.step(tick, motions, responses);
+      batch.find_force(tick, motions[0]);
+      batch.stored_energy(ids[0]);
+    }
+    hashes[at++] = batch.state_hash();
+    const unsigned after = _mm_getcsr();
+    _mm_setcsr(original);
+    // The control bits; sticky exception flags (the low six) may be raised by any arithmetic.
+    CHECK((after & ~0x3fu) == (mode & ~0x3fu));
+  }
+  CHECK(hashes[0] == hashes[1]);
+  CHECK(hashes[0] == hashes[2]);
+}
+#endif
+
+namespace {
+
+template <class Call>
+std::string error_of(Call&& call) {
+  try {
+    call();
+  } catch (const bristle::Error& error) {
+    return error.what();
+  } catch (...) {
+    return "another exception";
+  }
+  return "no exception";
+}
+
+void check_error(const std::string& message, const std::string& parameter, const std::string& value) {
+  INFO("message: " << message);
+  CHECK_THAT(message, Contains(parameter));
+  CHECK_THAT(message, Contains(value));
+  // More than name and value: a range or a rule.
+  CHECK(message.size() > parameter.size() + value.size() + 8);
+}
+
+}  // namespace
+
+TEST_CASE("Set-up errors name the parameter, its value and the allowed range", "[bad-input]") {
+  PatchBatch batch;
+  const auto add = [&](const PatchOptions& options, const Material& material = {}) {
+    return error_of([&] { batch.add(material, options); });
+  };
+  check_error(add(PatchOptions{}.with_max_normal_load(0.0)), "max_normal_load", "0");
+  check_error(add(PatchOptions{}.with_max_normal_load(-2.5)), "max_normal_load", "-2.5");
+  check_error(add(PatchOptions{}.with_max_normal_load(nan_value)), "max_normal_load", "nan");
+  check_error(add(PatchOptions{}.with_max_normal_load(infinite)), "max_normal_load", "inf");
+  check_error(add(PatchOptions{}.with_axes(0)), "axes", "0");
+  check_error(add(PatchOptions{}.with_axes(3)), "axes", "3");
+  check_error(add(PatchOptions{}.with_bristles(bristle::max_bristles_per_patch + 1u)), "bristles",
+              "67108865");
+
+  check_error(add({}, Material{}.with_bristle_stiffness(-1.5)), "bristle_stiffness", "-1.5");
+  check_error(add({}, Material{}.with_bristle_stiffness(nan_value)), "bristle_stiffness", "nan");
+  check_error(add({}, Material{}.with_bristle_damping(-0.25)), "bristle_damping", "-0.25");
+  check_error(add({}, Material{}.with_viscous_friction(-0.25)), "viscous_friction", "-0.25");
+  check_error(add({}, Material{}.with_viscous_friction(infinite)), "viscous_friction", "inf");
+  check_error(add({}, Material{}.with_stribeck_velocity(-0.25)), "stribeck_velocity", "-0.25");
+  check_error(add({}, Material{}.with_normal_stiffness(0.0)), "normal_stiffness", "0");
+  check_error(add({}, Material{}.with_asperity_height_deviation(0.0)), "asperity_height_deviation", "0");
+  CHECK(batch.patch_count() == 0);
+
+  const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(10));
+  check_error(error_of([&] { batch.set_material(id, Material{}.with_bristle_stiffness(-1.5)); }),
+              "bristle_stiffness", "-1.5");
+
+  check_error(error_of([] { PatchBatch bad(BatchOptions{}.with_threads(-3)); }), "threads", "-3");
+  const std::string message = error_of([] { PatchBatch bad(BatchOptions{}.with_isa("sse9")); });
+  check_error(message, "isa", "sse9");
+  CHECK_THAT(message, Contains("scalar"));  // what there is
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (isa.usable) continue;
+    CHECK_THAT(error_of([&] { PatchBatch bad(BatchOptions{}.with_isa(isa.name)); }), Contains(isa.name));
+  }
+}
+
+TEST_CASE("A patch that was refused leaves the batch as it was", "[bad-input]") {
+  Trio bad;
+  Trio twin;
+  CHECK_THROWS_AS(bad.batch.add(Material{}, PatchOptions{}.with_axes(7)), bristle::Error);
+  CHECK_THROWS_AS(bad.batch.set_material(bad.ids[0], Material{}.with_normal_stiffness(-1.0)), bristle::Error);
+  const std::vector<Response> a = bad.step(tick, bad.good());
+  const std::vector<Response> b = twin.step(tick, twin.good());
+  for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(a[i], b[i]) == "");
+  CHECK(bad.batch.state_hash() == twin.batch.state_hash());
+  CHECK(bad.batch.patch_count() == 3);
+}

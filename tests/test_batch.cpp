@@ -1,0 +1,366 @@
+// The batch: ids, adding and removing while it runs, live materials, patches that are not named, the
+// wrappers.
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <cstring>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+TEST_CASE("A removed id never names a later patch", "[batch]") {
+  PatchBatch batch;
+  std::set<std::uint64_t> seen;
+  std::vector<PatchId> live;
+  std::vector<PatchId> dead;
+  for (int k = 0; k < 300; ++k) {
+    const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(10));
+    REQUIRE(id.value != 0);
+    REQUIRE(seen.insert(id.value).second);
+    live.push_back(id);
+    if (k % 3 != 0) {  // slots are used again and again
+      const std::size_t at = static_cast<std::size_t>(k * 7) % live.size();
+      batch.remove(live[at]);
+      dead.push_back(live[at]);
+      live.erase(live.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+    if (k % 5 == 0) {
+      const std::vector<Motion> motions = same_motion(live, 1e-6, 0.0, 0.5);
+      std::vector<Response> responses(live.size());
+      CHECK(batch.step(tick, motions, responses).status == Status::ok);
+    }
+  }
+  batch.warm_up();
+  CHECK(batch.patch_count() == live.size());
+  for (PatchId id : dead) {
+    Motion motion;
+    motion.id = id;
+    motion.normal_load = 0.5;
+    REQUIRE(batch.find_force(tick, motion).status == Status::unknown_id);
+    REQUIRE_THROWS_AS(batch.remove(id), bristle::Error);
+  }
+}
+
+TEST_CASE("A patch added in a used slot starts like new", "[batch]") {
+  const PatchOptions options = PatchOptions{}.with_bristles(500).with_outputs(Outputs::all);
+  PatchBatch used;
+  const PatchId old =
+      used.add(Material{}.with_bristle_damping(0.1), PatchOptions{}.with_bristles(900).with_seed(9));
+  used.move(old, 3e-5, 1e-5, 1.0);
+  used.step(tick);
+  used.remove(old);
+  PatchBatch fresh;
+  const PatchId a = used.add(Material{}, options);
+  const PatchId b = fresh.add(Material{}, options);
+  for (int k = 0; k < 20; ++k) {
+    Motion motion = same_motion({a}, 4e-6, -2e-6, 0.77)[0];
+    Response ra, rb;
+    used.step(tick, {&motion, 1}, {&ra, 1});
+    motion.id = b;
+    fresh.step(tick, {&motion, 1}, {&rb, 1});
+    ra.id = rb.id = PatchId{};
+    REQUIRE(first_difference(ra, rb) == "");
+  }
+  CHECK(used.state_hash(a) == fresh.state_hash(b));
+}
+
+TEST_CASE("A new patch is out of contact until a motion gives it a load", "[batch]") {
+  PatchBatch batch;
+  const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(500));
+  const PatchId other = batch.add(Material{}, PatchOptions{}.with_bristles(500));
+  batch.move(other, 1e-6, 0.0, 1.0);
+  batch.step(tick);
+  CHECK(batch.info(id).active == 0.0);
+  CHECK(batch.info(id).normal_load == 0.0);
+  CHECK(batch.stored_energy(id) == 0.0);
+}
+
+TEST_CASE("A patch that is not named rests under its last load", "[batch]") {
+  const PatchOptions options = PatchOptions{}.with_bristles(500).with_outputs(Outputs::all);
+  PatchBatch batch;
+  const std::vector<PatchId> ids = add_patches(batch, 2, Material{}, options);
+  const std::vector<Motion> motions = same_motion(ids, 6e-6, 2e-6, 0.8);
+  std::vector<Response> before(2), after(2);
+  for (int k = 0; k < 10; ++k) batch.step(tick, motions, before);
+  const std::uint64_t hash = batch.state_hash(ids[1]);
+  for (int k = 0; k < 10; ++k) {
+    const bristle::StepReport report = batch.step(tick, {motions.data(), 1}, {after.data(), 1});
+    REQUIRE(report.patches_stepped == 1);
+  }
+  CHECK(batch.state_hash(ids[1]) == hash);
+  CHECK(batch.info(ids[1]).normal_load == 0.8);
+  const std::vector<Motion> rest = same_motion({ids[1]}, 0.0, 0.0, 0.8);
+  batch.step(tick, rest, {after.data(), 1});
+  CHECK(after[0].elastic[0] == before[1].elastic[0]);
+  CHECK(after[0].elastic[1] == before[1].elastic[1]);
+}
+
+TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
+  const PatchOptions options = PatchOptions{}.with_bristles(700).with_outputs(Outputs::all);
+  const Material material = Material{}.with_bristle_damping(0.02);
+  PatchBatch simple, bulk;
+  const std::vector<PatchId> a = add_patches(simple, 3, material, options);
+  const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
+  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step yet
+  for (int k = 0; k < 15; ++k) {
+    std::vector<Motion> motions;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // one of them rests
+      const double dx = 1e-6 * (k + 1.0);
+      simple.move(a[i], dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i));
+      motions.push_back(same_motion({b[i]}, dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i))[0]);
+    }
+    std::vector<Response> responses(motions.size());
+    const bristle::StepReport one = simple.step(tick);
+    const bristle::StepReport two = bulk.step(tick, motions, responses);
+    CHECK(one.patches_stepped == two.patches_stepped);
+    for (const Response& r : responses) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (b[i] != r.id) continue;
+        Response mine = simple.force(a[i]);
+        CHECK(mine.id == a[i]);
+        mine.id = r.id;
+        CHECK(first_difference(mine, r) == "");
+      }
+    }
+  }
+  CHECK(simple.state_hash() == bulk.state_hash());
+  // A motion set twice: the later counts, and it counts for one step only.
+  simple.move(a[0], 1e-3, 0.0, 0.1);
+  simple.move(a[0], 1e-6, 0.0, 0.5);
+  Motion motion = same_motion({b[0]}, 1e-6, 0.0, 0.5)[0];
+  Response response;
+  bulk.step(tick, {&motion, 1}, {&response, 1});
+  simple.step(tick);
+  CHECK(simple.force(a[0]).end[0] == response.end[0]);
+  const std::uint64_t hash = simple.state_hash();
+  simple.step(tick);
+  CHECK(simple.state_hash() == hash);
+}
+
+TEST_CASE("A material changed live keeps the deflections, and bristles beyond the new length snap and count",
+          "[batch]") {
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    constexpr std::uint32_t n = 1000;
+    const Material longer = plain_material(SnapLength::uniform(0.9 * dbar, 1.1 * dbar), SnapRule::keep);
+    const Material shorter = plain_material(SnapLength::uniform(0.4 * dbar, 0.8 * dbar), SnapRule::keep);
+    const double rounding = precision == Precision::single ? 1e-6 : 1e-12;
+
+    // All bristles bent by 0.6: half of the new lengths are shorter.
+    OnePatch patch(longer, plain_options(n, 2, precision));
+    patch.step(0.0, 0.0, n);
+    patch.step(0.6 * dbar, 0.0, n);
+    const double energy = patch.energy();
+    patch.batch.set_material(patch.id, shorter);
+    const Response r = patch.step(0.0, 0.0, n);
+    CHECK(std::abs(static_cast<double>(r.snaps) - 500.0) < 10.0);  // stratified
+    const double left = static_cast<double>(n - r.snaps);
+    expect_near(-r.elastic[0], left * 0.6 * dbar, rounding * n * dbar, "force of the bristles that hold");
+    const Bristles b = read(patch, n);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const bool holds = b.delta[i] > 0.6 * dbar;
+      expect_near(b.zx[i], holds ? 0.6 * dbar : 0.0, rounding * dbar, "deflection");
+      expect(b.delta[i] <= 0.8 * dbar * (1.0 + rounding), "the snap lengths are those of the new law");
+    }
+    CHECK(patch.energy() < energy);
+    CHECK(patch.step(0.0, 0.0, n).snaps == 0);
+
+    // Stiffness and load alone: deflections and weight stay, the forces follow.
+    OnePatch other(longer, plain_options(n, 2, precision));
+    other.step(0.0, 0.0, n);
+    other.step(0.5 * dbar, 0.2 * dbar, n);
+    other.batch.set_material(other.id, Material(longer).with_bristle_stiffness(3.0));
+    const Response s = other.step(0.0, 0.0, n);
+    expect_near(-s.elastic[0], 3.0 * n * 0.5 * dbar, 3.0 * rounding * n * dbar,
+                "force at three times the stiffness");
+    CHECK(s.snaps == 0);
+    CHECK(s.stiffness == Approx(3.0 * n));
+    CHECK(other.batch.info(other.id).weight == 1.0);
+
+    // From keep to redraw and back.
+    other.batch.set_material(other.id, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw));
+    for (int k = 0; k < 30; ++k) REQUIRE(other.step(0.7 * dbar, 0.0, n).status == Status::ok);
+    CHECK(-other.step(0.0, 0.0, n).elastic[0] / (n * dbar) == Approx(0.545).epsilon(0.15));
+    other.batch.set_material(other.id, longer);
+    for (int k = 0; k < 30; ++k) REQUIRE(other.step(7.7 * dbar, 0.0, n).status == Status::ok);
+    CHECK(-other.step(0.0, 0.0, n).elastic[0] / (n * dbar) == Approx(0.5).epsilon(0.25));
+  }
+}
+
+TEST_CASE("info tells what a patch is and uses", "[batch]") {
+  PatchBatch batch;
+  const Material material = Material{}.with_normal_stiffness(1000.0).with_asperity_height_deviation(1e-6);
+  const PatchId one = batch.add(
+      material, PatchOptions{}.with_max_normal_load(2.0).with_bristles(500).with_key(0x123456789abcdefu));
+  const PatchId natural = batch.add(material, PatchOptions{}.with_max_normal_load(2.0));
+  const PatchId capped = batch.add(material, PatchOptions{}.with_max_normal_load(200.0));
+  const PatchId small =
+      batch.add(material, PatchOptions{}.with_max_normal_load(2.0).with_bristles(500).with_axes(1));
+  batch.warm_up();
+  batch.move(one, 0.0, 0.0, 0.5);
+  batch.step(tick);
+  bristle::PatchInfo info = batch.info(one);
+  CHECK(info.key == 0x123456789abcdefu);
+  CHECK(info.bristles == 500);
+  CHECK(info.weight == Approx(4.0).epsilon(1e-12));    // zeta_max = 2 N / (1000 N/m x 1e-6 m) = 2000
+  CHECK(info.active == Approx(125.0).epsilon(1e-12));  // 500 physical bristles
+  CHECK(info.normal_load == 0.5);
+  CHECK(info.memory_bytes >= 500u * info.bytes_per_bristle);
+  CHECK(info.bytes_per_bristle >= 8);
+  CHECK(std::strlen(info.kernel) > 0);
+  CHECK(batch.info(natural).bristles == 2000);
+  CHECK(batch.info(natural).weight == Approx(1.0).epsilon(1e-12));
+  CHECK(batch.info(capped).bristles == 4096);
+  CHECK(batch.info(small).bytes_per_bristle < info.bytes_per_bristle);
+  CHECK(batch.patch_count() == 4);
+}
+
+TEST_CASE("The batch tells its threads and its instruction set", "[batch]") {
+  bool listed = false;
+  PatchBatch batch(BatchOptions{}.with_threads(2));
+  CHECK(batch.threads() >= 1);
+  CHECK(batch.threads() <= 2);
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (std::strcmp(isa.name, batch.isa()) == 0) listed = isa.usable;
+    if (!isa.usable) continue;
+    PatchBatch forced(BatchOptions{}.with_isa(isa.name));
+    CHECK(std::strcmp(forced.isa(), isa.name) == 0);
+  }
+  CHECK(listed);
+}
+
+TEST_CASE("A batch that was moved keeps its patches", "[batch]") {
+  PatchBatch first;
+  const PatchId id = first.add(Material{}, PatchOptions{}.with_bristles(300));
+  first.move(id, 3e-6, 0.0, 0.6);
+  first.step(tick);
+  const std::uint64_t hash = first.state_hash(id);
+  PatchBatch second(std::move(first));
+  CHECK(second.state_hash(id) == hash);
+  PatchBatch third;
+  third = std::move(second);
+  CHECK(third.state_hash(id) == hash);
+  third.move(id, 3e-6, 0.0, 0.6);
+  CHECK(third.step(tick).status == Status::ok);
+}
+
+TEST_CASE("Patches with other seeds have other snap lengths and the same law", "[batch]") {
+  PatchBatch batch;
+  const std::vector<PatchId> ids =
+      add_patches(batch, 3, plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
+                  plain_options(1000));
+  const std::vector<Motion> motions = same_motion(ids, 0.0, 0.0, 1000.0);
+  std::vector<Response> responses(3);
+  batch.step(tick, motions, responses);
+  const Bristles a = read(batch, ids[0], 1000);
+  const Bristles b = read(batch, ids[1], 1000);
+  CHECK(a.delta != b.delta);
+  for (const Bristles* s : {&a, &b}) {
+    // Every prefix is a stratified sample: its mean is right to a few 1/n, far better than n^-1/2.
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 1000; ++i) {
+      sum += s->delta[i] / dbar;
+      const double n = static_cast<double>(i + 1);
+      if (i + 1 == 10 || i + 1 == 37 || i + 1 == 100 || i + 1 == 512 || i + 1 == 1000) {
+        expect_near(sum / n, 1.0, 0.5 * (1.0 + std::log(n)) / n, "mean of a prefix");
+      }
+    }
+  }
+}
+
+TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
+  PatchBatch batch(BatchOptions{}.with_threads(2));
+  // Patches that the other thread never touches: they must not notice.
+  const PatchOptions options = PatchOptions{}.with_bristles(3000).with_outputs(Outputs::all);
+  const std::vector<PatchId> steady = add_patches(batch, 4, Material{}, options);
+  batch.warm_up();
+
+  std::mutex mutex;
+  std::vector<PatchId> shared;  // what the other thread has added and not removed
+  std::atomic<bool> stop{false};
+  std::atomic<int> added{0}, removed{0}, changed{0};
+  std::thread other([&] {
+    std::uint32_t k = 0;
+    std::vector<PatchId> mine;
+    while (!stop) {
+      ++k;
+      const PatchId id =
+          batch.add(Material{}, PatchOptions{}.with_bristles(50 + k % 700).with_axes(1 + k % 2).with_seed(k));
+      mine.push_back(id);
+      ++added;
+      {
+        const std::lock_guard<std::mutex> lock(mutex);
+        shared.push_back(id);
+      }
+      batch.set_material(mine[k % mine.size()], Material{}.with_bristle_stiffness(50.0 + k % 50));
+      ++changed;
+      if (mine.size() > 40 || k % 3 == 0) {
+        const std::size_t at = (k * 31u) % mine.size();
+        const PatchId gone = mine[at];
+        mine.erase(mine.begin() + static_cast<std::ptrdiff_t>(at));
+        {
+          const std::lock_guard<std::mutex> lock(mutex);
+          for (std::size_t i = 0; i < shared.size(); ++i) {
+            if (shared[i] == gone) {
+              shared.erase(shared.begin() + static_cast<std::ptrdiff_t>(i));
+              break;
+            }
+          }
+        }
+        batch.remove(gone);
+        ++removed;
+      }
+      if (k % 64 == 0) std::this_thread::yield();
+    }
+  });
+
+  const int steps = static_cast<int>(test_size(3000));
+  int wrong = 0;
+  for (int k = 0; k < steps; ++k) {
+    std::vector<PatchId> ids = steady;
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      ids.insert(ids.end(), shared.begin(), shared.end());
+    }
+    std::vector<Motion> motions = same_motion(ids, 3e-6, 0.0, 0.4 + 0.001 * (k % 200));
+    std::vector<Response> responses(ids.size());
+    batch.step(tick, motions, responses);
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+      // A patch may have been removed since its id was read; anything else is as asked.
+      const bool right = i < steady.size()
+                             ? responses[i].status == Status::ok
+                             : responses[i].status == Status::ok || responses[i].status == Status::unknown_id;
+      wrong += !right || !std::isfinite(responses[i].end[0]);
+    }
+  }
+  stop = true;
+  other.join();
+  CHECK(wrong == 0);
+  CHECK(added > 10);
+  batch.warm_up();
+  CHECK(batch.patch_count() == steady.size() + static_cast<std::size_t>(added - removed));
+
+  PatchBatch quiet;
+  const std::vector<PatchId> twins = add_patches(quiet, 4, Material{}, options);
+  std::vector<Response> responses(4);
+  for (int k = 0; k < steps; ++k) {
+    const std::vector<Motion> motions = same_motion(twins, 3e-6, 0.0, 0.4 + 0.001 * (k % 200));
+    quiet.step(tick, motions, responses);
+  }
+  for (std::size_t i = 0; i < 4; ++i) CHECK(batch.state_hash(steady[i]) == quiet.state_hash(twins[i]));
+}
+
+TEST_CASE("A batch may be destroyed with changes still waiting", "[batch]") {
+  PatchBatch batch;
+  const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(5000));
+  batch.add(Material{}, PatchOptions{}.with_bristles(5000));
+  batch.set_material(id, Material{}.with_bristle_stiffness(10.0));
+  batch.remove(id);
+  SUCCEED("the sanitizers see what leaks");
+}

@@ -1,0 +1,480 @@
+// The command line as a person or a program meets it: exit codes, messages, files, and physics end to end.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include <bristle/patch_batch.hpp>
+#include <bristle/version.hpp>
+
+#include "tools/cli/waveform.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own, gone at the end.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("bristle_test_cli_" + std::to_string(getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path / name, std::ios::binary) << text;
+    return (path / name).string();
+  }
+  std::string at(const std::string& name) const { return (path / name).string(); }
+};
+
+std::string read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome run_cli(const Folder& folder, const std::string& arguments) {
+  const std::string command =
+      std::string("'" BRISTLE_CLI "' ") + arguments + " 2> '" + folder.at("stderr") + "'";
+  Outcome outcome;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> block;
+  while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
+    outcome.out.append(block.data(), got);
+  const int status = pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  outcome.err = read_file(folder.at("stderr"));
+  return outcome;
+}
+
+json run_report(const Folder& folder, const std::string& arguments) {
+  const Outcome outcome = run_cli(folder, arguments + " --json -");
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.err.empty());
+  return json::parse(outcome.out);
+}
+
+/// Rows of a CSV file, the header first.
+std::vector<std::vector<std::string>> read_csv(const std::string& path) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(read_file(path));
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back();
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+std::string scene_path(const std::string& name) { return "'" BRISTLE_SCENES "/" + name + ".toml'"; }
+
+/// A patch in steady motion; each part can be replaced.
+struct SmallScene {
+  std::string scene = "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.05\n";
+  std::string material = "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n";
+  std::string patch =
+      "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 100\n";
+  std::string motion = "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n";
+  std::string text() const { return scene + material + patch + motion; }
+};
+
+void replace(std::string& text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  text.replace(at, from.size(), to);
+}
+
+/// Asserts exit code 2 and one line on stderr that holds all of `parts`, and nothing on stdout.
+void check_refused(const Folder& folder, const std::string& arguments,
+                   const std::vector<std::string>& parts) {
+  const Outcome outcome = run_cli(folder, arguments);
+  INFO(arguments << "\nstderr: " << outcome.err);
+  CHECK(outcome.code == 2);
+  CHECK(outcome.out.empty());
+  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  for (const std::string& part : parts) CHECK_THAT(outcome.err, Contains(part));
+}
+
+}  // namespace
+
+TEST_CASE("The sine of prescribed motions is a sine", "[cli]") {
+  // Against libm, over several turns on both sides; the argument of libm is rounded, hence the tolerance.
+  for (int i = -4000; i <= 4000; ++i) {
+    const double turns = i / 1000.0;
+    REQUIRE(std::abs(cli::sine_of_turns(turns) - std::sin(2.0 * M_PI * turns)) < 6e-15);
+    REQUIRE(std::abs(cli::cosine_of_turns(turns) - std::cos(2.0 * M_PI * turns)) < 6e-15);
+  }
+  CHECK(cli::sine_of_turns(0.25) == 1.0);
+  CHECK(cli::sine_of_turns(0.5) == 0.0);
+  CHECK(cli::sine_of_turns(1e6 + 0.75) == -1.0);
+}
+
+TEST_CASE("The version names the build and every instruction set, and which is chosen", "[cli]") {
+  const Folder folder;
+  const Outcome outcome = run_cli(folder, "--version");
+  CHECK(outcome.code == 0);
+  CHECK_THAT(outcome.out, Contains(bristle::library_version()) && Contains("commit"));
+  const bristle::PatchBatch batch;
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    const bool chosen = std::string(isa.name) == batch.isa();
+    CHECK_THAT(outcome.out, Contains(std::string(isa.name) + (chosen       ? " (chosen)"
+                                                              : isa.usable ? ""
+                                                                           : " (not on this machine)")));
+  }
+}
+
+TEST_CASE("A run reports what the documentation says it does", "[cli]") {
+  const Folder folder;
+  const json report =
+      run_report(folder, "run " + scene_path("two_surfaces") + " --out '" + folder.at("f.csv") + "'");
+  CHECK(report["schema"] == "bristle-run-1");
+  for (const char* key : {"version", "commit", "flags", "cpu", "cores", "isa", "threads"}) {
+    CHECK(report["conditions"].contains(key));
+  }
+  CHECK(report["steps"] == 3000);
+  CHECK(report["simulated_s"] == Approx(3.0));
+  for (const char* key : {"p50_s", "p99_s", "p999_s", "max_s", "mean_s"})
+    CHECK(report["step_time"][key] > 0.0);
+  CHECK(report["step_time"]["p50_s"] <= report["step_time"]["p99_s"]);
+  CHECK(report["step_time"]["p99_s"] <= report["step_time"]["p999_s"]);
+  CHECK(report["deadline"]["deadline_s"] == 1e-3);
+  CHECK(report["deadline"]["misses"] ==
+        report["deadline"]["misses_ours"].get<int>() + report["deadline"]["misses_machine"].get<int>());
+  CHECK(report["bristles"] == 5500);
+  CHECK(report["state_hash"].get<std::string>().size() == 16);
+  REQUIRE(report["patches"].size() == 2);
+  for (const json& patch : report["patches"]) {
+    for (const char* key : {"name", "count", "kernel", "left_out", "bristles", "weight", "memory_bytes",
+                            "load", "force", "mean_force", "coefficient", "energy", "status"}) {
+      CHECK(patch.contains(key));
+    }
+    CHECK(patch["status"]["bad_input"] == 0);
+    CHECK(patch["energy"]["snaps"] > 0);
+  }
+  const auto rows = read_csv(folder.at("f.csv"));
+  REQUIRE(rows.size() == 1 + 2 * 3000);
+  CHECK(rows[0] == std::vector<std::string>{"t", "patch", "fx", "fy", "load", "bristles", "status", "mean_fx",
+                                            "mean_fy", "snaps", "dissipated", "contact_loss", "damper_work",
+                                            "x", "y"});
+  CHECK(rows[1][1] == "steel_pad");
+  CHECK(rows[2][1] == "rubber_pad");
+  CHECK(rows[1][6] == "ok");
+}
+
+TEST_CASE("The table names step times, deadline, friction, features and the state hash", "[cli]") {
+  const Folder folder;
+  const Outcome outcome = run_cli(folder, "run " + scene_path("fingertip"));
+  CHECK(outcome.code == 0);
+  for (const char* part :
+       {"p99.9", "late", "friction / load", "left out", "mean force", "state hash", "10,001 rows"}) {
+    CHECK_THAT(outcome.out, Contains(part));
+  }
+  CHECK_THAT(outcome.out, !Contains("second axis"));  // it is used, so it is not left out
+}
+
+TEST_CASE("The block breaks away at the peak and slides at the kinetic coefficient", "[cli][physics]") {
+  const Folder folder;
+  const json report = run_report(folder, "run " + scene_path("block_on_floor"));
+  const json& coefficient = report["patches"][0]["coefficient"];
+  // One sample of the sliding force of zeta bristles spreads by less than 0.7 / sqrt(zeta) (redraw, cv 0.3:
+  // sqrt(m3 / (3 m1) - (m2 / (2 m1))^2) / (m2 / (2 m1))). zeta = 2206; a hundred samples at least are a
+  // snap length apart. Five deviations.
+  REQUIRE(coefficient["sliding_steps"] > 100);
+  CHECK(coefficient["sliding"].get<double>() == Approx(0.40).epsilon(5 * 0.7 / std::sqrt(2206.0 * 100)));
+  // First loading: stratified snap lengths are as good as exact there; the peak falls between two ticks.
+  CHECK(coefficient["highest"].get<double>() == Approx(0.46).epsilon(5e-3));
+  // Work done by the block goes into snaps, dampers and bent bristles, and nowhere else. Single precision.
+  const json& energy = report["patches"][0]["energy"];
+  CHECK(std::abs(energy["balance_error"].get<double>()) < 1e-6 * energy["work"].get<double>());
+  const json& body = report["bodies"][0];
+  CHECK(std::abs(body["velocity"][0].get<double>()) < 1e-9);
+  CHECK(body["solver"]["worst_evaluations"] < 20);
+}
+
+TEST_CASE("A body thrown onto a surface stops where Coulomb says", "[cli][physics]") {
+  const Folder folder;
+  SmallScene s;
+  s.scene = "[scene]\nname = \"throw\"\ndt = 1e-3\nduration = 0.2\n";
+  s.material += "damping_per_newton = 30\nstribeck_velocity = 1e-4\n";
+  s.patch =
+      "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 2.0\nbristles = 2000\naxes = 2\n";
+  s.motion =
+      "[[body]]\nname = \"puck\"\nmass = 0.1\ngravity = 10.0\npatches = [\"tip\"]\nvelocity = [0.24, 0.32]\n";
+  const json report = run_report(folder, "run '" + folder.write("throw.toml", s.text()) + "'");
+  // v0^2 / (2 mu g) along the throw = 0.16 / (2 0.4 10) = 20 mm, stopped after 0.1 s; 1000 bristles in
+  // contact, sliding 2000 snap lengths: spread below 0.7 / sqrt(1000 * 100), five of them; the bristles'
+  // first bending and last recoil are a snap length of 10 um each.
+  const json& body = report["bodies"][0];
+  const double tolerance = 0.020 * 5 * 0.7 / std::sqrt(1000.0 * 100) + 20e-6;
+  CHECK(body["position"][0].get<double>() == Approx(0.6 * 0.020).margin(tolerance));
+  CHECK(body["position"][1].get<double>() == Approx(0.8 * 0.020).margin(tolerance));
+  CHECK(body["highest_speed"].get<double>() == Approx(0.4).epsilon(0.02));
+}
+
+TEST_CASE("A body pushed below the limit does not creep", "[cli][physics]") {
+  const Folder folder;
+  SmallScene s;
+  s.scene = "[scene]\nname = \"hold\"\ndt = 1e-3\nduration = 4.0\n";
+  s.material += "damping_per_newton = 30\n";
+  s.patch =
+      "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 2.0\nbristles = 500\naxes = 1\n";
+  s.motion =
+      "[[body]]\nname = \"block\"\nmass = 0.1\npatches = [\"tip\"]\nforce = [ { t = 0.0, x = 0.0 }, { t = "
+      "0.5, x = 0.3 } ]\n";
+  run_report(folder, "run '" + folder.write("hold.toml", s.text()) + "' --out '" + folder.at("f.csv") + "'");
+  const auto rows = read_csv(folder.at("f.csv"));
+  const auto column =
+      static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), "x") - rows[0].begin());
+  const double at_2_s = std::stod(rows.at(2000).at(column)), at_4_s = std::stod(rows.at(4000).at(column));
+  CHECK(at_2_s > 0.0);
+  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);  // of a mean snap length; the file holds nine digits
+  CHECK(std::stod(rows.at(4000).at(2)) == Approx(-0.3).epsilon(1e-9));
+}
+
+TEST_CASE("A trace replaces the motion of a scene and sets its length", "[cli]") {
+  const Folder folder;
+  const std::string scene = folder.write("small.toml", SmallScene{}.text());
+  const std::string trace =
+      folder.write("hand.csv", "t[ms],x[um],load[mN],button\n10,0,500,0\n20,100,500,1\n30,100,1000,1\n");
+  const json report =
+      run_report(folder, "run '" + scene + "' --trace '" + trace + "' --out '" + folder.at("f.csv") + "'");
+  CHECK(report["steps"] == 20);
+  CHECK(report["traces"][0]["rows"] == 3);
+  CHECK(report["traces"][0]["ignored_columns"] == json::array({"button"}));
+  const auto rows = read_csv(folder.at("f.csv"));
+  REQUIRE(rows.size() == 21);
+  const std::size_t x = rows[0].size() - 2;
+  CHECK(std::stod(rows[5][x]) == Approx(50e-6));  // halfway, linear in between
+  CHECK(std::stod(rows[10][x]) == Approx(100e-6));
+  CHECK(std::stod(rows[20][x]) == Approx(100e-6));
+  CHECK(std::stod(rows[5][4]) == Approx(0.5));
+  CHECK(std::stod(rows[15][4]) == Approx(0.75));
+  CHECK(std::stod(rows[20][4]) == Approx(1.0));
+}
+
+TEST_CASE("The state hash of a scene does not depend on threads or instruction set", "[cli][determinism]") {
+  const Folder folder;
+  const std::string run = "run " + scene_path("block_on_floor") + " --steps 2300";
+  const json hash = run_report(folder, run)["state_hash"];
+  CHECK(run_report(folder, run + " --threads 2")["state_hash"] == hash);
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (isa.usable) CHECK(run_report(folder, run + " --isa " + isa.name)["state_hash"] == hash);
+  }
+}
+
+TEST_CASE("Copies of a patch are stepped together and the force file says how many it holds", "[cli]") {
+  const Folder folder;
+  const json report = run_report(
+      folder, "run " + scene_path("many_contacts") + " --steps 20 --out '" + folder.at("f.csv") + "'");
+  CHECK(report["patch_count"] == 10000);
+  CHECK(report["bristles"] == 1000000);
+  CHECK(report["forces"]["patches"] == 8);
+  const auto rows = read_csv(folder.at("f.csv"));
+  CHECK(rows.size() == 1 + 8 * 20);
+  CHECK(rows[8][1] == "grain.7");
+}
+
+TEST_CASE("A scene that is not right is refused in one line with file, line and key", "[cli][bad input]") {
+  const Folder folder;
+  struct Case {
+    const char* what;
+    std::string SmallScene::*part;
+    const char* from;
+    const char* to;
+    std::vector<std::string> parts;
+  };
+  const Case cases[] = {
+      {"unknown key",
+       &SmallScene::patch,
+       "bristles",
+       "bristels",
+       {":12: [[patch]] 'tip': unknown key 'bristels'", "bristles"}},
+      {"unknown table", &SmallScene::motion, "[[motion]]", "[[movement]]", {":13: unknown key 'movement'"}},
+      {"dt = 0", &SmallScene::scene, "dt = 1e-3", "dt = 0", {":3: [scene] 'small': dt is 0", "more than 0"}},
+      {"negative dt", &SmallScene::scene, "dt = 1e-3", "dt = -1.0", {":3:", "dt is -1"}},
+      {"no dt", &SmallScene::scene, "dt = 1e-3\n", "", {"[scene] 'small': key 'dt' is missing"}},
+      {"NaN load",
+       &SmallScene::motion,
+       "load = 1.0",
+       "load = nan",
+       {":17: [[motion]]: load is nan", "at least 0"}},
+      {"infinite load", &SmallScene::motion, "load = 1.0", "load = inf", {"load is inf"}},
+      {"negative load", &SmallScene::motion, "load = 1.0", "load = -1", {"load is -1"}},
+      {"text for a number",
+       &SmallScene::motion,
+       "velocity = 0.02",
+       "velocity = \"fast\"",
+       {":16: [[motion]]: velocity is 'fast'; a number is needed"}},
+      {"three components",
+       &SmallScene::motion,
+       "velocity = 0.02",
+       "velocity = [1, 2, 3]",
+       {"velocity holds 3 numbers"}},
+      {"unknown type",
+       &SmallScene::motion,
+       "\"ramp\"",
+       "\"ramps\"",
+       {"type is 'ramps'; allowed: hold, ramp, sine, keyframes, trace"}},
+      {"key of another type",
+       &SmallScene::motion,
+       "velocity = 0.02",
+       "amplitude = 0.02",
+       {"unknown key 'amplitude'"}},
+      {"unknown material",
+       &SmallScene::patch,
+       "\"wood\"",
+       "\"would\"",
+       {"material names 'would'", "there is: wood"}},
+      {"unknown patch", &SmallScene::motion, "\"tip\"", "\"top\"", {"patch names 'top'", "there is: tip"}},
+      {"too many bristles",
+       &SmallScene::patch,
+       "bristles = 100",
+       "bristles = 100000000000",
+       {"bristles is 100000000000", "67108864"}},
+      {"fraction of a bristle",
+       &SmallScene::patch,
+       "bristles = 100",
+       "bristles = 100.5",
+       {"bristles is 100.5; a whole number"}},
+      {"three axes", &SmallScene::patch, "bristles = 100", "axes = 3", {"axes is 3"}},
+      {"motion on a missing axis", &SmallScene::patch, "bristles = 100", "axes = 1", {}},  // right: x only
+      {"unreachable peak",
+       &SmallScene::material,
+       "presliding",
+       "peak = 2.0\npresliding",
+       {"[[material]] 'wood'", "peak"}},
+      {"mixed parameters",
+       &SmallScene::material,
+       "presliding",
+       "bristle_stiffness = 10\npresliding",
+       {"mixes coefficients"}},
+      {"unknown output",
+       &SmallScene::patch,
+       "bristles = 100",
+       "outputs = [\"end\", \"median\"]",
+       {"outputs holds 'median'"}},
+      {"a name twice",
+       &SmallScene::material,
+       "[[material]]",
+       "[[material]]\nname = \"wood\"\n[[material]]",
+       {"name 'wood' appears twice"}},
+      {"no motion",
+       &SmallScene::motion,
+       "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n",
+       "",
+       {"[[patch]] 'tip'", "nothing moves it"}},
+      {"not TOML", &SmallScene::scene, "[scene]", "[[[[scene]", {":1:", "not TOML"}},
+      {"no duration", &SmallScene::scene, "duration = 0.05\n", "", {"key 'duration' is missing"}},
+      {"missing trace",
+       &SmallScene::motion,
+       "type = \"ramp\"\nvelocity = 0.02",
+       "type = \"trace\"\nfile = \"gone.csv\"",
+       {"gone.csv: cannot be read"}},
+  };
+  for (const Case& c : cases) {
+    SmallScene s;
+    replace(s.*c.part, c.from, c.to);
+    INFO(c.what);
+    const std::string path = folder.write("bad.toml", s.text());
+    if (c.parts.empty()) {
+      CHECK(run_cli(folder, "run '" + path + "'").code == 0);
+      continue;
+    }
+    std::vector<std::string> parts = c.parts;
+    if (std::string(c.what) != "missing trace") parts.push_back("bristle: " + path);
+    check_refused(folder, "run '" + path + "'", parts);
+  }
+}
+
+TEST_CASE("Motion along y on a patch with one axis is refused", "[cli][bad input]") {
+  const Folder folder;
+  SmallScene s;
+  replace(s.patch, "bristles = 100", "axes = 1");
+  replace(s.motion, "velocity = 0.02", "velocity = [0.0, 0.02]");
+  check_refused(folder, "run '" + folder.write("bad.toml", s.text()) + "'", {"moves along y", "axes = 1"});
+}
+
+TEST_CASE("A body and a motion cannot both move a patch", "[cli][bad input]") {
+  const Folder folder;
+  SmallScene s;
+  s.motion += "[[body]]\nname = \"block\"\nmass = 1.0\npatches = [\"tip\"]\n";
+  check_refused(folder, "run '" + folder.write("bad.toml", s.text()) + "'",
+                {":21: [[body]] 'block': patches names 'tip'", "moves already"});
+}
+
+TEST_CASE("A broken line of a trace is refused by its number", "[cli][bad input]") {
+  const Folder folder;
+  const std::string scene = folder.write("small.toml", SmallScene{}.text());
+  const std::string trace = folder.write("hand.csv", "t,x,load\n0,0,1\n0.001,0.1.2,1\n");
+  check_refused(folder, "run '" + scene + "' --trace '" + trace + "'",
+                {trace + ":3: column x: '0.1.2' is not a number"});
+}
+
+TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad input]") {
+  const Folder folder;
+  const std::string scene = "'" + folder.write("small.toml", SmallScene{}.text()) + "'";
+  check_refused(folder, "", {"subcommand"});
+  check_refused(folder, "walk", {"'walk' is no command", "run, capacity"});
+  check_refused(folder, "run", {"SCENE"});
+  check_refused(folder, "run " + scene + " --fast", {"--fast"});
+  check_refused(folder, "run " + scene + " --threads -1", {"--threads"});
+  check_refused(folder, "run " + scene + " --steps 0", {"--steps"});
+  check_refused(folder, "run " + scene + " --isa zx81", {"zx81"});
+  check_refused(folder, "run '" + folder.at("none.toml") + "'",
+                {folder.at("none.toml") + ": cannot be read"});
+  check_refused(folder, "run '" + folder.path.string() + "'", {"cannot be read"});
+  check_refused(folder, "run " + scene + " --out '" + folder.at("none/f.csv") + "'", {"cannot be written"});
+  check_refused(folder, "run " + scene + " --json '" + folder.at("none/r.json") + "'", {"cannot be written"});
+  check_refused(folder, "run " + scene + " --json - --out -", {"stdout"});
+  check_refused(folder, "capacity --deadline 0", {"--deadline"});
+  check_refused(folder, "capacity --deadline soon", {"--deadline"});
+  check_refused(folder, "capacity --deadline 1ms --threads 0", {"--threads"});
+}
+
+TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles that fit", "[cli]") {
+  const Folder folder;
+  const json report = run_report(
+      folder, "capacity --quick --threads 1 --deadline 20us --csv '" + folder.at("capacity.csv") + "'");
+  CHECK(report["schema"] == "bristle-capacity-1");
+  CHECK(report["deadline_s"] == Approx(20e-6));
+  CHECK(report["paper"]["bristles"] == 900);
+  REQUIRE(report["capacities"].size() > 3);
+  for (const json& row : report["capacities"]) {
+    for (const char* key : {"motion", "kernel", "layout", "threads", "bristles", "at_capacity", "curve"}) {
+      CHECK(row.contains(key));
+    }
+    if (row["bristles"] > 0 && !row["more_would_fit"])
+      CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
+  }
+  for (const json& row : report["comparisons"]) {
+    CHECK(row["ns_per_bristle"] > 0.0);
+    CHECK(row["quartiles"][0] <= row["time_over_bristle"]);
+    CHECK(row["time_over_bristle"] <= row["quartiles"][1]);
+  }
+  CHECK(
+      read_file(folder.at("capacity.csv")).rfind("motion,kernel,layout,threads,bristles,p50_us,p99_us", 0) ==
+      0);
+}

@@ -1,0 +1,339 @@
+// The same inputs give the same bits: on every instruction set, with any number of threads, in any company.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+#include "variants.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+struct Outcome {
+  std::vector<std::vector<Response>> responses;  ///< [patch][step], id cleared
+  std::vector<std::uint64_t> hashes;             ///< [patch], at the end
+  std::uint32_t most_tasks = 0;
+};
+
+/// Runs the cases named by `chosen` (indices into `cases`) together; the motions of a step are given in an
+/// order that `shuffle` decides.
+Outcome run(const std::vector<PatchCase>& cases, const std::vector<std::size_t>& chosen, int steps,
+            const BatchOptions& options, unsigned shuffle = 0) {
+  PatchBatch batch(options);
+  std::vector<PatchId> ids;
+  for (std::size_t c : chosen) ids.push_back(batch.add(cases[c].material, cases[c].options));
+  batch.warm_up();
+  Outcome outcome;
+  outcome.responses.resize(chosen.size());
+  std::vector<std::size_t> order(chosen.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::mt19937_64 random(shuffle);
+  for (int k = 0; k < steps; ++k) {
+    if (k == steps / 2) {
+      for (std::size_t i = 0; i < chosen.size(); ++i) batch.set_material(ids[i], cases[chosen[i]].later);
+    }
+    if (shuffle) std::shuffle(order.begin(), order.end(), random);
+    std::vector<Motion> motions(chosen.size());
+    std::vector<Response> responses(chosen.size());
+    for (std::size_t at = 0; at < order.size(); ++at) {
+      const std::size_t i = order[at];
+      motions[at] = scripted_motion(chosen[i], k, cases[chosen[i]].options.axes);
+      motions[at].id = ids[i];
+    }
+    const bristle::StepReport report = batch.step(tick, motions, responses);
+    outcome.most_tasks = std::max(outcome.most_tasks, report.tasks);
+    for (std::size_t at = 0; at < order.size(); ++at) {
+      responses[at].id = PatchId{};
+      outcome.responses[order[at]].push_back(responses[at]);
+    }
+  }
+  for (PatchId id : ids) outcome.hashes.push_back(batch.state_hash(id));
+  return outcome;
+}
+
+void check_same(const std::vector<PatchCase>& cases, const std::vector<std::size_t>& chosen,
+                const Outcome& expected, const Outcome& got, const char* what) {
+  int shown = 0;
+  for (std::size_t i = 0; i < chosen.size() && shown < 5; ++i) {
+    const std::size_t c = chosen[i];
+    for (std::size_t k = 0; k < got.responses[i].size(); ++k) {
+      const std::string field = first_difference(expected.responses[c][k], got.responses[i][k]);
+      if (!field.empty()) {
+        FAIL_CHECK(what << ": " << cases[c].name << ": " << field << " differs in step " << k);
+        ++shown;
+        break;
+      }
+    }
+    if (expected.hashes[c] != got.hashes[i]) {
+      FAIL_CHECK(what << ": " << cases[c].name << ": the state hash differs");
+      ++shown;
+    }
+  }
+}
+
+std::vector<std::size_t> all_of(const std::vector<PatchCase>& cases) {
+  std::vector<std::size_t> all(cases.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+constexpr int script_steps = 40;
+
+}  // namespace
+
+TEST_CASE("Every instruction set gives the bits of the scalar reference", "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(test_size(700));
+  const std::vector<std::size_t> all = all_of(cases);
+  const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_isa("scalar"));
+  int compared = 0;
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) {
+      std::printf("skipped: this machine does not run %s\n", isa.name);
+      continue;
+    }
+    INFO("instruction set " << isa.name);
+    const Outcome got = run(cases, all, script_steps, BatchOptions{}.with_isa(isa.name));
+    check_same(cases, all, expected, got, isa.name);
+    ++compared;
+  }
+  CHECK(compared >= 1);
+}
+
+TEST_CASE("Any number of threads gives the same bits", "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(test_size(700));
+  const std::vector<std::size_t> all = all_of(cases);
+  const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_threads(1));
+  CHECK(expected.most_tasks == 1);
+  for (int threads : {2, 3, 8}) {
+    const Outcome got = run(cases, all, script_steps, BatchOptions{}.with_threads(threads));
+    check_same(cases, all, expected, got, (std::to_string(threads) + " threads").c_str());
+#if BRISTLE_WITH_TBB
+    CHECK(got.most_tasks > 1);
+#endif
+  }
+}
+
+TEST_CASE("A patch does not notice its neighbours nor the order of the motions", "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(test_size(300));
+  const std::vector<std::size_t> all = all_of(cases);
+  const Outcome expected = run(cases, all, script_steps, BatchOptions{});
+  check_same(cases, all, expected, run(cases, all, script_steps, BatchOptions{}, 77), "shuffled motions");
+  check_same(cases, all, expected, run(cases, all, script_steps, BatchOptions{}.with_threads(2), 78),
+             "shuffled motions, two threads");
+  std::vector<std::size_t> some;
+  for (std::size_t c = 0; c < cases.size(); c += 3) some.push_back(cases.size() - 1 - c);
+  check_same(cases, some, expected, run(cases, some, script_steps, BatchOptions{}),
+             "a third of the patches, added in reverse");
+  for (std::size_t c = 0; c < cases.size(); c += 11) {
+    const std::vector<std::size_t> alone{c};
+    check_same(cases, alone, expected, run(cases, alone, script_steps, BatchOptions{}), "alone");
+  }
+}
+
+TEST_CASE("Outputs that a patch does not compute are left untouched and change no state", "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(300);
+  PatchBatch batch;
+  std::vector<PatchId> ids;
+  for (const PatchCase& c : cases) ids.push_back(batch.add(c.material, PatchOptions(c.options).with_seed(5)));
+  for (int k = 0; k < 20; ++k) {
+    std::vector<Motion> motions(cases.size());
+    std::vector<Response> responses(cases.size());
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      motions[i] = scripted_motion(5, k, 1);
+      motions[i].id = ids[i];
+      responses[i].mean[0] = responses[i].mean[1] = 123.0;
+      responses[i].dissipated = responses[i].contact_loss = responses[i].damper_work = 456.0;
+      responses[i].snaps = 789;
+    }
+    batch.step(tick, motions, responses);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const bool mean = has(cases[i].options.outputs, Outputs::mean);
+      const bool energy = has(cases[i].options.outputs, Outputs::energy);
+      expect((responses[i].mean[0] == 123.0) == !mean, "mean is touched where computed");
+      expect((responses[i].dissipated == 456.0) == !energy, "dissipated is touched where computed");
+      expect((responses[i].contact_loss == 456.0) == !energy, "contact_loss is touched where computed");
+      expect((responses[i].damper_work == 456.0) == !energy, "damper_work is touched where computed");
+      expect((responses[i].snaps == 789) == !energy, "snaps is touched where computed");
+    }
+  }
+  // Patches that differ in their outputs only have the same state. Blocks of cases: 4 outputs per rule.
+  const std::size_t laws = all_laws().size();
+  const std::size_t per_outputs = precisions().size() * 2 * laws;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (cases[i].name.rfind("large", 0) == 0) continue;
+    const std::size_t group = i / (4 * per_outputs) * (4 * per_outputs);
+    const std::size_t twin = group + i % per_outputs;
+    if (cases[i].options.bristles != cases[twin].options.bristles) continue;
+    INFO(cases[i].name << " against " << cases[twin].name);
+    expect(batch.state_hash(ids[i]) == batch.state_hash(ids[twin]), "the same state whatever the outputs");
+  }
+}
+
+TEST_CASE("find_force tells the next step's response bit for bit and leaves the state alone",
+          "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(test_size(300));
+  PatchBatch batch;
+  std::vector<PatchId> ids;
+  for (const PatchCase& c : cases) ids.push_back(batch.add(c.material, c.options));
+  batch.warm_up();
+  int shown = 0;
+  for (int k = 0; k < 25; ++k) {
+    std::vector<Motion> motions(cases.size());
+    std::vector<Response> responses(cases.size());
+    std::vector<Response> found(cases.size());
+    const std::uint64_t before = batch.state_hash();
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      motions[i] = scripted_motion(i, k, cases[i].options.axes);
+      motions[i].id = ids[i];
+      Motion other = scripted_motion(i + 7, k, cases[i].options.axes);
+      other.id = ids[i];
+      batch.find_force(tick, other);  // a trial that is not taken
+      found[i] = batch.find_force(tick, motions[i]);
+    }
+    REQUIRE(batch.state_hash() == before);
+    batch.step(tick, motions, responses);
+    for (std::size_t i = 0; i < cases.size() && shown < 5; ++i) {
+      const std::string field = first_difference(found[i], responses[i]);
+      if (!field.empty()) {
+        FAIL_CHECK(cases[i].name << ": " << field << " differs from find_force in step " << k);
+        ++shown;
+      }
+    }
+  }
+}
+
+TEST_CASE("Save and restore half-way continue with the same bits, on any instruction set and thread count",
+          "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(test_size(300));
+  const auto fill = [&](PatchBatch& batch) {
+    std::vector<PatchId> ids;
+    for (const PatchCase& c : cases) ids.push_back(batch.add(c.material, c.options));
+    batch.warm_up();
+    return ids;
+  };
+  const auto advance = [&](PatchBatch& batch, const std::vector<PatchId>& ids, int from, int to) {
+    std::vector<Response> all;
+    for (int k = from; k < to; ++k) {
+      std::vector<Motion> motions(cases.size());
+      std::vector<Response> responses(cases.size());
+      for (std::size_t i = 0; i < cases.size(); ++i) {
+        motions[i] = scripted_motion(i, k, cases[i].options.axes);
+        motions[i].id = ids[i];
+      }
+      batch.step(tick, motions, responses);
+      all.insert(all.end(), responses.begin(), responses.end());
+    }
+    return all;
+  };
+  PatchBatch original(BatchOptions{}.with_threads(2));
+  const std::vector<PatchId> ids = fill(original);
+  advance(original, ids, 0, 15);
+  std::vector<std::byte> state(original.state_size());
+  REQUIRE(original.save_state(state) == state.size());
+  const std::uint64_t hash_then = original.state_hash();
+  const std::vector<Response> expected = advance(original, ids, 15, 30);
+  const std::uint64_t hash_end = original.state_hash();
+  REQUIRE(hash_end != hash_then);
+
+  // Back in time in the same batch.
+  original.restore_state(state);
+  CHECK(original.state_hash() == hash_then);
+  std::vector<Response> again = advance(original, ids, 15, 30);
+  CHECK(original.state_hash() == hash_end);
+  int wrong = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) wrong += !first_difference(expected[i], again[i]).empty();
+  CHECK(wrong == 0);
+
+  // In a fresh batch of another kind, and one that has been elsewhere in between.
+  for (const BatchOptions& options : {BatchOptions{}.with_isa("scalar"), BatchOptions{}.with_threads(1)}) {
+    PatchBatch other(options);
+    const std::vector<PatchId> other_ids = fill(other);
+    advance(other, other_ids, 60, 64);
+    other.restore_state(state);
+    CHECK(other.state_hash() == hash_then);
+    again = advance(other, other_ids, 15, 30);
+    CHECK(other.state_hash() == hash_end);
+    wrong = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      again[i].id = expected[i].id;
+      wrong += !first_difference(expected[i], again[i]).empty();
+    }
+    CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("A state that does not fit is refused and changes nothing", "[determinism]") {
+  PatchBatch batch;
+  const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(500));
+  batch.warm_up();
+  Motion motion;
+  motion.id = id;
+  motion.displacement[0] = 7e-6;
+  motion.normal_load = 0.9;
+  Response response;
+  batch.step(tick, {&motion, 1}, {&response, 1});
+  std::vector<std::byte> state(batch.state_size());
+  CHECK(batch.save_state(bristle::Span<std::byte>(state.data(), state.size() - 1)) == 0);
+  REQUIRE(batch.save_state(state) == state.size());
+  const std::uint64_t hash = batch.state_hash();
+
+  const auto refused = [&](PatchBatch& to, bristle::Span<const std::byte> bytes, const char* what) {
+    INFO(what);
+    const std::uint64_t before = to.state_hash();
+    CHECK_THROWS_AS(to.restore_state(bytes), bristle::Error);
+    CHECK(to.state_hash() == before);
+  };
+  refused(batch, {}, "nothing");
+  refused(batch, {state.data(), state.size() - 8}, "cut short");
+  std::vector<std::byte> garbage(state.size(), std::byte{0x5a});
+  refused(batch, garbage, "garbage");
+
+  PatchBatch fewer_bristles;
+  fewer_bristles.add(Material{}, PatchOptions{}.with_bristles(400));
+  fewer_bristles.warm_up();
+  refused(fewer_bristles, state, "another number of bristles");
+  PatchBatch two;
+  two.add(Material{}, PatchOptions{}.with_bristles(500));
+  two.add(Material{}, PatchOptions{}.with_bristles(500));
+  two.warm_up();
+  refused(two, state, "another number of patches");
+  PatchBatch one_axis;
+  one_axis.add(Material{}, PatchOptions{}.with_bristles(500).with_axes(1));
+  one_axis.warm_up();
+  refused(one_axis, state, "another number of axes");
+  CHECK(batch.state_hash() == hash);
+
+  // A buffer larger than needed is fine for both.
+  std::vector<std::byte> roomy(state.size() + 100);
+  CHECK(batch.save_state(roomy) == state.size());
+  batch.step(tick, {&motion, 1}, {&response, 1});
+  CHECK(batch.state_hash() != hash);
+  batch.restore_state(roomy);
+  CHECK(batch.state_hash() == hash);
+}
+
+TEST_CASE("The hash sees every part of the state", "[determinism]") {
+  const auto hash_after = [](double dx, double load, const Material& material, std::uint32_t seed,
+                             double again = 0.0) {
+    OnePatch patch(material, PatchOptions{}.with_bristles(300).with_seed(seed));
+    patch.step(dx, 0.0, load);
+    if (again != 0.0) patch.step(again, 0.0, load);
+    return patch.hash();
+  };
+  const Material material;
+  const std::uint64_t base = hash_after(3e-6, 0.5, material, 1);
+  CHECK(hash_after(3e-6, 0.5, material, 1) == base);
+  CHECK(hash_after(3.0001e-6, 0.5, material, 1) != base);  // block displacement
+  CHECK(hash_after(3e-6, 0.4, material, 1) != base);       // active count
+  CHECK(hash_after(3e-6, 0.5, Material(material).with_bristle_stiffness(90.0), 1) != base);  // material
+  CHECK(hash_after(3e-6, 0.5, material, 2) != base);                                         // snap lengths
+  CHECK(hash_after(3e-6, 0.5, material, 1, 20e-6) != base);
+  CHECK(hash_after(3e-6, 0.5, material, 1, -3e-6) != base);
+}

@@ -1,0 +1,235 @@
+// Work in = change of stored energy + snap losses + contact losses (+ damper work), in every single step.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+struct LawCase {
+  const char* name;
+  SnapLength law;
+};
+std::vector<LawCase> laws() {
+  const double quantiles[] = {0.2 * dbar, 0.7 * dbar, 0.8 * dbar, 1.1 * dbar, 2.4 * dbar};
+  return {{"single", SnapLength::single(dbar)},
+          {"normal, cv 0.05", SnapLength::normal(dbar, 0.05 * dbar)},
+          {"uniform", SnapLength::uniform(0.5 * dbar, 1.5 * dbar)},
+          {"lognormal, cv 0.3", SnapLength::lognormal(dbar, 0.3)},
+          {"lognormal, cv 1", SnapLength::lognormal(dbar, 1.0)},
+          {"exponential", SnapLength::exponential(dbar)},
+          {"table", SnapLength::table(quantiles)}};
+}
+
+/// A walk through all sorts of steps: tiny, presliding, a few snaps, jumps; the load wobbles, jumps, is lost.
+class RandomWalk {
+ public:
+  RandomWalk(int axes, double max_load, unsigned seed) : axes_(axes), max_load_(max_load), random_(seed) {}
+
+  void next(double& dx, double& dy, double& load) {
+    static constexpr double lengths[] = {0.0, 1e-6, 0.01, 0.3, 1.0, 3.0, 10.0, 40.0, 100.0};
+    const double length = dbar * lengths[random_() % 9] * (0.5 + flat_(random_));
+    if (random_() % 4 == 0) angle_ = 2.0 * M_PI * flat_(random_);
+    if (axes_ == 1) {
+      dx = random_() % 3 == 0 ? -length : length;
+      dy = 0.0;
+    } else {
+      dx = length * std::cos(angle_);
+      dy = length * std::sin(angle_);
+    }
+    switch (random_() % 6) {
+      case 0:
+        load_ = max_load_ * flat_(random_);
+        break;
+      case 1:
+        load_ = std::min(max_load_, std::max(0.0, load_ + 0.01 * max_load_ * (flat_(random_) - 0.5)));
+        break;
+      case 2:
+        load_ = random_() % 8 == 0 ? 0.0 : max_load_;
+        break;
+      case 3:
+        load_ = random_() % 8 == 0 ? 1.7 * max_load_ : load_;
+        break;
+      default:
+        break;
+    }
+    load = load_;
+  }
+
+ private:
+  int axes_;
+  double max_load_;
+  double load_ = 0.0;
+  double angle_ = 0.0;
+  std::mt19937_64 random_;
+  std::uniform_real_distribution<double> flat_{0.0, 1.0};
+};
+
+}  // namespace
+
+TEST_CASE("The energy balance with the mean force holds in every step", "[energy]") {
+  constexpr std::uint32_t n = 530;  // two blocks and a tail
+  const int steps = static_cast<int>(test_size(1500));
+  for (Precision precision : precisions()) {
+    // Double: rounding. Float: each bristle's deflection, step mean and loss are right to a few 2^-24, and
+    // their errors add up like a random walk at worst like a sum.
+    const double bound = precision == Precision::double_ ? 1e-11 : 2e-6;
+    for (const LawCase& law : laws()) {
+      for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+        for (int axes : {1, 2}) {
+          INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule) << ", axes " << axes);
+          const double stiffness = 82.0;
+          const Material material = plain_material(law.law, rule)
+                                        .with_bristle_stiffness(stiffness)
+                                        .with_bristle_damping(0.02)
+                                        .with_viscous_friction(1.5);
+          OnePatch patch(material, PatchOptions{}
+                                       .with_max_normal_load(900.0)
+                                       .with_bristles(n)
+                                       .with_axes(axes)
+                                       .with_precision(precision)
+                                       .with_outputs(Outputs::all));
+          RandomWalk walk(axes, 900.0, 5);
+          int failures = 0;
+          double total_work = 0.0, total_lost = 0.0;
+          for (int k = 0; k < steps && failures < 3; ++k) {
+            double dx, dy, load;
+            walk.next(dx, dy, load);
+            const double before = patch.energy();
+            const Response r = patch.step(dx, dy, load);
+            const double after = patch.energy();
+            const double work = -(r.mean[0] - r.damper[0]) * dx - (r.mean[1] - r.damper[1]) * dy;
+            const double lost = r.dissipated + r.contact_loss;
+            // A mean force of rounding size times a long path is energy too.
+            const double involved =
+                before + after + std::abs(r.dissipated) + std::abs(r.contact_loss) + std::abs(work);
+            // A displacement is fixed point, 2^-44 of a length near the mean: the force over that error.
+            const double grain = 0x1p-44 * 2.0 * dbar *
+                                 (std::abs(r.mean[0] - r.damper[0]) + std::abs(r.mean[1] - r.damper[1]));
+            if (!(std::abs(work - (after - before) - lost) <= bound * involved + grain)) {
+              ++failures;
+              FAIL_CHECK("step " << k << ": work " << work << " J, stored " << before << " to " << after
+                                 << " J, snaps " << r.dissipated << " J, contact loss " << r.contact_loss
+                                 << " J: residual " << (work - (after - before) - lost) / involved
+                                 << " of the energies involved; load " << load << " N, step "
+                                 << std::hypot(dx, dy) / dbar << " mean lengths");
+            }
+            if (!(r.dissipated >= 0.0) || (r.snaps > 0) != (r.dissipated > 0.0)) {
+              ++failures;
+              FAIL_CHECK("step " << k << ": " << r.snaps << " snaps dissipated " << r.dissipated
+                                 << " J; load " << load << " N, step " << std::hypot(dx, dy) / dbar
+                                 << " mean lengths");
+            }
+            expect(r.contact_loss >= -bound * before, "contact loss is a loss");
+            total_work += work;
+            total_lost += lost;
+          }
+          // Over all, the work that went in is lost or still stored.
+          expect_near(total_work, total_lost + patch.energy(),
+                      bound * steps * 0.01 * (total_work + total_lost) + bound * total_lost,
+                      "work of the whole walk");
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("The end force dissipates in every step, for any motion and rule", "[energy]") {
+  constexpr std::uint32_t n = 530;
+  const int steps = static_cast<int>(test_size(1000));
+  for (Precision precision : precisions()) {
+    for (const LawCase& law : laws()) {
+      for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+        INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule));
+        OnePatch patch(plain_material(law.law, rule), plain_options(n, 2, precision));
+        RandomWalk walk(2, n, 9);
+        for (int k = 0; k < steps; ++k) {
+          double dx, dy, load;
+          walk.next(dx, dy, load);
+          patch.step(0.0, 0.0, load);
+          const double before = patch.energy();
+          const Response r = patch.step(dx, dy, load);
+          const double work = -r.elastic[0] * dx - r.elastic[1] * dy;
+          const double slack =
+              (precision == Precision::double_ ? 1e-11 : 2e-6) * (before + patch.energy() + std::abs(work));
+          expect(work - (patch.energy() - before) >= -slack,
+                 "work of the end force covers the energy stored");
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("The balance holds for one bristle, where nothing averages out", "[energy]") {
+  for (Precision precision : precisions()) {
+    const double bound = precision == Precision::double_ ? 1e-11 : 2e-6;
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      INFO(name_of(precision) << ", " << table_name(rule));
+      OnePatch patch(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), rule),
+                     plain_options(1, 2, precision));
+      std::mt19937_64 random(2);
+      std::uniform_real_distribution<double> flat(-1.0, 1.0);
+      patch.step(0.0, 0.0, 1.0);
+      for (int k = 0; k < 2000; ++k) {
+        const double scale = k % 10 == 0 ? 8.0 * dbar : 0.7 * dbar;
+        const double dx = scale * flat(random);
+        const double dy = scale * flat(random);
+        const double before = patch.energy();
+        const Response r = patch.step(dx, dy, 1.0);
+        const double work = -r.mean[0] * dx - r.mean[1] * dy;
+        const double involved = before + patch.energy() + r.dissipated + std::hypot(dx, dy) * dbar;
+        expect_near(work, patch.energy() - before + r.dissipated, bound * involved, "work");
+      }
+    }
+  }
+}
+
+TEST_CASE("Damper work is positive by default and negative when the given velocity opposes the motion",
+          "[energy]") {
+  const Material material = Material{}.with_bristle_damping(0.1).with_viscous_friction(0.4);
+  OnePatch patch(material, PatchOptions{}.with_outputs(Outputs::all));
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  for (int k = 0; k < 200; ++k) {
+    const double dx = 1e-5 * flat(random);
+    const double dy = 1e-5 * flat(random);
+    const Response r = patch.step(dx, dy, 0.7);
+    CHECK(r.damper_work > 0.0);
+    CHECK(r.damper_work == Approx(-r.damper[0] * dx - r.damper[1] * dy).epsilon(1e-12));
+    CHECK(r.damper_work == Approx(r.damping * (dx * dx + dy * dy) / tick).epsilon(1e-12));
+
+    Motion against;
+    against.id = patch.id;
+    against.displacement[0] = dx;
+    against.displacement[1] = dy;
+    against.normal_load = 0.7;
+    against.has_velocity = true;
+    against.velocity[0] = -dx / tick;
+    against.velocity[1] = -dy / tick;
+    const Response opposed = patch.step(against);
+    CHECK(opposed.damper_work < 0.0);
+    CHECK(opposed.damping > 0.0);
+  }
+}
+
+TEST_CASE("The mean force at rest is the end force, and the mean of a stick is the middle of its ends",
+          "[energy]") {
+  for (Precision precision : precisions()) {
+    OnePatch patch(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
+                   plain_options(530, 2, precision));
+    for (int k = 0; k < 10; ++k) patch.step(0.41 * dbar, 0.13 * dbar, 530.0);
+    const Response rest = patch.step(0.0, 0.0, 530.0);
+    CHECK(rest.mean[0] == rest.end[0]);
+    CHECK(rest.mean[1] == rest.end[1]);
+    CHECK(rest.dissipated == 0.0);
+    const Response back = patch.step(-0.05 * dbar, 0.0, 530.0);
+    REQUIRE(back.snaps == 0);
+    CHECK(back.mean[0] == Approx(0.5 * (rest.end[0] + back.end[0])).epsilon(1e-12));
+    CHECK(back.mean[1] == Approx(0.5 * (rest.end[1] + back.end[1])).epsilon(1e-12));
+  }
+}

@@ -1,0 +1,82 @@
+// The state hash after a scripted run is the one on record: on this machine, on every other, in every
+// optimised build.
+//
+// A changed hash means changed bits. Where that is meant, record anew and announce it in CHANGELOG.md:
+//   BRISTLE_RECORD_GOLDEN=1 bristle_tests "*on record"
+#include <catch2/catch.hpp>
+
+#include <cinttypes>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+#include "variants.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+struct Golden {
+  std::string name;
+  std::string hash;
+};
+
+/// Hashes of one patch per precision, rule, step rule and law. Nothing here depends on how the library was
+/// built.
+std::vector<Golden> run_script(const BatchOptions& options) {
+  std::vector<Golden> golden;
+  std::uint32_t seed = 1;
+  for (Precision precision : {Precision::single, Precision::double_}) {
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (StepRule step_rule : {StepRule::exact, StepRule::literal}) {
+        for (const SnapLength& law : all_laws()) {
+          ++seed;
+          if (precision == Precision::double_ && !BRISTLE_WITH_DOUBLE) continue;
+          OnePatch patch(plain_material(law, rule).with_bristle_damping(0.01),
+                         plain_options(700, 2, precision).with_step_rule(step_rule).with_seed(seed), options);
+          for (int k = 0; k < 60; ++k) {
+            Motion motion = scripted_motion(seed, k, 2);
+            motion.id = patch.id;
+            motion.normal_load *= 350.0;  // the script's loads are for a maximum of 2 N
+            patch.step(motion);
+          }
+          char hash[20];
+          std::snprintf(hash, sizeof hash, "%016" PRIx64, patch.hash());
+          golden.push_back({std::string(name_of(precision)) + " " + table_name(rule) +
+                                (step_rule == StepRule::exact ? " exact " : " literal ") +
+                                to_string(law.law()) + " " + std::to_string(seed),
+                            hash});
+        }
+      }
+    }
+  }
+  return golden;
+}
+
+}  // namespace
+
+TEST_CASE("The state hashes of a scripted run are those on record", "[determinism]") {
+  if (std::getenv("BRISTLE_RECORD_GOLDEN")) {
+    std::ofstream out(data_folder() + "/golden_hash.csv");
+    out << "patch,state_hash\n";
+    for (const Golden& golden : run_script(BatchOptions{}.with_isa("scalar")))
+      out << golden.name << ',' << golden.hash << '\n';
+    REQUIRE(out.flush());
+    std::printf("recorded tests/data/golden_hash.csv\n");
+  }
+  const std::vector<Row> record = read_table("golden_hash.csv");
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) continue;
+    int wrong = 0;
+    for (const Golden& golden : run_script(BatchOptions{}.with_isa(isa.name))) {
+      const std::string expected = find_row(record, {{"patch", golden.name}}).at("state_hash");
+      if (golden.hash == expected) continue;
+      if (++wrong <= 5)
+        FAIL_CHECK(isa.name << ", " << golden.name << ": " << golden.hash << ", on record " << expected);
+    }
+    CHECK(wrong == 0);
+  }
+}

@@ -1,0 +1,366 @@
+// The normal load: bristles that enter and leave contact, the one that counts by a fraction, and overload.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+#include "statistics.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+// Weight 1 and stiffness 1: the load in newton is the number of bristles in contact, and the elastic force
+// is minus the weighted sum of the deflections.
+const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+constexpr double longest = 1.5 * dbar;
+
+/// What rounding may do to one bristle whose fraction changes: it is rewritten once.
+double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
+
+/// Weighted sum of deflections by the rule of the fractional bristle.
+double weighted_sum(const std::vector<double>& z, double active) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    sum += z[i] * std::min(std::max(active - static_cast<double>(i), 0.0), 1.0);
+  }
+  return sum;
+}
+
+/// Slides so that most bristles are bent by different lengths.
+void bend(OnePatch& patch, double load) {
+  for (int k = 0; k < 12; ++k) patch.step(0.43 * dbar, 0.11 * dbar, load);
+}
+
+}  // namespace
+
+TEST_CASE("A load jump in steady sliding follows the tables", "[physics][load]") {
+  const std::vector<Row> rows = read_table("load_jump.csv");
+  const std::vector<Row> summary = read_table("summary.csv");
+  const std::vector<Row> virgin = read_table("virgin_curve.csv");
+  const std::uint32_t n = test_size(200000);
+  int points = 0;
+  for (Precision precision : precisions()) {
+    for (const NamedLaw& law : reference_laws()) {
+      for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+        for (const char* jump : {"zeta x2", "zeta x0.5"}) {
+          INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule) << ", " << jump);
+          bool in_table = false;
+          for (const Row& row : rows) {
+            in_table = in_table || (row.at("dist") == law.name && row.at("variant") == table_name(rule));
+          }
+          if (!in_table) continue;
+          const Row key{{"dist", law.name}, {"variant", table_name(rule)}};
+          const double kinetic = number(find_row(summary, key), "f_kinetic");
+          const double steady_variance = number(find_row(summary, key), "var_z_steady_per_bristle");
+          double virgin_variance = 0.0;  // the largest on the virgin curve, for the bristles that enter
+          for (const Row& row : virgin) {
+            if (row.at("dist") == law.name && row.at("variant") == table_name(rule))
+              virgin_variance = std::max(virgin_variance, 2e6 * std::pow(number(row, "mc_se"), 2));
+          }
+          const bool doubled = std::string(jump) == "zeta x2";
+          const double load1 = doubled ? n / 2 : n;
+          const double load2 = doubled ? n : n / 2;
+
+          OnePatch patch(plain_material(law.law, rule), plain_options(n, 1, precision));
+          patch.step(0.0, 0.0, load1);
+          if (rule == SnapRule::keep) patch.step(1000.37 * dbar, 0.0, load1);
+          for (int k = 0; k < 60; ++k) patch.step(0.83 * dbar, 0.0, load1);
+          const double unit = load1 * kinetic * dbar;  // kinetic force before the jump
+          const double before = -patch.step(0.0, 0.0, load1).elastic[0];
+          double x = 0.0;
+          for (const Row& row : rows) {
+            if (row.at("dist") != law.name || row.at("variant") != table_name(rule) || row.at("jump") != jump)
+              continue;
+            const double to = number(row, "x_over_dbar_after_jump");
+            const Response r = patch.step((to - x) * dbar, 0.0, load2);
+            x = to;
+            INFO("x = " << x << " mean snap lengths after the jump");
+            const double tolerance =
+                sigmas * std::sqrt(load1 * steady_variance + std::max(load2 - load1, 0.0) * virgin_variance) /
+                (load1 * kinetic);
+            expect_near(-r.elastic[0] / unit, number(row, "F_over_Fk1_ref"), tolerance + 1e-5,
+                        "force over kinetic force");
+            if (x == 0.0 && doubled) {
+              // Exactly continuous: nothing but one fractional bristle may have been rewritten.
+              expect_near(-r.elastic[0], before, 4.0 * rounding(precision),
+                          "force just after the load doubled");
+            }
+            ++points;
+          }
+        }
+      }
+    }
+  }
+  CHECK(points == static_cast<int>(precisions().size()) * 76);
+}
+
+TEST_CASE("A load that ramps up at rest changes no force", "[load]") {
+  constexpr std::uint32_t n = 2000;
+  for (Precision precision : precisions()) {
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (double step_n : {0.013, 0.37, 3.7, 301.3}) {
+        INFO(name_of(precision) << ", " << table_name(rule) << ", load steps of " << step_n << " N");
+        OnePatch patch(plain_material(uniform, rule), plain_options(n, 2, precision));
+        double load = 612.4;
+        bend(patch, load);
+        const Response start = patch.step(0.0, 0.0, load);
+        int changes = 0;
+        while (load + step_n < n && changes < 1500) {
+          load += step_n;
+          ++changes;
+          const Response r = patch.step(0.0, 0.0, load);
+          for (int axis = 0; axis < 2; ++axis) {
+            expect_near(r.elastic[axis], start.elastic[axis], changes * rounding(precision), "force");
+            expect_near(r.mean[axis], r.elastic[axis], 0.0, "mean force at rest, the end force");
+          }
+          expect(r.snaps == 0 && r.dissipated == 0.0, "nothing snaps");
+          expect_near(r.stiffness, load, 1e-9 * load, "stiffness");
+        }
+        REQUIRE(changes >= 4);
+      }
+    }
+  }
+}
+
+TEST_CASE("A falling load sheds the bristles that came into contact last", "[load]") {
+  constexpr std::uint32_t n = 1000;
+  for (Precision precision : precisions()) {
+    for (double to : {999.5, 999.0, 700.25, 512.0, 256.0, 255.75, 16.5, 1.5, 1.0, 0.5, 0.001}) {
+      INFO(name_of(precision) << ", load falls to " << to << " N");
+      OnePatch patch(plain_material(uniform, SnapRule::redraw), plain_options(n, 2, precision));
+      bend(patch, n);
+      const Bristles before = read(patch, n);
+      const double energy = patch.energy();
+      const Response r = patch.step(0.0, 0.0, to);
+      const double tolerance = n * rounding(precision);
+      expect_near(-r.elastic[0], weighted_sum(before.zx, to), tolerance, "force x");
+      expect_near(-r.elastic[1], weighted_sum(before.zy, to), tolerance, "force y");
+      expect_near(r.contact_loss, energy - patch.energy(),
+                  (precision == Precision::single ? 1e-6 : 1e-12) * energy, "energy that left");
+      const Bristles after = read(patch, n);
+      for (std::uint32_t i = 0; i < n; ++i) {
+        // The one that counts by a fraction keeps its deflection; those out of contact read 0.
+        const bool in_contact = i < to;
+        expect_near(after.zx[i], in_contact ? before.zx[i] : 0.0, rounding(precision), "deflection x");
+        expect_near(after.zy[i], in_contact ? before.zy[i] : 0.0, rounding(precision), "deflection y");
+      }
+      // Load noise at rest sheds once: back up, and the lost force does not return.
+      expect_near(patch.step(0.0, 0.0, n).elastic[0], r.elastic[0], 4.0 * rounding(precision),
+                  "force after the load came back");
+    }
+  }
+}
+
+TEST_CASE("Half a bristle pulls half, and one and a half bristles share what half a bristle held", "[load]") {
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    const double ulp = 4.0 * rounding(precision);
+    const SnapLength law = SnapLength::single(dbar);
+    OnePatch patch(plain_material(law, SnapRule::keep), plain_options(4, 2, precision));
+    patch.step(0.0, 0.0, 0.5);
+    Response r = patch.step(0.6 * dbar, 0.2 * dbar, 0.5);
+    expect_near(-r.elastic[0], 0.5 * 0.6 * dbar, ulp, "force of half a bristle, x");
+    expect_near(-r.elastic[1], 0.5 * 0.2 * dbar, ulp, "force of half a bristle, y");
+    expect_near(-r.mean[0], 0.5 * 0.3 * dbar, ulp, "mean force of half a bristle");
+    expect_near(r.stiffness, 0.5, 1e-12, "stiffness of half a bristle");
+
+    // At rest to 1.5 bristles: the force stays; the first holds it whole, at half the deflection.
+    r = patch.step(0.0, 0.0, 1.5);
+    expect_near(-r.elastic[0], 0.3 * dbar, ulp, "force after the load rose");
+    Bristles b = read(patch, 2);
+    expect_near(b.zx[0], 0.3 * dbar, ulp, "deflection of the bristle that became whole");
+    expect_near(b.zx[1], 0.0, 0.0, "deflection of the bristle that entered");
+
+    r = patch.step(0.4 * dbar, 0.0, 1.5);
+    expect_near(-r.elastic[0], (0.7 + 0.5 * 0.4) * dbar, ulp, "force of one and a half bristles");
+    expect_near(-r.elastic[1], 0.1 * dbar, ulp, "force across");
+
+    // Down to 1.25: the fractional one keeps its deflection. Up to 1.75: it shrinks by 1.25 - 1 over 1.75
+    // - 1.
+    r = patch.step(0.0, 0.0, 1.25);
+    expect_near(-r.elastic[0], (0.7 + 0.25 * 0.4) * dbar, ulp, "force at 1.25 bristles");
+    r = patch.step(0.0, 0.0, 1.75);
+    expect_near(-r.elastic[0], (0.7 + 0.25 * 0.4) * dbar, ulp, "force at 1.75 bristles");
+    b = read(patch, 2);
+    expect_near(b.zx[1], 0.4 / 3.0 * dbar, ulp,
+                "deflection of the fractional bristle after its fraction tripled");
+
+    // A fractional bristle snaps like any other: its share of the energy is lost.
+    OnePatch other(plain_material(law, SnapRule::keep), plain_options(4, 1, precision));
+    other.step(0.0, 0.0, 1.5);
+    r = other.step(1.25 * dbar, 0.0, 1.5);
+    expect_near(-r.elastic[0], 1.5 * 0.25 * dbar, ulp, "force after both snapped");
+    expect_near(r.dissipated, 1.5 * 0.5 * dbar * dbar, 1e-6 * dbar * dbar, "energy lost by both");
+    CHECK(r.snaps == 2);
+  }
+}
+
+TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
+  for (double weight : {0.25, 1.0, 7.3}) {
+    constexpr std::uint32_t n = 400;
+    const double max_load = n * weight;
+    OnePatch patch(plain_material(uniform, SnapRule::keep),
+                   PatchOptions{}.with_max_normal_load(max_load).with_bristles(n).with_outputs(Outputs::all));
+    patch.step(0.0, 0.0, max_load);
+    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // below the shortest length
+    INFO("weight " << weight);
+    CHECK(-r.elastic[0] == Approx(max_load * 0.4 * dbar).epsilon(1e-6));
+    CHECK(r.stiffness == Approx(max_load).epsilon(1e-9));
+    CHECK(patch.energy() == Approx(max_load * 0.5 * 0.16 * dbar * dbar).epsilon(1e-6));
+    CHECK(patch.batch.info(patch.id).weight == Approx(weight).epsilon(1e-12));
+    CHECK(patch.batch.info(patch.id).active == Approx(n).epsilon(1e-9));
+    // Far enough for every bristle to snap once or more.
+    const Response far = patch.step(100.0 * dbar, 0.0, max_load);
+    CHECK(far.dissipated == Approx(max_load * 100.0 * dbar * 0.5 * dbar).epsilon(0.02));
+  }
+}
+
+TEST_CASE("The force is continuous in the load", "[load]") {
+  constexpr std::uint32_t n = 600;
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    OnePatch patch(plain_material(uniform, SnapRule::redraw), plain_options(n, 1, precision));
+    bend(patch, n);
+    double load = n;
+    double force = patch.step(0.0, 0.0, load).elastic[0];
+    // Tiny steps down, over whole numbers of bristles and over block boundaries.
+    for (int k = 0; k < 20000; ++k) {
+      const double lower = load - 0.021;
+      const double now = patch.step(0.0, 0.0, lower).elastic[0];
+      expect_near(now, force, (load - lower) * longest + 2.0 * rounding(precision),
+                  "force after a tiny fall of the load");
+      load = lower;
+      force = now;
+    }
+    // And the sliding force against a load that wobbles: a small change has a small effect.
+    for (int k = 0; k < 100; ++k) {
+      const double wobble = 300.0 + 1e-4 * (k % 3);
+      const double a = patch.step(0.0, 0.0, wobble).elastic[0];
+      const double b = patch.step(0.0, 0.0, wobble + 1e-4).elastic[0];
+      expect_near(b, a, 1e-4 * longest + 2.0 * rounding(precision), "force after a tiny wobble of the load");
+    }
+  }
+}
+
+TEST_CASE("Contact lost forgets the deflections, and contact found again starts like new", "[load]") {
+  constexpr std::uint32_t n = 700;
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    // Keep: after contact is found again all is as in a patch never touched.
+    const Material material = plain_material(uniform, SnapRule::keep);
+    OnePatch patch(material, plain_options(n, 2, precision));
+    OnePatch fresh(material, plain_options(n, 2, precision));
+    bend(patch, 500.5);
+    const double energy = patch.energy();
+    REQUIRE(energy > 0.0);
+    Response r = patch.step(3.3 * dbar, -2.0 * dbar, 0.0);
+    CHECK(r.elastic[0] == 0.0);
+    CHECK(r.elastic[1] == 0.0);
+    CHECK(r.end[0] == 0.0);
+    CHECK(r.mean[0] == 0.0);
+    CHECK(r.stiffness == 0.0);
+    CHECK(r.snaps == 0);
+    CHECK(r.contact_loss == Approx(energy).epsilon(1e-6));
+    CHECK(patch.energy() == 0.0);
+    for (double z : read(patch, n).zx) REQUIRE(z == 0.0);
+
+    patch.step(0.0, 0.0, 500.5);
+    fresh.step(0.0, 0.0, 500.5);
+    for (int k = 0; k < 30; ++k) {
+      const Response a = patch.step(0.37 * dbar, 0.2 * dbar, 500.5);
+      const Response b = fresh.step(0.37 * dbar, 0.2 * dbar, 500.5);
+      const double tolerance = (k + 1) * n * rounding(precision);
+      expect_near(a.elastic[0], b.elastic[0], tolerance, "force x");
+      expect_near(a.elastic[1], b.elastic[1], tolerance, "force y");
+    }
+
+    // Redraw: the first snap lengths are the stratified ones again, the later draws are new ones.
+    const Material fading = plain_material(uniform, SnapRule::redraw);
+    OnePatch redrawn(fading, plain_options(n, 1, precision));
+    const Bristles start = (redrawn.step(0.0, 0.0, n), read(redrawn, n));
+    bend(redrawn, n);
+    for (int k = 0; k < 20; ++k) redrawn.step(0.8 * dbar, 0.0, n);
+    redrawn.step(0.0, 0.0, 0.0);
+    redrawn.step(0.0, 0.0, n);
+    CHECK(read(redrawn, n).delta == start.delta);
+    OnePatch twin(fading, plain_options(n, 1, precision));
+    twin.step(0.0, 0.0, n);
+    for (int k = 0; k < 5; ++k) {
+      redrawn.step(0.7 * dbar, 0.0, n);
+      twin.step(0.7 * dbar, 0.0, n);
+    }
+    CHECK(read(redrawn, n).delta != read(twin, n).delta);
+  }
+}
+
+TEST_CASE("A load above the maximum scales the forces of all bristles and is reported", "[load]") {
+  constexpr std::uint32_t n = 300;
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    const double ulp = n * rounding(precision);
+    OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(n, 2, precision));
+    patch.step(0.0, 0.0, n);
+    Response r = patch.step(0.4 * dbar, 0.1 * dbar, n);
+    CHECK(r.status == Status::ok);
+    const double force = 0.4 * dbar * n;
+    expect_near(-r.elastic[0], force, ulp, "force at the maximum");
+
+    // Up at rest: the force stays, each bristle holds it at half the deflection.
+    r = patch.step(0.0, 0.0, 2.0 * n);
+    CHECK(has(r.status, Status::overload));
+    CHECK(has(patch.report.status, Status::overload));
+    expect_near(-r.elastic[0], force, ulp, "force at twice the maximum, at rest");
+    expect_near(r.stiffness, 2.0 * n, 1e-9 * n, "stiffness at twice the maximum");
+    expect_near(read(patch, 1).zx[0], 0.2 * dbar, 2.0 * rounding(precision), "deflection");
+
+    // In motion: twice the stiffness.
+    r = patch.step(0.1 * dbar, 0.0, 2.0 * n);
+    expect_near(-r.elastic[0], force + 2.0 * n * 0.1 * dbar, 2.0 * ulp,
+                "force after a motion at twice the maximum");
+    expect_near(-r.mean[0], force + 2.0 * n * 0.05 * dbar, 2.0 * ulp, "mean force");
+    const double energy = patch.energy();
+    expect_near(energy, 2.0 * n * 0.5 * (0.09 + 0.0025) * dbar * dbar, 1e-6 * energy, "stored energy");
+
+    // Down: the deflections stay, the force falls with the load.
+    r = patch.step(0.0, 0.0, n);
+    CHECK(r.status == Status::ok);
+    expect_near(-r.elastic[0], n * 0.3 * dbar, ulp, "force back at the maximum");
+    expect_near(r.contact_loss, 0.5 * energy, 1e-6 * energy, "energy that left");
+
+    // From part load straight into overload and back: continuous, last in first out.
+    OnePatch other(plain_material(uniform, SnapRule::keep), plain_options(n, 2, precision));
+    other.step(0.0, 0.0, 100.5);
+    other.step(0.3 * dbar, 0.0, 100.5);
+    r = other.step(0.0, 0.0, 3.0 * n);
+    expect_near(-r.elastic[0], 100.5 * 0.3 * dbar, 3.0 * ulp, "force after the load rose into overload");
+    const Bristles b = read(other, n);
+    expect_near(b.zx[0], 0.1 * dbar, 2.0 * rounding(precision),
+                "deflection of a whole bristle at three times the maximum");
+    expect_near(b.zx[200], 0.0, 0.0, "deflection of a bristle that entered");
+    r = other.step(0.0, 0.0, 50.0);
+    expect_near(-r.elastic[0], 50.0 * 0.1 * dbar, ulp, "force after the load fell to 50 bristles");
+  }
+}
+
+TEST_CASE("Every change of the load at rest closes the energy balance by contact_loss", "[load][energy]") {
+  constexpr std::uint32_t n = 520;
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    OnePatch patch(plain_material(uniform, SnapRule::redraw), plain_options(n, 2, precision));
+    bend(patch, n);
+    for (double load : {519.5, 400.25, 400.75, 300.0, 300.5, 600.0, 1200.0, 700.0, 520.0, 37.5, 0.5, 0.25,
+                        0.75, 0.0, 12.0}) {
+      INFO("load " << load << " N");
+      const double before = patch.energy();
+      const Response r = patch.step(0.0, 0.0, load);
+      // Raising a fraction from f0 to f1 at unchanged force loses energy too: f z^2 becomes f0/f1 of it.
+      expect_near(r.contact_loss, before - patch.energy(),
+                  (precision == Precision::single ? 1e-6 : 1e-11) * before, "contact loss");
+      expect(r.contact_loss >= -1e-6 * before, "a change of load at rest loses energy or keeps it");
+      if (load > 100.0) patch.step(0.21 * dbar, 0.05 * dbar, load);
+    }
+  }
+}

@@ -1,0 +1,153 @@
+// The parser of motion files: units, what is optional, and what it refuses, by line.
+#include <catch2/catch.hpp>
+
+#include <string>
+
+#include "tools/cli/motion_file.hpp"
+#include "tools/cli/user_error.hpp"
+
+using cli::MotionFile;
+using cli::parse_motion_file;
+
+namespace {
+
+/// The message with which `text` is refused; empty when it is not.
+std::string refusal(const std::string& text) {
+  try {
+    parse_motion_file(text, "hand.csv");
+  } catch (const cli::UserError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("A motion file gives time, position and load in SI units", "[motion file]") {
+  const MotionFile file = parse_motion_file("t,x,y,load\n0,0.25,-0.5,1\n0.001,0.5,1e-3,0\n", "hand.csv");
+  REQUIRE(file.rows.size() == 2);
+  CHECK(file.rows[0].t == 0.0);
+  CHECK(file.rows[0].x == 0.25);
+  CHECK(file.rows[0].y == -0.5);
+  CHECK(file.rows[0].load == 1.0);
+  CHECK(file.rows[1].t == 0.001);
+  CHECK(file.rows[1].x == 0.5);
+  CHECK(file.rows[1].y == 1e-3);
+  CHECK(file.rows[1].load == 0.0);
+  CHECK(file.has_y);
+  CHECK(file.has_load);
+  CHECK_FALSE(file.from_velocity);
+}
+
+TEST_CASE("Units in the header scale a column, in any order, with or without spaces", "[motion file]") {
+  const MotionFile file =
+      parse_motion_file("load [mN],x[mm], y[um] ,t[ms]\n250,1.5,30,0\n500,-1.5,-60,2\n", "hand.csv");
+  REQUIRE(file.rows.size() == 2);
+  // A division by a power of ten rounds once: the nearest number to the decimal that was meant.
+  CHECK(file.rows[0].x == 0.0015);
+  CHECK(file.rows[0].y == 0.00003);
+  CHECK(file.rows[0].load == 0.25);
+  CHECK(file.rows[1].t == 0.002);
+  CHECK(file.rows[1].x == -0.0015);
+  CHECK(file.rows[1].load == 0.5);
+}
+
+TEST_CASE("A column y, a column load and a last line end may be left out", "[motion file]") {
+  const MotionFile file = parse_motion_file("t,x\n0,1\n1,2", "hand.csv");
+  REQUIRE(file.rows.size() == 2);
+  CHECK_FALSE(file.has_y);
+  CHECK_FALSE(file.has_load);
+  CHECK(file.rows[1].x == 2.0);
+}
+
+TEST_CASE("Velocities are integrated by trapezoids from the origin", "[motion file]") {
+  const MotionFile file =
+      parse_motion_file("t[ms],vx[mm/s],vy,load\n0,0,1,1\n500,8,1,1\n1000,8,3,1\n", "hand.csv");
+  REQUIRE(file.rows.size() == 3);
+  CHECK(file.from_velocity);
+  CHECK(file.rows[0].x == 0.0);
+  CHECK(file.rows[1].x == Approx(0.002).epsilon(1e-15));
+  CHECK(file.rows[2].x == Approx(0.006).epsilon(1e-15));
+  CHECK(file.rows[1].y == Approx(0.5).epsilon(1e-15));
+  CHECK(file.rows[2].y == Approx(1.5).epsilon(1e-15));
+}
+
+TEST_CASE("Other columns are ignored and named", "[motion file]") {
+  const MotionFile file =
+      parse_motion_file("t,note,x,vx,load,fx[N]\n0,hello,1,9,1,oops\n1,,2,nan,1,\n", "hand.csv");
+  REQUIRE(file.rows.size() == 2);
+  CHECK(file.rows[1].x == 2.0);
+  CHECK(file.ignored_columns == std::vector<std::string>{"note", "fx[N]", "vx"});
+}
+
+TEST_CASE("Comments, a byte order mark and Windows line ends are no trouble", "[motion file]") {
+  const MotionFile file = parse_motion_file(
+      "\xEF\xBB\xBF# made by hand\r\nt,x,load\r\n0,1,1\r\n# a pause\r\n1,+2,1\r\n", "hand.csv");
+  REQUIRE(file.rows.size() == 2);
+  CHECK(file.rows[1].x == 2.0);
+}
+
+TEST_CASE("Numbers are read to the last digit", "[motion file]") {
+  const MotionFile file =
+      parse_motion_file("t,x,load\n0,0.1,1\n1,123456.789012345678,4.9e-324\n", "hand.csv");
+  CHECK(file.rows[0].x == 0.1);
+  CHECK(file.rows[1].x == 123456.789012345678);
+  CHECK(file.rows[1].load == 4.9e-324);
+}
+
+TEST_CASE("A bad row is refused by line, column and reason", "[motion file]") {
+  struct Case {
+    const char* text;
+    const char* message;
+  };
+  const Case cases[] = {
+      {"t,x,load\n0,1,1\n1,abc,1\n", "hand.csv:3: column x: 'abc' is not a number"},
+      {"t,x,load\n0,1,1\n1,2x,1\n", "hand.csv:3: column x: '2x' is not a number"},
+      {"t,x,load\n0,1 2,1\n1,2,1\n", "hand.csv:2: column x: '1 2' is not a number"},
+      {"t,x,load\n0,1,1\n1,,1\n", "hand.csv:3: column x: '' is empty: a number is needed"},
+      {"t,x,load\n0,nan,1\n1,2,1\n", "hand.csv:2: column x: 'nan' is not finite"},
+      {"t,x,load\n0,1,1\n1,inf,1\n", "hand.csv:3: column x: 'inf' is not finite"},
+      {"t,x,load\n0,1,1\n1,1e400,1\n", "hand.csv:3: column x: '1e400' is out of the range of a number"},
+      {"t,x,load\n0,1,1\n1,+-1,1\n", "hand.csv:3: column x: '+-1' is not a number"},
+      {"t,x,load\n0,1,1\n1,0x10,1\n", "hand.csv:3: column x: '0x10' is not a number"},
+      {"t,x,load\n0,1,1\n1,1,-0.5\n", "hand.csv:3: column load: -0.5 is negative; allowed: 0 or more"},
+      {"t,x,load\n0,1,1\n1,1\n", "hand.csv:3: fewer cells than the header has columns"},
+      {"t,x,load\n0,1,1\n1,1,1,1\n", "hand.csv:3: more cells than the header has columns"},
+      {"t,x,load\n0,1,1\n\n1,1,1\n", "hand.csv:3: fewer cells than the header has columns"},
+      {"# one\n# two\nt,x,load\n0,1,1\n# three\n1,?,1\n", "hand.csv:6: column x: '?' is not a number"},
+  };
+  for (const Case& c : cases) CHECK(refusal(c.text) == c.message);
+}
+
+TEST_CASE("Times must ascend strictly", "[motion file]") {
+  CHECK(refusal("t,x,load\n0,1,1\n1,1,1\n1,2,1\n") ==
+        "hand.csv:4: column t: 1 s does not come after 1 s of the row before");
+  CHECK(refusal("t[ms],x,load\n0,1,1\n-1,1,1\n") ==
+        "hand.csv:3: column t: -0.001 s does not come after 0 s of the row before");
+}
+
+TEST_CASE("A header that does not name what is needed is refused", "[motion file]") {
+  CHECK(refusal("") == "hand.csv: empty: expected a header t,x,y,load and rows");
+  CHECK(refusal("0,1,1\n1,2,1\n") == "hand.csv:1: header '0,1,1' has no column t; expected t,x,y,load");
+  CHECK(refusal("t;x;load\n0;1;1\n") == "hand.csv:1: header 't;x;load' has no column t; expected t,x,y,load");
+  CHECK(refusal("t,y,load\n0,1,1\n") ==
+        "hand.csv:1: header 't,y,load' has no column x (nor vx); expected t,x,y,load");
+  CHECK(refusal("t,x,x[mm],load\n0,1,1,1\n") == "hand.csv:1: column x appears twice");
+  CHECK(refusal("t,x[inch],load\n0,1,1\n") ==
+        "hand.csv:1: unit of column x is 'inch'; allowed: m, cm, mm, um");
+  CHECK(refusal("t,x[mm,load\n0,1,1\n") == "hand.csv:1: unit of column x is 'mm'; allowed: m, cm, mm, um");
+  CHECK(refusal("t,x,vy,load\n0,1,1,1\n") ==
+        "hand.csv:1: columns x and vy together: give x and y, or vx and vy");
+  CHECK(refusal("t,vx,y,load\n0,1,1,1\n") ==
+        "hand.csv:1: columns vx and y together: give x and y, or vx and vy");
+}
+
+TEST_CASE("A motion file needs two rows", "[motion file]") {
+  CHECK(refusal("t,x,load\n") == "hand.csv: 0 data rows; a motion needs at least 2");
+  CHECK(refusal("t,x,load\n0,1,1\n") == "hand.csv: 1 data rows; a motion needs at least 2");
+}
+
+TEST_CASE("A zero byte does not hide the rest of a line", "[motion file]") {
+  CHECK(refusal(std::string("t,x,load\n0,1,1\n1,2\0,9,1\n", 24)) ==
+        "hand.csv:3: a zero byte: not a text file");
+}

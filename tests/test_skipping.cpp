@@ -1,0 +1,156 @@
+// Skipping blocks that cannot snap is not an approximation: the same bits as visiting every bristle, over
+// long random motions with the near-ties placed on purpose.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "bristle/bristle.hpp"
+
+namespace {
+
+using namespace bristle;
+
+/// Two batches that must never differ: one skips, one visits every bristle in every step.
+struct Twins {
+  PatchBatch lazy{BatchOptions{}};
+  PatchBatch eager{BatchOptions{}.with_eager(true)};
+  PatchId id;
+  std::uint64_t visited_lazy = 0;
+  std::uint64_t visited_eager = 0;
+
+  Twins(const Material& material, const PatchOptions& options) {
+    id = lazy.add(material, options);
+    eager.add(material, options);
+  }
+  /// One step of both; whether every number agrees to the bit.
+  bool step(double dx, double dy, double load) {
+    Motion motion;
+    motion.id = id;
+    motion.displacement[0] = dx;
+    motion.displacement[1] = dy;
+    motion.normal_load = load;
+    Response a;
+    Response b;
+    visited_lazy += lazy.step(1e-3, {&motion, 1}, {&a, 1}).bristles_visited;
+    visited_eager += eager.step(1e-3, {&motion, 1}, {&b, 1}).bristles_visited;
+    return a.end[0] == b.end[0] && a.end[1] == b.end[1] && a.mean[0] == b.mean[0] && a.mean[1] == b.mean[1] &&
+           a.dissipated == b.dissipated && a.contact_loss == b.contact_loss && a.snaps == b.snaps;
+  }
+  bool same_state() const { return lazy.state_hash() == eager.state_hash(); }
+};
+
+constexpr double mean_length = 10e-6;
+
+Material surface(SnapRule rule, int law) {
+  const SnapLength lengths[] = {SnapLength::uniform(0.5 * mean_length, 1.5 * mean_length),
+                                SnapLength::lognormal(mean_length, 0.3), SnapLength::exponential(mean_length),
+                                SnapLength::single(mean_length)};
+  return Material{}.with_snap_rule(rule).with_snap_length(lengths[law]);
+}
+
+}  // namespace
+
+TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with near-ties", "[skipping]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (Precision precision : {Precision::single, Precision::double_}) {
+      if (precision == Precision::double_ && !BRISTLE_WITH_DOUBLE) continue;
+      const int axes = BRISTLE_MINIMAL ? 1 : 2;
+      if (BRISTLE_MINIMAL && rule == SnapRule::redraw) continue;
+      Twins twins(surface(rule, 0), PatchOptions{}
+                                        .with_max_normal_load(2.0)
+                                        .with_bristles(1500)
+                                        .with_axes(axes)
+                                        .with_outputs(BRISTLE_MINIMAL ? Outputs::end : Outputs::all)
+                                        .with_precision(precision));
+      std::mt19937 random(7);
+      const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
+      double load = 1.5;
+      double speed = 1e-8;
+      double angle = 0.0;
+      double back_x = 0.0;
+      double back_y = 0.0;
+      int wrong = 0;
+      int hashes_wrong = 0;
+      for (int k = 0; k < 30000; ++k) {
+        if (k % 50 == 0) speed = mean_length * std::pow(10.0, -6.0 + 6.5 * unit());
+        if (k % 37 == 0) angle = 6.283185307179586 * unit();
+        if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // contact lost, found, overloaded
+        double dx = speed * std::cos(angle);
+        double dy = axes == 2 ? speed * std::sin(angle) : 0.0;
+        switch (k % 10) {
+          case 3:  // exactly back
+            dx = -back_x;
+            dy = -back_y;
+            break;
+          case 4:  // at rest
+            dx = dy = 0.0;
+            break;
+          case 5: {  // up to a snap length, and an ulp beside it
+            const double tie = mean_length * (0.5 + 0.25 * static_cast<double>(random() % 5));
+            dx = (std::nextafter(tie, unit() < 0.5 ? 0.0 : 1.0)) * (unit() < 0.5 ? -1.0 : 1.0);
+            dy = 0.0;
+            break;
+          }
+          default:
+            break;
+        }
+        if (!twins.step(dx, dy, load)) ++wrong;
+        back_x = dx;
+        back_y = dy;
+        if (k % 97 == 0 && !twins.same_state()) ++hashes_wrong;
+        if (k % 4999 == 4998) {
+          const Material other = surface(rule, (k / 4999) % 4);
+          twins.lazy.set_material(twins.id, other);
+          twins.eager.set_material(twins.id, other);
+        }
+      }
+      CHECK(wrong == 0);
+      CHECK(hashes_wrong == 0);
+      CHECK(twins.same_state());
+      CHECK(twins.visited_lazy < twins.visited_eager);
+    }
+  }
+}
+
+TEST_CASE("Tremor after sliding visits under a hundredth of the bristles once it has settled", "[skipping]") {
+  Twins twins(surface(SnapRule::keep, 0),
+              PatchOptions{}.with_max_normal_load(2.0).with_bristles(20000).with_axes(1));
+  for (int k = 0; k < 300; ++k) twins.step(1.1 * mean_length, 0.0, 2.0);
+  double at = 0.0;
+  const auto tremor = [&](int k) {
+    const double to = 0.05 * mean_length * std::sin(0.0628 * k);  // 10 Hz at 1 kHz
+    twins.step(to - at, 0.0, 2.0);
+    at = to;
+  };
+  for (int k = 0; k < 500; ++k) tremor(k);
+  twins.visited_lazy = twins.visited_eager = 0;
+  for (int k = 500; k < 3500; ++k) tremor(k);
+  CHECK(twins.same_state());
+  CHECK(twins.visited_eager == 3000u * 20000u);
+  CHECK(twins.visited_lazy * 100 < twins.visited_eager);
+}
+
+TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once are not written", "[skipping]") {
+  PatchBatch batch;
+  const PatchId id = batch.add(surface(SnapRule::keep, 0),
+                               PatchOptions{}.with_max_normal_load(2.0).with_bristles(100000).with_axes(1));
+  const auto visited = [&](double dx, double load) {
+    Motion motion;
+    motion.id = id;
+    motion.displacement[0] = dx;
+    motion.normal_load = load;
+    Response response;
+    return batch.step(1e-3, {&motion, 1}, {&response, 1}).bristles_visited;
+  };
+  CHECK(visited(0.0, 2.0) == 0);
+  // Straight bristles hold up to the shortest length, 0.5 of the mean.
+  for (int k = 0; k < 40; ++k) CHECK(visited(0.01 * mean_length, 2.0) == 0);
+  CHECK(visited(0.2 * mean_length, 2.0) > 0);
+  // Lost and found: all enter straight, and nobody is visited until one could snap.
+  CHECK(visited(0.0, 0.0) == 0);
+  CHECK(visited(0.3 * mean_length, 2.0) == 0);
+  CHECK(batch.force(id).status == Status::unknown_id);  // force() is of step(dt) only
+}

@@ -1,0 +1,106 @@
+// Patches of every kind, and a scripted motion for each: what tests of equal bits run.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "scenes.hpp"
+
+namespace bristle_test {
+
+struct PatchCase {
+  std::string name;
+  Material material;
+  Material later;  ///< set half-way
+  PatchOptions options;
+};
+
+/// Every law, some with small and with large spread.
+inline std::vector<SnapLength> all_laws() {
+  const double quantiles[] = {0.3 * dbar, 0.6 * dbar, 1.0 * dbar, 1.2 * dbar, 2.0 * dbar};
+  return {SnapLength::single(dbar),
+          SnapLength::uniform(0.5 * dbar, 1.5 * dbar),
+          SnapLength::normal(dbar, 0.1 * dbar),
+          SnapLength::lognormal(dbar, 0.3),
+          SnapLength::lognormal(dbar, 1.0),
+          SnapLength::exponential(dbar),
+          SnapLength::table(quantiles)};
+}
+
+/// A patch for every combination of axes, rule, outputs, precision, step rule and law, and large ones that
+/// are split over workers.
+inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
+  std::vector<PatchCase> cases;
+  std::uint32_t seed = 100;
+  for (int axes : {1, 2}) {
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+        for (Precision precision : precisions()) {
+          for (StepRule step_rule : {StepRule::exact, StepRule::literal}) {
+            for (const SnapLength& law : all_laws()) {
+              std::ostringstream name;
+              name << axes << " axes, " << table_name(rule) << ", outputs " << static_cast<int>(outputs)
+                   << ", " << name_of(precision)
+                   << (step_rule == StepRule::literal ? ", literal, " : ", exact, ") << to_string(law.law());
+              Material material = plain_material(law, rule)
+                                      .with_bristle_stiffness(80.0)
+                                      .with_bristle_damping(0.01)
+                                      .with_viscous_friction(0.3);
+              Material later = Material(material).with_bristle_stiffness(95.0).with_snap_length(
+                  law.law() == bristle::SnapLaw::uniform ? SnapLength::uniform(0.3 * dbar, 1.1 * dbar) : law);
+              const PatchOptions options = PatchOptions{}
+                                               .with_max_normal_load(2.0)
+                                               .with_bristles(bristles + seed % 7)
+                                               .with_axes(axes)
+                                               .with_outputs(outputs)
+                                               .with_precision(precision)
+                                               .with_step_rule(step_rule)
+                                               .with_seed(seed);
+              ++seed;
+              cases.push_back({name.str(), material, later, options});
+            }
+          }
+        }
+      }
+    }
+  }
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    PatchCase large = cases[0];
+    large.name = std::string("large, ") + table_name(rule);
+    large.material = plain_material(SnapLength::lognormal(dbar, 0.3), rule);
+    large.later = large.material;
+    large.options = PatchOptions{}
+                        .with_max_normal_load(2.0)
+                        .with_bristles(40000)
+                        .with_outputs(Outputs::all)
+                        .with_seed(seed++);
+    cases.push_back(large);
+  }
+  return cases;
+}
+
+/// Motion of patch `p` in step `k`: the same whoever asks, in whatever order. Sticks, creeps, slides,
+/// reverses, jumps; the load wobbles, jumps, overloads and is lost.
+inline Motion scripted_motion(std::size_t p, int k, int axes) {
+  std::mt19937_64 random(1000003u * p + static_cast<unsigned>(k));
+  const auto flat = [&] {
+    return static_cast<double>(random() >> 11) * 0x1p-53;
+  };  // the same with every library
+  static constexpr double lengths[] = {0.0, 1e-3, 0.05, 0.3, 0.9, 2.5, 7.0, 30.0, 5000.0};
+  Motion m;
+  const double length = dbar * lengths[random() % 9] * (0.5 + flat());
+  const double share = flat();
+  m.displacement[0] = (random() % 3 == 0 ? -length : length) * (axes == 1 ? 1.0 : share);
+  m.displacement[1] = axes == 1 ? 0.0 : length * (1.0 - share);
+  const double loads[] = {0.0, 0.4 + 0.01 * flat(), 1.0, 1.0, 1.5, 1.7 * flat(), 2.0, 3.0};
+  m.normal_load = loads[random() % 8];
+  m.has_velocity = random() % 5 == 0;
+  m.velocity[0] = 1e-3 * flat();
+  m.velocity[1] = axes == 1 ? 0.0 : -1e-3 * flat();
+  return m;
+}
+
+}  // namespace bristle_test

@@ -1,0 +1,92 @@
+// `bristle capacity`: how many bristles fit in a deadline on this machine.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <bristle/material.hpp>
+#include <bristle/patch.hpp>
+
+namespace cli {
+
+struct CapacityOptions {
+  double deadline_s = 1e-3;
+  bool quick = false;
+  std::vector<int> threads;  ///< empty: 1, and all cores
+  std::string isa;           ///< empty: the library's choice
+  std::string json;          ///< report; empty: none, "-": stdout
+  std::string csv;           ///< step time against bristles, for tools/plots/capacity.gp; empty: none
+};
+
+/// The steady motion of a measurement, after 32 mean snap lengths of sliding. Lengths in mean snap lengths.
+enum class Regime {
+  rest,        ///< no motion
+  tremor,      ///< to and fro by 0.05: nothing snaps once it has settled
+  presliding,  ///< 0.003 a step: of every bristle one snap in 333 steps
+  one_snap,    ///< 1.0 a step: none to two snaps of every bristle, one on average
+  sliding,     ///< 1.6 a step: every bristle snaps, one to three times
+  far          ///< 100 a step: 1 m/s at 10 um and 1 kHz
+};
+const char* to_string(Regime regime) noexcept;
+/// Displacement of a step in mean snap lengths.
+double step_length(Regime regime) noexcept;
+
+/// What is measured: a kernel variant, a motion, a layout.
+struct CapacityCase {
+  Regime regime = Regime::sliding;
+  bristle::SnapRule rule = bristle::SnapRule::keep;
+  bristle::Outputs outputs = bristle::Outputs::end;
+  int axes = 2;
+  bristle::Precision precision = bristle::Precision::single;
+  std::uint32_t patch_bristles = 0;  ///< 0: one patch of all
+  int threads = 1;
+
+  std::string kernel_name() const;  ///< "2 axes, keep, end + mean, single"
+  std::string layout_name() const;  ///< "one patch", "patches of 100"
+};
+
+/// Step times at one number of bristles.
+struct StepTimes {
+  std::uint64_t bristles = 0;
+  std::uint64_t steps = 0;
+  double p50_s = 0.0, p99_s = 0.0, p999_s = 0.0, max_s = 0.0;
+  double ns_per_bristle() const noexcept { return 1e9 * p50_s / static_cast<double>(bristles); }
+};
+
+struct CapacityRow {
+  CapacityCase what;
+  std::vector<StepTimes> curve;  ///< every number of bristles tried, ascending
+  StepTimes in_cache;            ///< at 14,400 bristles
+  StepTimes fits;                ///< the most bristles with p99 inside the deadline, in the confirming run
+  bool capped = false;           ///< more would have fitted; not tried
+};
+
+/// One loop beside bristle's in an interleaved comparison.
+struct ComparisonRow {
+  std::string regime, what;
+  std::uint64_t bristles = 0;
+  double ns_per_bristle = 0.0;                            ///< median over the rounds
+  double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;  ///< its time over bristle's: median and quartiles
+};
+
+struct CapacityResult {
+  std::string isa;
+  bool plain_loops_run = false;
+  std::vector<ComparisonRow> comparisons;
+  std::vector<CapacityRow> rows;
+};
+
+/// capacity_search.cpp
+CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options);
+/// capacity_compare.cpp
+std::vector<ComparisonRow> compare_loops(const CapacityOptions& options);
+/// capacity_report.cpp
+std::string capacity_table(const CapacityOptions& options, const CapacityResult& result);
+std::string capacity_json(const CapacityOptions& options, const CapacityResult& result);
+std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result);
+
+/// Throws UserError.
+void capacity_command(const CapacityOptions& options);
+
+}  // namespace cli

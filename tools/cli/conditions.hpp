@@ -1,0 +1,26 @@
+// What a figure was measured with: without these no speed means anything.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace cli {
+
+struct Conditions {
+  std::string version;  ///< of the library
+  std::string commit;
+  std::string flags;  ///< compiler and its flags
+  std::string cpu;
+  int cores = 1;
+};
+
+Conditions conditions();
+nlohmann::ordered_json to_json(const Conditions& conditions);
+
+/// "12.3 us", "1.00 ms".
+std::string time_text(double seconds);
+/// "1,234,567".
+std::string count_text(unsigned long long count);
+
+}  // namespace cli

@@ -1,0 +1,155 @@
+// The command line `bristle`. Exit codes: 0 done, 1 a failure of ours, 2 bad input (one line on stderr).
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <bristle/error.hpp>
+#include <bristle/patch_batch.hpp>
+
+#include "tools/cli/capacity.hpp"
+#include "tools/cli/conditions.hpp"
+#include "tools/cli/run.hpp"
+#include "tools/cli/user_error.hpp"
+
+namespace {
+
+constexpr int exit_done = 0;
+constexpr int exit_failure = 1;
+constexpr int exit_bad_input = 2;
+
+int complain(std::string message, int code) {
+  for (char& c : message) c = c == '\n' ? ' ' : c;
+  fmt::print(stderr, "bristle: {}\n", message);
+  return code;
+}
+
+std::string version_text() {
+  const cli::Conditions c = cli::conditions();
+  std::string text =
+      fmt::format("bristle {}\ncommit   {}\nbuild    {}\nkernels  ", c.version, c.commit, c.flags);
+  std::string chosen;
+  try {
+    chosen = bristle::PatchBatch().isa();
+  } catch (const bristle::Error& error) {
+    throw cli::UserError(error.what());  // BRISTLE_ISA asks for what is not there
+  }
+  const char* separator = "";
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    text += fmt::format("{}{}{}", separator, isa.name,
+                        isa.name == chosen ? " (chosen)"
+                        : isa.usable       ? ""
+                                           : " (not on this machine)");
+    separator = ", ";
+  }
+  return text + '\n';
+}
+
+// "1ms", "500 us", "0.001" (seconds).
+double parse_time(const std::string& text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  auto [rest, error] = std::from_chars(text.data(), end, value);
+  while (rest != end && *rest == ' ') ++rest;
+  const std::string unit(rest, end);
+  const double per_second = unit == "ms" ? 1e3 : unit == "us" ? 1e6 : unit.empty() || unit == "s" ? 1.0 : 0.0;
+  const double seconds = value / per_second;
+  if (error != std::errc() || per_second == 0.0 || !(seconds >= 1e-6 && seconds <= 10.0)) {
+    throw cli::UserError(
+        fmt::format("--deadline is '{}'; allowed: 1us to 10s, as a number with s, ms or us", text));
+  }
+  return seconds;
+}
+
+// CLI11 itself would only say that a subcommand is missing.
+void check_command(const CLI::App& app, const std::string& name) {
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == name) return;
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  throw cli::UserError(fmt::format("'{}' is no command; there are: {}", name, known));
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
+  app.require_subcommand(1);
+  bool version = false;
+  // Done at once, so that it needs no subcommand.
+  app.add_flag_callback(
+      "--version",
+      [&] {
+        version = true;
+        throw CLI::Success();
+      },
+      "Version, commit, and the instruction sets of this build");
+
+  cli::RunOptions run_options;
+  CLI::App* run_app =
+      app.add_subcommand("run", "Step a scene and report forces, step times and the state hash");
+  run_app->add_option("SCENE", run_options.scene, "Scene file, TOML (tools/README.md)")->required();
+  run_app->add_option("--trace", run_options.trace,
+                      "Motion file, CSV t,x,y,load, in place of the scene's motion");
+  run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)");
+  run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)");
+  run_app->add_option("--threads", run_options.threads, "Threads that step; 0 = one per core")
+      ->check(CLI::Range(0, 1024));
+  run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version");
+  run_app->add_option("--steps", run_options.steps, "Steps, instead of the scene's duration")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
+
+  cli::CapacityOptions capacity_options;
+  std::string deadline = "1ms";
+  CLI::App* capacity_app =
+      app.add_subcommand("capacity", "How many bristles fit in a deadline on this machine");
+  capacity_app->add_option("--deadline", deadline, "Time for a step, e.g. 1ms or 250us")
+      ->capture_default_str();
+  capacity_app->add_flag("--quick", capacity_options.quick, "Fewer rows, shorter runs");
+  capacity_app->add_option("--threads", capacity_options.threads, "Thread counts, e.g. 1,2")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1024));
+  capacity_app->add_option("--isa", capacity_options.isa, "Instruction set: see bristle --version");
+  capacity_app->add_option("--json", capacity_options.json,
+                           "Write the report to this JSON file (- for stdout)");
+  capacity_app->add_option("--csv", capacity_options.csv,
+                           "Write step time against bristles to this CSV file");
+
+  if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    if (version) {
+      fmt::print("{}", version_text());
+      return exit_done;
+    }
+    return app.exit(success);  // --help
+  } catch (const CLI::ParseError& error) {
+    return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
+  }
+  if (run_app->parsed()) cli::run_command(run_options);
+  if (capacity_app->parsed()) {
+    capacity_options.deadline_s = parse_time(deadline);
+    cli::capacity_command(capacity_options);
+  }
+  return exit_done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const cli::UserError& error) {
+    return complain(error.what(), exit_bad_input);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory", exit_failure);
+  } catch (const std::exception& error) {
+    return complain(std::string("failed: ") + error.what(), exit_failure);
+  }
+}

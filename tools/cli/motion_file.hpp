@@ -1,0 +1,32 @@
+// Reads a motion file: CSV with time, position (or velocity) and load. Format: tools/README.md.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cli {
+
+struct MotionRow {
+  double t = 0.0;     ///< s, strictly ascending over the rows
+  double x = 0.0;     ///< m
+  double y = 0.0;     ///< m; 0 without a column y
+  double load = 0.0;  ///< N; 0 without a column load
+};
+
+struct MotionFile {
+  std::string name;
+  std::vector<MotionRow> rows;  ///< two at least
+  bool has_y = false;           ///< a column y or vy
+  bool has_load = false;
+  bool from_velocity = false;  ///< positions are the integral of vx, vy (trapezoids)
+  std::vector<std::string> ignored_columns;
+};
+
+/// Throws UserError naming file, line and column.
+MotionFile read_motion_file(const std::string& path);
+
+/// The same for text in memory; `name` stands for the file in messages.
+MotionFile parse_motion_file(std::string_view text, const std::string& name);
+
+}  // namespace cli

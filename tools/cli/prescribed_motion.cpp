@@ -1,0 +1,87 @@
+#include "tools/cli/prescribed_motion.hpp"
+
+#include <algorithm>
+
+#include "tools/cli/waveform.hpp"
+
+namespace cli {
+namespace {
+
+// Linear between rows, constant before the first and after the last; of rows at one time the last counts.
+MotionRow interpolate(const std::vector<MotionRow>& rows, double t) noexcept {
+  const auto after = std::upper_bound(rows.begin(), rows.end(), t,
+                                      [](double time, const MotionRow& row) { return time < row.t; });
+  if (after == rows.begin()) return rows.front();
+  if (after == rows.end()) return rows.back();
+  const MotionRow& a = *(after - 1);
+  const MotionRow& b = *after;
+  const double share = (t - a.t) / (b.t - a.t);
+  return {t, a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.load + share * (b.load - a.load)};
+}
+
+}  // namespace
+
+const char* to_string(MotionType type) noexcept {
+  switch (type) {
+    case MotionType::hold:
+      return "hold";
+    case MotionType::ramp:
+      return "ramp";
+    case MotionType::sine:
+      return "sine";
+    case MotionType::keyframes:
+      return "keyframes";
+    case MotionType::trace:
+      return "trace";
+  }
+  return "";
+}
+
+Position PrescribedMotion::at(double t) const noexcept {
+  switch (type) {
+    case MotionType::hold:
+      return {};
+    case MotionType::ramp: {
+      const double moving = std::clamp(t, from, until) - from;
+      return {velocity[0] * moving, velocity[1] * moving};
+    }
+    case MotionType::sine: {
+      const double wave = sine_of_turns(frequency * t + phase);
+      return {amplitude[0] * wave, amplitude[1] * wave};
+    }
+    case MotionType::keyframes:
+    case MotionType::trace: {
+      const MotionRow row = interpolate(rows, t);
+      return {row.x, row.y};
+    }
+  }
+  return {};
+}
+
+double PrescribedMotion::load_over(double t, double dt) const noexcept {
+  return load_steps.empty() ? interpolate(rows, t + dt).load : load_at(load_steps, t + 0.5 * dt);
+}
+
+bool PrescribedMotion::moves_along_y() const noexcept {
+  return velocity[1] != 0.0 || amplitude[1] != 0.0 || turn_per_copy != 0.0 ||
+         std::any_of(rows.begin(), rows.end(), [](const MotionRow& row) { return row.y != 0.0; });
+}
+
+double PrescribedMotion::highest_load() const noexcept {
+  double highest = 0.0;
+  for (const LoadStep& step : load_steps) highest = std::max(highest, step.load);
+  if (load_steps.empty()) {
+    for (const MotionRow& row : rows) highest = std::max(highest, row.load);
+  }
+  return highest;
+}
+
+double load_at(const std::vector<LoadStep>& steps, double t) noexcept {
+  double load = 0.0;
+  for (const LoadStep& step : steps) {
+    if (step.t <= t) load = step.load;
+  }
+  return load;
+}
+
+}  // namespace cli

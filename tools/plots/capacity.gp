@@ -1,0 +1,40 @@
+# Draws what `bristle capacity --csv` wrote: step time (p99) against bristles, with the deadline and the paper's 900.
+#   gnuplot -e "csv='capacity.csv'; png='capacity.png'" capacity.gp
+if (!exists("csv")) { print "capacity.gp: needs csv='FILE'"; exit status 2 }
+if (!exists("png")) png = "capacity.png"
+if (!exists("title")) title = "Step time against bristles, one patch, two axes, single precision"
+
+array motion[5] = ["rest", "presliding", "all snap", "one snap", "far"]
+array kernel[5] = ["keep, end, single", "keep, end, single", "keep, end + mean, single", "redraw, end + mean, single", "redraw, end + mean, single"]
+array label[5] = ["at rest", "presliding, keep", "all snap, keep, mean force", "one snap, redraw, mean force", "100 snaps, redraw, mean force"]
+array colour[5] = ["#009E73", "#56B4E9", "#0072B2", "#D55E00", "#CC79A7"]  # Okabe and Ito: told apart by everybody
+kernel_of(i) = "2 axes, ".kernel[i]
+
+# A quoted cell holds commas: split at the quotes. Rows: bristles, p99 in us; the search's closer ones left out.
+series(i, threads) = sprintf("awk -F'\"' 'NR > 1 { n = split($3, c, \",\"); if ($1 == \"%s,\" && $2 == \"%s\" && c[2] == \"one patch\" && c[3] == %d && c[4] > 1.3 * last) { print c[4], c[6]; last = c[4] } }' '%s'", motion[i], kernel_of(i), threads, csv)
+deadline = real(system(sprintf("awk -F, 'NR == 2 { print $NF }' '%s'", csv)))
+most_threads = int(system(sprintf("awk -F'\"' 'NR > 1 { split($3, c, \",\"); if (c[3] > m) m = c[3] } END { print m }' '%s'", csv)))
+there(i, threads) = int(system(series(i, threads)." | wc -l")) > 0
+
+set terminal pngcairo size 1500,1150 font "DejaVu Sans,17" linewidth 1.8
+set output png
+set title title font ",20" noenhanced
+set border 3 linecolor "#555555"
+set tics nomirror
+set grid linecolor "#DDDDDD"
+set logscale xy
+set format x "10^{%T}"
+set xlabel "bristles"
+set ylabel "step time, p99  [us]"
+set xrange [500:3e7]
+set yrange [0.02:5e3]
+set key outside bottom center horizontal Left reverse samplen 3 maxcolumns 2
+set arrow 1 from 500, deadline to 3e7, deadline nohead linecolor rgb "#555555" dashtype 2
+set label 1 sprintf("deadline %g us", deadline) at 560, deadline * 1.35 left textcolor rgb "#555555"
+set label 2 "the paper: 900 in 1 ms (1 GHz, 2004)" at 1150, 640 textcolor rgb "#000000"
+$paper << END
+900 1000
+END
+plot for [i=1:5] (there(i, 1) ? "< ".series(i, 1) : "/dev/null") using 1:2 with linespoints pointtype 7 pointsize 0.9 linecolor rgb colour[i] title (there(i, 1) ? label[i].", 1 thread" : ""), \
+     for [i=1:5] (most_threads > 1 && there(i, most_threads) ? "< ".series(i, most_threads) : "/dev/null") using 1:2 with linespoints pointtype 6 pointsize 0.9 dashtype 3 linecolor rgb colour[i] title (most_threads > 1 && there(i, most_threads) ? sprintf("%s, %d threads", label[i], most_threads) : ""), \
+     $paper using 1:2 with points pointtype 5 pointsize 2 linecolor rgb "#000000" title ""
