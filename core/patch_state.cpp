@@ -383,8 +383,8 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
     a.direction[1] = ry / norm;
     a.length = largest * norm;
     a.all = 1;
-    // Redraw in law needs no remainder: float holds the step as long as its square.
-    a.far = p.draw == nullptr || m.law.many || a.length > 0x1p60 ? 1 : 0;
+    // Redraw that ends in law needs no remainder: float holds the step as long as its square.
+    a.far = p.draw == nullptr || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     Hasher hasher;
     hasher.add(d[0]);
     hasher.add(d[1]);

@@ -1,4 +1,4 @@
-// Steps taken bristle by bristle in double precision: so long that float cannot hold the remainder
+// Steps taken in double precision: so long that float cannot hold the remainder
 // (above far_length), or with a single snap length, whose bristles must stay in phase for ever.
 //
 // Shared by the reference and by every instruction set: there is no faster form to compare it with.
@@ -21,14 +21,6 @@ struct Landing {
   double variance;    ///< of what `squares` left out
 };
 
-/// Keep: the bristle snaps every delta.
-inline Landing land_keep(double rest, double delta, std::uint32_t phase) {
-  const double more = whole_part(rest / delta);
-  double r = rest > phase_is_lost ? share_of<double>(phase) * delta : rest - more * delta;
-  r = least(most(r, 0.0), delta);
-  return {r, more * (delta * delta), more, 0.0};
-}
-
 /// Redraw: `delta` becomes the snap length of the bristle it ends on, `state` its draw state.
 template <class T>
 inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uint32_t& state) {
@@ -38,7 +30,7 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
   };
   Landing land{0.0, 0.0, 0.0, 0.0};
   for (;;) {
-    if (rest > law.jump_from && (!law.many || rest > law.stationary_from || rest > phase_is_lost)) {
+    if (rest > law.stationary_from || rest > phase_is_lost) {
       const double u = next();
       const double v = next();
       const bool memoryless = law.kind == law_exponential;
@@ -123,96 +115,164 @@ struct FarSums {
   double snaps;
 };
 
-/// Advances the bristles [start, start + active) of one block in which a bristle snaps, `weight(i)` telling
-/// how much bristle i counts.
-template <class T, int axes, bool redraw, class Weight>
-[[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
-                                    std::uint32_t active, const double (&p0)[2], const double (&p1)[2],
-                                    Weight weight) {
-  double lanes_stored[2][lane_count] = {};
-  double lanes_mean[2][lane_count] = {};
-  double lanes_squares[lane_count] = {};
-  double lanes_further[lane_count] = {};
-  double lanes_variance[lane_count] = {};
-  FarSums sums{};
-  const bool all = advance.all != 0;
-  const double ex = advance.direction[0];
-  const double ey = advance.direction[1];
-  const auto snaps_at = [&](std::uint32_t i) {
-    const T zx = patch.zx[i] + static_cast<T>(p1[0]);
-    const T delta = patch.delta[i];
-    if constexpr (axes == 1) {
-      return all || zx > delta || -zx > delta;
-    } else {
-      const T zy = patch.zy[i] + static_cast<T>(p1[1]);
-      return all || zx * zx + zy * zy > delta * delta;
-    }
-  };
+/// Sums over a block in double, one number per logical lane.
+struct FarLanes {
+  double stored[2][lane_count] = {};
+  double mean[2][lane_count] = {};
+  double squares[lane_count] = {};
+  double further[lane_count] = {};   ///< of the squares: those after the first snap
+  double variance[lane_count] = {};  ///< of these
+  double snaps[lane_count] = {};
+};
 
-  const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
-  for (std::uint32_t k = 0; k < active; ++k) {
-    const std::uint32_t i = start + k;
-    const std::uint32_t lane = k % lane_count;
-    const double w = weight(i);
-    const double sx = static_cast<double>(patch.zx[i]) + p0[0];
-    const double sy = axes == 2 ? static_cast<double>(patch.zy[i]) + p0[1] : 0.0;
-    T zx;
-    T zy = 0;
-    double mean_x;
-    double mean_y;
-    if (snaps_at(i)) {
-      const auto before = static_cast<double>(patch.delta[i]);
-      const double along = sx * ex + sy * ey;
-      const double aside = sx * ey - sy * ex;
-      const double reach = axes == 2 ? root(most(before * before - aside * aside, 0.0)) : before;
-      const double tau = most(reach - along, 0.0);
-      const double rest = most(advance.length - tau, 0.0);
-      Landing land;
-      if constexpr (redraw) {
-        T delta = patch.delta[i];
-        std::uint32_t state = patch.draw[i];
-        land = land_redraw<T>(*patch.law, rest, delta, state);
-        if (advance.commit) {
-          patch.delta[i] = delta;
-          patch.draw[i] = state;
-        }
-      } else {
-        land = land_keep(rest, before, mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(i + 1)));
-      }
-      const double r = land.deflection;
-      zx = static_cast<T>(r * ex);
-      zy = static_cast<T>(r * ey);
-      // In units of the step length, so that nothing overflows.
-      const double integral =
-          (tau / advance.length) * tau + land.squares / advance.length + (r / advance.length) * r;
-      mean_x = 2.0 * sx * (tau / advance.length) + ex * integral;
-      mean_y = 2.0 * sy * (tau / advance.length) + ey * integral;
-      lanes_squares[lane] += w * (before * before + land.squares);
-      lanes_further[lane] += w * land.squares;
-      lanes_variance[lane] += w * (w * land.variance);
-      sums.snaps += 1.0 + land.count;
+/// What does not change over a block.
+struct FarMotion {
+  double ex, ey, length, inverse;  ///< inverse: of the length
+  double p0[2], p1[2];
+  bool all;  ///< every bristle snaps
+};
+
+/// A row of 16 bristles, keep. Every loop is over the 16, without a branch: the compiler vectorises them.
+template <class T, int axes>
+inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
+                         std::uint32_t first, const double (&weight)[lane_count], FarLanes& lanes) {
+  double sx[lane_count], sy[lane_count] = {}, before[lane_count], snaps[lane_count];
+  double tau[lane_count], r[lane_count], more[lane_count];
+  double end[2][lane_count] = {};
+  for (std::uint32_t k = 0; k < lane_count; ++k) {
+    const T x = patch.zx[first + k] + static_cast<T>(motion.p1[0]);
+    const T limit = patch.delta[first + k];
+    bool beyond;
+    if constexpr (axes == 1) {
+      beyond = x > limit || -x > limit;
     } else {
-      zx = patch.zx[i] + static_cast<T>(p1[0]);
-      if constexpr (axes == 2) zy = patch.zy[i] + static_cast<T>(p1[1]);
-      mean_x = sx + static_cast<double>(zx);
-      mean_y = sy + static_cast<double>(zy);
+      const T y = patch.zy[first + k] + static_cast<T>(motion.p1[1]);
+      beyond = x * x + y * y > limit * limit;
+      end[1][k] = static_cast<double>(y);
+      sy[k] = static_cast<double>(patch.zy[first + k]) + motion.p0[1];
     }
-    if (advance.commit) {
-      patch.zx[i] = zx;
-      if constexpr (axes == 2) patch.zy[i] = zy;
-    }
-    lanes_stored[0][lane] += w * static_cast<double>(zx);
-    lanes_stored[1][lane] += w * static_cast<double>(zy);
-    lanes_mean[0][lane] += w * mean_x;
-    lanes_mean[1][lane] += w * mean_y;
+    snaps[k] = beyond || motion.all ? 1.0 : 0.0;
+    end[0][k] = static_cast<double>(x);
+    sx[k] = static_cast<double>(patch.zx[first + k]) + motion.p0[0];
+    before[k] = static_cast<double>(limit);
   }
-  sums.squares = tree_sum(lanes_squares);
+  for (std::uint32_t k = 0; k < lane_count; ++k) {
+    const double along = sx[k] * motion.ex + sy[k] * motion.ey;
+    const double aside = sx[k] * motion.ey - sy[k] * motion.ex;
+    const double reach = axes == 2 ? root(most(before[k] * before[k] - aside * aside, 0.0)) : before[k];
+    tau[k] = most(reach - along, 0.0);
+    const double rest = most(motion.length - tau[k], 0.0);
+    more[k] = whole_part(rest / before[k]);
+    r[k] = least(most(rest - more[k] * before[k], 0.0), before[k]);
+  }
+  if (motion.length > phase_is_lost) {
+    for (std::uint32_t k = 0; k < lane_count; ++k)
+      r[k] = share_of<double>(mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(first + k + 1))) *
+             before[k];
+  }
+  for (std::uint32_t k = 0; k < lane_count; ++k) {
+    const bool snapped = snaps[k] > 0.0;
+    const double before2 = before[k] * before[k];
+    const double further = more[k] * before2;
+    // In units of the step length, so that nothing overflows.
+    const double part = tau[k] * motion.inverse;
+    const double integral = part * tau[k] + further * motion.inverse + (r[k] * motion.inverse) * r[k];
+    const double x = static_cast<double>(static_cast<T>(snapped ? r[k] * motion.ex : end[0][k]));
+    const double y = static_cast<double>(static_cast<T>(snapped ? r[k] * motion.ey : end[1][k]));
+    const double w = weight[k];
+    lanes.stored[0][k] += w * x;
+    lanes.stored[1][k] += w * y;
+    lanes.mean[0][k] += w * (snapped ? 2.0 * sx[k] * part + motion.ex * integral : sx[k] + end[0][k]);
+    lanes.mean[1][k] += w * (snapped ? 2.0 * sy[k] * part + motion.ey * integral : sy[k] + end[1][k]);
+    lanes.squares[k] += w * (snapped ? before2 + further : 0.0);
+    lanes.snaps[k] += w > 0.0 && snapped ? 1.0 + more[k] : 0.0;
+    // A bristle out of contact stays straight.
+    end[0][k] = w > 0.0 ? x : 0.0;
+    end[1][k] = w > 0.0 ? y : 0.0;
+  }
+  if (advance.commit) {
+    for (std::uint32_t k = 0; k < lane_count; ++k) {
+      patch.zx[first + k] = static_cast<T>(end[0][k]);
+      if constexpr (axes == 2) patch.zy[first + k] = static_cast<T>(end[1][k]);
+    }
+  }
+}
+
+/// One bristle, redraw.
+template <class T, int axes>
+inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
+                               std::uint32_t i, double w, FarLanes& lanes) {
+  const std::uint32_t lane = i % lane_count;
+  const double sx = static_cast<double>(patch.zx[i]) + motion.p0[0];
+  const double sy = axes == 2 ? static_cast<double>(patch.zy[i]) + motion.p0[1] : 0.0;
+  T x = patch.zx[i] + static_cast<T>(motion.p1[0]);
+  T y = axes == 2 ? patch.zy[i] + static_cast<T>(motion.p1[1]) : T(0);
+  T delta = patch.delta[i];
+  if (!motion.all && !(axes == 2 ? x * x + y * y > delta * delta : x > delta || -x > delta)) {
+    lanes.mean[0][lane] += w * (sx + static_cast<double>(x));
+    lanes.mean[1][lane] += w * (sy + static_cast<double>(y));
+  } else {
+    const auto before = static_cast<double>(delta);
+    const double along = sx * motion.ex + sy * motion.ey;
+    const double aside = sx * motion.ey - sy * motion.ex;
+    const double reach = axes == 2 ? root(most(before * before - aside * aside, 0.0)) : before;
+    const double tau = most(reach - along, 0.0);
+    std::uint32_t state = patch.draw[i];
+    const Landing land = land_redraw<T>(*patch.law, most(motion.length - tau, 0.0), delta, state);
+    const double r = land.deflection;
+    const double part = tau * motion.inverse;
+    const double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;
+    x = static_cast<T>(r * motion.ex);
+    y = static_cast<T>(r * motion.ey);
+    lanes.mean[0][lane] += w * (2.0 * sx * part + motion.ex * integral);
+    lanes.mean[1][lane] += w * (2.0 * sy * part + motion.ey * integral);
+    lanes.squares[lane] += w * (before * before + land.squares);
+    lanes.further[lane] += w * land.squares;
+    lanes.variance[lane] += w * (w * land.variance);
+    lanes.snaps[lane] += 1.0 + land.count;
+    if (advance.commit) {
+      patch.delta[i] = delta;
+      patch.draw[i] = state;
+    }
+  }
+  if (advance.commit) {
+    patch.zx[i] = x;
+    if constexpr (axes == 2) patch.zy[i] = y;
+  }
+  lanes.stored[0][lane] += w * static_cast<double>(x);
+  lanes.stored[1][lane] += w * static_cast<double>(y);
+}
+
+/// Advances the bristles [start, start + active) of one block in which a bristle snaps.
+template <class T, int axes, bool redraw>
+[[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
+                                    std::uint32_t active, const double (&p0)[2], const double (&p1)[2]) {
+  const FarMotion motion{advance.direction[0], advance.direction[1], advance.length,  1.0 / advance.length,
+                         {p0[0], p0[1]},       {p1[0], p1[1]},       advance.all != 0};
+  const std::uint32_t end = start + active;
+  const auto weight_of = [&patch, end](std::uint32_t i) {
+    return i < patch.whole ? 1.0 : i < end ? static_cast<double>(patch.fraction) : 0.0;
+  };
+  [[maybe_unused]] const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
+  FarLanes lanes;
+  if constexpr (redraw) {
+    for (std::uint32_t i = start; i < end; ++i)
+      far_redraw_bristle<T, axes>(patch, advance, motion, i, weight_of(i), lanes);
+  } else {
+    for (std::uint32_t i = start; i < end; i += lane_count) {
+      double weight[lane_count];
+      for (std::uint32_t k = 0; k < lane_count; ++k) weight[k] = weight_of(i + k);
+      far_keep_row<T, axes>(patch, advance, motion, i, weight, lanes);
+    }
+  }
+  FarSums sums{};
   double noise = 0.0;
-  if constexpr (redraw) noise = jump_noise(tree_sum(lanes_further), tree_sum(lanes_variance), key);
-  sums.squares += noise;
+  if constexpr (redraw) noise = jump_noise(tree_sum(lanes.further), tree_sum(lanes.variance), key);
+  sums.squares = tree_sum(lanes.squares) + noise;
+  sums.snaps = tree_sum(lanes.snaps);
   for (int axis = 0; axis < axes; ++axis) {
-    sums.stored[axis] = tree_sum(lanes_stored[axis]);
-    sums.twice_mean[axis] = tree_sum(lanes_mean[axis]) + advance.direction[axis] * (noise / advance.length);
+    sums.stored[axis] = tree_sum(lanes.stored[axis]);
+    sums.twice_mean[axis] = tree_sum(lanes.mean[axis]) + advance.direction[axis] * (noise / advance.length);
   }
   return sums;
 }

@@ -96,6 +96,10 @@ inline Lanes<T> select_lanes(Mask<T> which, Lanes<T> a, Lanes<T> b) {
   return xsimd::select(which, a, b);
 }
 template <class T>
+inline bool any_lane(Mask<T> which) {
+  return xsimd::any(which);
+}
+template <class T>
 inline Lanes<T> least(Lanes<T> a, Lanes<T> b) {
   return xsimd::min(a, b);
 }

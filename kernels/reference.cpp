@@ -74,7 +74,7 @@ After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& sta
   const T inverse = static_cast<T>(law.inverse_mean);
   After<T> after;
   for (;;) {
-    if (rest > jump_from && !law.many) {
+    if (rest > static_cast<T>(law.stationary_from)) {
       const T u = next();
       const T v = next();
       const bool memoryless = law.kind == law_exponential;
@@ -186,9 +186,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   if (!any) return;  // nothing is written: the displacement grows by itself
 
   if (advance.far) {
-    const FarSums far =
-        far_block<T, axes, redraw>(patch, advance, start, end - start, q0, q1,
-                                   [&weight](std::uint32_t i) { return static_cast<double>(weight(i)); });
+    const FarSums far = far_block<T, axes, redraw>(patch, advance, start, end - start, q0, q1);
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = far.stored[axis];
       twice_mean[axis] = far.twice_mean[axis];

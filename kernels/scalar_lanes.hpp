@@ -12,6 +12,7 @@ namespace {
 
 inline float select_lanes(bool which, float a, float b) { return which ? a : b; }
 inline double select_lanes(bool which, double a, double b) { return which ? a : b; }
+inline bool any_lane(bool which) { return which; }
 inline float divide(float a, float b) { return a / b; }
 inline double divide(double a, double b) { return a / b; }
 inline float root(float a) { return __builtin_sqrtf(a); }

@@ -242,18 +242,20 @@ class Stepper {
     [[maybe_unused]] Walk<T> walk;
     if constexpr (redraw && !literal) {
       constexpr bool sums = mean || energy;
-      std::uint32_t rows = 0;
-      for (std::uint32_t row = 0; row <= extent.full_rows; ++row) {
-        const bool partial = row == extent.full_rows;
+      std::uint32_t open[block_size / width];  // vectors with a bristle that snaps
+      std::uint32_t size = 0;
+      for (std::uint32_t row = 0; row <= full_rows; ++row) {
+        const bool partial = row == full_rows;
         if (partial && !extent.partial) break;
         for (std::uint32_t k = 0; k < lane_count; k += width) {
-          const std::uint32_t i = extent.start + row * lane_count + k;
-          const bool any = partial ? begin_walk<T, axes, true, sums>(motion, i, extent.weights + k, walk)
-                                   : begin_walk<T, axes, false, sums>(motion, i, nullptr, walk);
-          rows |= static_cast<std::uint32_t>(any) << row;
+          const std::uint32_t w = row * lane_count + k;
+          open[size] = w;
+          size += partial
+                      ? begin_walk<T, axes, true, sums>(motion, extent.start + w, extent.weights + k, walk)
+                      : begin_walk<T, axes, false, sums>(motion, extent.start + w, nullptr, walk);
         }
       }
-      walk_rounds<T, sums>(*patch.law, static_cast<T>(advance.length), rows, walk);
+      walk_rounds<T, sums>(*patch.law, static_cast<T>(advance.length), open, size, walk);
     }
     LaneSum stored[2], straight[2], torn[2], along, squares, snaps, further, variance;
     for (std::uint32_t k = 0; k < lane_count; k += width) {
@@ -300,9 +302,7 @@ class Stepper {
   }
 
   BlockSums rewrite_far(const Extent& extent, const double (&q0)[2], const double (&q1)[2]) {
-    const FarSums far = far_block<T, axes, redraw>(
-        patch, advance, extent.start, extent.active, q0, q1,
-        [this](std::uint32_t i) { return i < patch.whole ? 1.0 : static_cast<double>(patch.fraction); });
+    const FarSums far = far_block<T, axes, redraw>(patch, advance, extent.start, extent.active, q0, q1);
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) {
       block.stored[axis] = far.stored[axis];
