@@ -58,8 +58,9 @@ const KernelTable& choose_kernels(const char* wanted) {
   throw Error(std::string("BatchOptions: isa = ") + (wanted ? wanted : "") + "; this build has " + known);
 }
 
-const char* kernel_name(const PatchState& p) noexcept {
-  // axes, rule, mean, energy, precision, step rule
+/// Names of the variants: axes, rule, mean, energy, precision, step rule. Made by the first batch, so that
+/// asking for one allocates nothing.
+const std::array<std::string, 64>& kernel_names() {
   static const std::array<std::string, 64> names = [] {
     std::array<std::string, 64> all;
     for (unsigned i = 0; i < 64; ++i) {
@@ -73,11 +74,15 @@ const char* kernel_name(const PatchState& p) noexcept {
     }
     return all;
   }();
+  return names;
+}
+
+const char* kernel_name(const PatchState& p) noexcept {
   const unsigned index = (p.options.axes == 2 ? 1u : 0u) | (p.draw != nullptr ? 2u : 0u) |
                          (has(p.options.outputs, Outputs::mean) ? 4u : 0u) |
                          (has(p.options.outputs, Outputs::energy) ? 8u : 0u) | (p.is_double() ? 16u : 0u) |
                          (p.options.step_rule == StepRule::literal ? 32u : 0u);
-  return names[index].c_str();
+  return kernel_names()[index].c_str();
 }
 
 }  // namespace
@@ -87,7 +92,9 @@ struct PatchBatch::Impl {
       : kernels(choose_kernels(options.isa)),
         workers(check_threads(options.threads)),
         skips(!options.eager),
-        table(new SlotTable(64)) {}
+        table(new SlotTable(64)) {
+    kernel_names();
+  }
 
   static int check_threads(int threads) {
     if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");

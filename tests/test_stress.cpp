@@ -100,19 +100,11 @@ TEST_CASE("The cost of redraw is bounded at any speed", "[stress]") {
                    plain_options(n, 2, Precision::single, Outputs::all));
     patch.step(0.0, 0.0, n);
     const double slow = step_time([&] { patch.step(10.0 * dbar, 0.0, n); }, 10, 5);
-    double far[2];
-    int at = 0;
-    for (double length : {1e4, 1e7}) {
-      far[at] = step_time([&] { patch.step(length * dbar, 0.0, n); }, 10, 5);
+    for (double length : {100.0, 1e4, 1e7}) {
+      const double fast = step_time([&] { patch.step(length * dbar, 0.0, n); }, 10, 5);
       std::printf("%s, %g mean lengths a step: ", to_string(law.law()), length);
-      // Beyond 2048 scaled lengths bristles are taken one by one in double: slower once, then the same for
-      // ever.
-      check_below(far[at] / slow, 60.0, "cost against 10 mean lengths");
-      ++at;
+      check_below(fast / slow, 4.0, "cost against 10 mean lengths");
     }
-    check_below(far[1] / far[0], 2.0, "a thousand times farther");
-    const double jump = step_time([&] { patch.step(100.0 * dbar, 0.0, n); }, 10, 5);
-    check_below(jump / slow, 4.0, "100 against 10 mean lengths");
   }
 }
 
