@@ -3,7 +3,6 @@
 #include <optional>
 #include <thread>
 
-#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/partitioner.h>
@@ -12,9 +11,11 @@
 #include "workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
-// TBB is not built for the thread sanitizer: tell it of the fork and the join.
+// TBB is not built for the thread sanitizer: tell it of the fork and the join. The tags are global because a
+// worker must not read anything, not even the address of a tag, before it has acquired the fork.
 extern "C" void __tsan_acquire(void*);
 extern "C" void __tsan_release(void*);
+static char fork_tag, join_tag;
 #else
 #define __tsan_acquire(address)
 #define __tsan_release(address)
@@ -26,8 +27,6 @@ struct Workers::Impl {
   // TBB runs no more threads than cores unless told so; tests ask for more.
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
-  char fork = 0;
-  char join = 0;
 
   explicit Impl(int threads) : arena(threads) {
     if (threads > tbb::this_task_arena::max_concurrency())
@@ -49,22 +48,18 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     for (int i = 0; i < tasks; ++i) task(context, i);
     return;
   }
-  Impl& impl = *impl_;
-  __tsan_release(&impl.fork);
-  impl.arena.execute([&] {
+  // Made before the fork and read by reference, by index: what a worker reads in our code was written before.
+  const auto body = [task, context](int i) {
+    __tsan_acquire(&fork_tag);
+    task(context, i);
+    __tsan_release(&join_tag);
+  };
+  __tsan_release(&fork_tag);
+  impl_->arena.execute([&] {
     // Isolated: a thread that waits here must not pick up a host's unrelated work.
-    tbb::this_task_arena::isolate([&] {
-      tbb::parallel_for(
-          tbb::blocked_range<int>(0, tasks, 1),
-          [&](const tbb::blocked_range<int>& range) {
-            __tsan_acquire(&impl.fork);
-            for (int i = range.begin(); i != range.end(); ++i) task(context, i);
-            __tsan_release(&impl.join);
-          },
-          tbb::simple_partitioner{});
-    });
+    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, tasks, body, tbb::simple_partitioner{}); });
   });
-  __tsan_acquire(&impl.join);
+  __tsan_acquire(&join_tag);
 }
 
 void Workers::warm_up() noexcept {

@@ -147,6 +147,7 @@ TEST_CASE("The version names the build and every instruction set, and which is c
 }
 
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene is in double precision
   const Folder folder;
   const json report =
       run_report(folder, "run " + scene_path("two_surfaces") + " --out '" + folder.at("f.csv") + "'");
