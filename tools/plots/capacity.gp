@@ -35,6 +35,18 @@ set label 2 "the paper: 900 in 1 ms (1 GHz, 2004)" at 1150, 640 textcolor rgb "#
 $paper << END
 900 1000
 END
-plot for [i=1:5] (there(i, 1) ? "< ".series(i, 1) : "/dev/null") using 1:2 with linespoints pointtype 7 pointsize 0.9 linecolor rgb colour[i] title (there(i, 1) ? label[i].", 1 thread" : ""), \
-     for [i=1:5] (most_threads > 1 && there(i, most_threads) ? "< ".series(i, most_threads) : "/dev/null") using 1:2 with linespoints pointtype 6 pointsize 0.9 dashtype 3 linecolor rgb colour[i] title (most_threads > 1 && there(i, most_threads) ? sprintf("%s, %d threads", label[i], most_threads) : ""), \
-     $paper using 1:2 with points pointtype 5 pointsize 2 linecolor rgb "#000000" title ""
+# Only the series that were measured: an empty one would be a warning.
+command = 'plot $paper using 1:2 with points pointtype 5 pointsize 2 linecolor rgb "#000000" title ""'
+style(i) = sprintf('using 1:2 with linespoints pointsize 0.9 linecolor rgb "%s"', colour[i])
+do for [i=1:5] {
+  if (there(i, 1)) {
+    command = command.sprintf(', "< ".series(%d, 1) %s pointtype 7 title "%s, 1 thread"', i, style(i), label[i])
+  }
+}
+do for [i=1:5] {
+  if (most_threads > 1 && there(i, most_threads)) {
+    command = command.sprintf(', "< ".series(%d, %d) %s pointtype 6 dashtype 3 title "%s, %d threads"', \
+                              i, most_threads, style(i), label[i], most_threads)
+  }
+}
+eval command
