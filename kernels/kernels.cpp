@@ -1,6 +1,7 @@
 // The kernel table of one instruction set. Compiled once per set, see CMakeLists.txt; everything but
 // the table has internal linkage.
 #include "step.hpp"
+#include "variants.hpp"
 
 #define BRISTLE_JOIN2(a, b) a##b
 #define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
@@ -70,43 +71,14 @@ double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int6
   return tree_sum(lanes);
 }
 
-template <class T, int axes>
-constexpr void fill_axes(KernelSet<T>& set) {
-  set.step[variant_index(axes, rule_keep, false, false)] = &step<T, axes, rule_keep, false, false>;
-#if !defined(BRISTLE_MINIMAL)
-  set.step[variant_index(axes, rule_keep, true, false)] = &step<T, axes, rule_keep, true, false>;
-  set.step[variant_index(axes, rule_keep, false, true)] = &step<T, axes, rule_keep, false, true>;
-  set.step[variant_index(axes, rule_keep, true, true)] = &step<T, axes, rule_keep, true, true>;
-  set.step[variant_index(axes, rule_redraw, false, false)] = &step<T, axes, rule_redraw, false, false>;
-  set.step[variant_index(axes, rule_redraw, true, false)] = &step<T, axes, rule_redraw, true, false>;
-  set.step[variant_index(axes, rule_redraw, false, true)] = &step<T, axes, rule_redraw, false, true>;
-  set.step[variant_index(axes, rule_redraw, true, true)] = &step<T, axes, rule_redraw, true, true>;
-  set.step[variant_index(axes, rule_literal_keep, false, true)] =
-      &step<T, axes, rule_literal_keep, false, true>;
-  set.step[variant_index(axes, rule_literal_redraw, false, true)] =
-      &step<T, axes, rule_literal_redraw, false, true>;
-#endif
-}
-
-template <class T>
-constexpr KernelSet<T> make_set() {
-  KernelSet<T> set{};
-  fill_axes<T, 1>(set);
-#if !defined(BRISTLE_MINIMAL)
-  fill_axes<T, 2>(set);
-#endif
-  set.rewrite = &rewrite_block<T>;
-  set.squares = &block_squares<T>;
-  return set;
-}
-
 }  // namespace
 
 extern const KernelTable BRISTLE_JOIN(kernels_, BRISTLE_KERNEL_ISA);
 constexpr KernelTable table {
-  BRISTLE_TEXT(BRISTLE_KERNEL_ISA), make_set<float>(),
+  BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
+      make_kernel_set<float, StepOf>(&rewrite_block<float>, &block_squares<float>),
 #if BRISTLE_WITH_DOUBLE
-      make_set<double>()
+      make_kernel_set<double, StepOf>(&rewrite_block<double>, &block_squares<double>)
 #else
   {
   }

@@ -5,6 +5,7 @@
 #include "kernel_table.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
+#include "variants.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -300,11 +301,13 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
 }
 
 template <class T, int axes, Rule rule, bool mean, bool energy>
-void step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
-          Totals& totals) {
-  for (std::uint32_t b = first; b < last; ++b)
-    step_block<T, axes, rule, mean, energy>(patch, advance, b, totals);
-}
+struct StepOf {
+  static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
+                  Totals& totals) {
+    for (std::uint32_t b = first; b < last; ++b)
+      step_block<T, axes, rule, mean, energy>(patch, advance, b, totals);
+  }
+};
 
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
@@ -348,43 +351,13 @@ double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int6
   return sum.total();
 }
 
-template <class T, int axes>
-constexpr void fill_axes(KernelSet<T>& set) {
-  set.step[variant_index(axes, rule_keep, false, false)] = &step<T, axes, rule_keep, false, false>;
-#if !defined(BRISTLE_MINIMAL)
-  set.step[variant_index(axes, rule_keep, true, false)] = &step<T, axes, rule_keep, true, false>;
-  set.step[variant_index(axes, rule_keep, false, true)] = &step<T, axes, rule_keep, false, true>;
-  set.step[variant_index(axes, rule_keep, true, true)] = &step<T, axes, rule_keep, true, true>;
-  set.step[variant_index(axes, rule_redraw, false, false)] = &step<T, axes, rule_redraw, false, false>;
-  set.step[variant_index(axes, rule_redraw, true, false)] = &step<T, axes, rule_redraw, true, false>;
-  set.step[variant_index(axes, rule_redraw, false, true)] = &step<T, axes, rule_redraw, false, true>;
-  set.step[variant_index(axes, rule_redraw, true, true)] = &step<T, axes, rule_redraw, true, true>;
-  set.step[variant_index(axes, rule_literal_keep, false, true)] =
-      &step<T, axes, rule_literal_keep, false, true>;
-  set.step[variant_index(axes, rule_literal_redraw, false, true)] =
-      &step<T, axes, rule_literal_redraw, false, true>;
-#endif
-}
-
-template <class T>
-constexpr KernelSet<T> make_set() {
-  KernelSet<T> set{};
-  fill_axes<T, 1>(set);
-#if !defined(BRISTLE_MINIMAL)
-  fill_axes<T, 2>(set);
-#endif
-  set.rewrite = &rewrite_block<T>;
-  set.squares = &block_squares<T>;
-  return set;
-}
-
 }  // namespace
 
 extern const KernelTable kernels_scalar;
 const KernelTable kernels_scalar {
-  "scalar", make_set<float>(),
+  "scalar", make_kernel_set<float, StepOf>(&rewrite_block<float>, &block_squares<float>),
 #if BRISTLE_WITH_DOUBLE
-      make_set<double>()
+      make_kernel_set<double, StepOf>(&rewrite_block<double>, &block_squares<double>)
 #else
   {
   }

@@ -345,10 +345,12 @@ class Stepper {
 };
 
 template <class T, int axes, Rule rule, bool mean, bool energy>
-void step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
-          Totals& totals) {
-  Stepper<T, axes, rule, mean, energy>(patch, advance, totals).run(first, last);
-}
+struct StepOf {
+  static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
+                  Totals& totals) {
+    Stepper<T, axes, rule, mean, energy>(patch, advance, totals).run(first, last);
+  }
+};
 
 }  // namespace
 }  // namespace bristle::detail
