@@ -17,6 +17,7 @@ struct SlotTable {
   struct Slot {
     std::unique_ptr<PatchState> patch;
     std::uint32_t generation = 0;
+    std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set
   };
   explicit SlotTable(std::uint32_t size)
       : capacity(size), slots(size), motions(size), responses(size), last(size) {}

@@ -6,6 +6,7 @@
 
 #include "elementary.hpp"
 #include "hashing.hpp"
+#include "range_check.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -16,6 +17,7 @@ constexpr double negligible_cv = 1e-6;
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
 constexpr int biased_knots = 1024;
+constexpr double widest_redraw_cv = 1.25;
 
 /// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
 /// within 1e-3 of its steady value: the renewal equation on a grid (core/MODEL.md, "Jumps").
@@ -149,7 +151,13 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(material);
+  if (c.longest > longest_scaled_length)
+    refuse("SnapLength", "longest / mean", length.longest() / length.mean(), "below 1024");
   if (!c.redraw) return compiled;
+  // Renewals of wider laws forget their past too slowly for a jump; taken one by one they have no bound.
+  if (length.cv() > widest_redraw_cv)
+    refuse("Material", "snap_length.cv with snap_rule redraw", length.cv(),
+           "0 to 1.25; SnapRule::keep takes wider laws");
 
   KernelLaw& law = c.law;
   law.shortest = c.shortest;

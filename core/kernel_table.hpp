@@ -26,6 +26,7 @@ constexpr double far_length = 4096.0;
 /// No snap length is longer (scaled): 1024 mean lengths. A far step is more than twice as long, so it
 /// snaps every bristle wherever it stands.
 constexpr double longest_scaled_length = 1449.0;
+static_assert(far_length > 2.0 * longest_scaled_length);
 
 /// Multiplier between successive draw states of a bristle (odd: visits all 2^32 states).
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;
@@ -34,8 +35,8 @@ constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 struct alignas(64) Block {
   std::int64_t position[2];  ///< patch position at the last rewrite, fixed point
   std::int64_t stored[2];    ///< weighted sum of stored deflections, fixed point
-  // Cache, never part of the state: no bristle of the block snaps while the patch stays within
-  // `reach` of `anchor` (DESIGN.md 2.3). reach < 0: unknown, visit.
+  // Cache, never part of the state, forgotten on restore: no bristle of the block snaps while the patch stays
+  // within `reach` of `anchor` (DESIGN.md 2.3). reach < 0: unknown, visit.
   std::int64_t anchor[2];
   float reach;         ///< scaled length
   float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block

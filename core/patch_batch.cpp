@@ -224,8 +224,9 @@ struct PatchBatch::Impl {
   /// One motion, start to end, on one thread.
   void step_one(std::size_t i, Task& task) noexcept {
     PatchState& p = *find(in[i].id);
-    const PatchStep step = begin_step(p, in[i], dt, true);
-    if (step.moves && !holds_still(p, step)) {
+    PatchStep step = begin_step(p, in[i], dt, true);
+    step.ran = step.moves && !holds_still(p, step);
+    if (step.ran) {
       Totals totals{};
       run_blocks(p, step, 0, p.active_blocks(), totals);
       finish_step(p, step, totals, out[i]);
@@ -320,6 +321,25 @@ struct PatchBatch::Impl {
     return report;
   }
 
+  /// The step proper; the caller took the commands, so that the table stays as it is.
+  StepReport step(double dt_s, Span<const Motion> motions, Span<Response> responses) noexcept {
+    const bool good_dt = std::isfinite(dt_s) && dt_s > 0.0;
+    if (!good_dt || motions.size() != responses.size()) {
+      StepReport report;
+      report.status = Status::bad_input;
+      for (std::size_t i = 0; i < responses.size(); ++i) {
+        if (i < motions.size()) responses[i].id = motions[i].id;
+        const PatchState* p = i < motions.size() ? find(motions[i].id) : nullptr;
+        write_refusal(p != nullptr ? &p->options : nullptr, Status::bad_input, responses[i]);
+      }
+      return report;
+    }
+    dt = dt_s;
+    in = motions;
+    out = responses;
+    return step_all();
+  }
+
   static std::uint64_t cost_of(const PatchState& p, const Motion& motion) noexcept {
     const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
     const std::uint64_t contact = motion.normal_load == p.normal_load ? p.in_contact() : p.bristles;
@@ -348,8 +368,8 @@ struct PatchBatch::Impl {
         split.motion = i;
         split.step = begin_step(p, in[i], dt, true);
         split.first_task = task_count;
-        const bool runs = split.step.moves && !holds_still(p, split.step);
-        const std::uint32_t blocks = runs ? p.active_blocks() : 0;
+        split.step.ran = split.step.moves && !holds_still(p, split.step);
+        const std::uint32_t blocks = split.step.ran ? p.active_blocks() : 0;
         // Whole groups of blocks to a task: bounds are kept by group.
         const std::uint32_t groups = (blocks + blocks_per_group - 1) / blocks_per_group;
         const std::uint32_t parts = std::min<std::uint32_t>(static_cast<std::uint32_t>(pieces), groups);
@@ -399,10 +419,12 @@ PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
 
 PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   Impl& impl = *impl_;
+  FloatModeScope mode;  // the caller's rounding must not reach our bits
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::add;
   command->patch = make_patch(impl.compiled(material), options, impl.kernels);
   command->patch->skips = impl.skips;
+  impl.attach_scratch(*command);
 
   std::uint32_t slot;
   if (!impl.free_slots.empty()) {
@@ -427,7 +449,6 @@ PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   record.alive = true;
   command->slot = slot;
   command->generation = record.generation;
-  impl.attach_scratch(*command);
   impl.commands.push(std::move(command));
   return make_id(slot, record.generation);
 }
@@ -446,6 +467,7 @@ void PatchBatch::remove(PatchId id) {
 void PatchBatch::set_material(PatchId id, const Material& material) {
   Impl& impl = *impl_;
   const Impl::Record& record = impl.record_of(id);
+  FloatModeScope mode;
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::replace;
   command->slot = slot_of(id);
@@ -460,32 +482,18 @@ void PatchBatch::warm_up() {
 }
 
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
-  Impl& impl = *impl_;
-  impl.apply_commands();
-  const bool good_dt = std::isfinite(dt_s) && dt_s > 0.0;
-  if (!good_dt || in.size() != out.size()) {
-    StepReport report;
-    report.status = Status::bad_input;
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      if (i < in.size()) out[i].id = in[i].id;
-      const PatchState* p = i < in.size() ? impl.find(in[i].id) : nullptr;
-      write_refusal(p != nullptr ? &p->options : nullptr, Status::bad_input, out[i]);
-    }
-    return report;
-  }
-  impl.dt = dt_s;
-  impl.in = in;
-  impl.out = out;
-  return impl.step_all();
+  impl_->apply_commands();
+  return impl_->step(dt_s, in, out);
 }
 
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
   Impl& impl = *impl_;
   impl.apply_commands();
-  PatchState* p = impl.find(id);
-  if (p == nullptr) return;
-  if (p->queued == 0) p->queued = ++impl.queue_length;
-  Motion& motion = impl.table->motions[p->queued - 1];
+  if (impl.find(id) == nullptr) return;
+  // One entry for a slot at the most: a patch that follows a removed one takes its place in the queue.
+  std::uint32_t& queued = impl.table->slots[slot_of(id)].queued;
+  if (queued == 0) queued = ++impl.queue_length;
+  Motion& motion = impl.table->motions[queued - 1];
   motion = Motion{};
   motion.id = id;
   motion.displacement[0] = dx_m;
@@ -498,14 +506,13 @@ StepReport PatchBatch::step(double dt_s) noexcept {
   impl.apply_commands();
   SlotTable& table = *impl.table;
   const std::uint32_t count = impl.queue_length;
-  const StepReport report = step(dt_s, Span<const Motion>(table.motions.data(), count),
-                                 Span<Response>(table.responses.data(), count));
+  std::fill_n(table.responses.begin(), count, Response{});
+  const StepReport report = impl.step(dt_s, Span<const Motion>(table.motions.data(), count),
+                                      Span<Response>(table.responses.data(), count));
   for (std::uint32_t i = 0; i < count; ++i) {
     const PatchId id = table.motions[i].id;
-    if (PatchState* p = impl.find(id)) {
-      p->queued = 0;
-      table.last[slot_of(id)] = table.responses[i];
-    }
+    table.slots[slot_of(id)].queued = 0;
+    if (impl.find(id) != nullptr) table.last[slot_of(id)] = table.responses[i];
   }
   impl.queue_length = 0;
   return report;
@@ -572,6 +579,7 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
 
 double PatchBatch::stored_energy(PatchId id) const noexcept {
   impl_->apply_commands();
+  FloatModeScope mode;
   const PatchState* p = impl_->find(id);
   return p != nullptr ? find_stored_energy(*p) : 0.0;
 }

@@ -13,6 +13,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr std::size_t column_alignment = 64;
+constexpr double highest_load = 1e15;  // N
 
 /// Fixed-point difference of two positions, which wrap.
 std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
@@ -226,7 +227,7 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
                                        const PatchOptions& options, const KernelTable& kernels,
                                        double weight) {
   constexpr const char* where = "PatchOptions";
-  require_within(where, "max_normal_load", options.max_normal_load, 1e-15, 1e15, "N");
+  require_within(where, "max_normal_load", options.max_normal_load, 1e-15, highest_load, "N");
   if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
   if (options.bristles > max_bristles_per_patch)
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
@@ -339,7 +340,7 @@ double apply_load(PatchState& p, double normal_load_n) noexcept {
 
 bool is_good_motion(const PatchState& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
-                      std::isfinite(motion.normal_load) && motion.normal_load >= 0.0;
+                      motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
   // A motion along an axis that the patch lacks would be lost without a word.
   const bool planar = patch.options.axes == 1;
@@ -388,6 +389,12 @@ PatchStep begin_step(PatchState& p, const Motion& motion, double dt_s, bool comm
     Hasher hasher;
     hasher.add(d[0]);
     hasher.add(d[1]);
+    // The state too: equal steps must not repeat themselves, nor patches one another.
+    hasher.add(std::uint64_t{p.options.seed});
+    for (int axis = 0; axis < 2; ++axis) {
+      hasher.add(static_cast<std::uint64_t>(p.stored[axis]));
+      hasher.add(static_cast<std::uint64_t>(p.blocks[0].stored[axis]));
+    }
     a.phase_key = hasher.value();
     step.moves = true;
   }
@@ -456,7 +463,7 @@ namespace {
 void renew_bound(PatchState& p, const Totals& t) noexcept {
   // Bounds cost a square root per bristle. Measured: they pay while fewer than an eighth of the blocks
   // are rewritten in a step.
-  p.tracks = 8 * t.blocks_rewritten < p.active_blocks();
+  if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < p.active_blocks();
   const std::uint32_t groups = (p.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
   for (std::uint32_t g = 0; g < groups && reach >= 0.0; ++g) {
@@ -510,7 +517,7 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
     }
   }
 
-  if (a.commit && t.blocks_visited > 0) renew_bound(p, t);
+  if (a.commit && step.ran) renew_bound(p, t);
 
   const double newtons_per_length =
       m.material.bristle_stiffness * p.weight * p.overload * m.metres_per_length * length_per_fixed;
@@ -552,30 +559,18 @@ void copy_patch(const PatchState& from, PatchState& to) noexcept {
   auto storage = std::move(to.storage);
   const std::size_t capacity = to.storage_bytes;
   to.options = from.options;
-  to.material = from.material;
+  // Not owned: the copy must not be the one to free a material, on the stepping thread.
+  to.material = {std::shared_ptr<const void>(), from.material.get()};
   to.weight = from.weight;
   to.bristles = from.bristles;
   to.block_count = from.block_count;
   to.group_count = from.group_count;
   to.variant = from.variant;
   to.kernels = from.kernels;
-  to.normal_load = from.normal_load;
-  to.zeta = from.zeta;
-  to.active = from.active;
-  to.overload = from.overload;
-  to.whole = from.whole;
-  to.fraction = from.fraction;
-  for (int axis = 0; axis < 2; ++axis) {
-    to.position[axis] = from.position[axis];
-    to.stored[axis] = from.stored[axis];
-    to.offset[axis] = from.offset[axis];
-  }
+  static_cast<PatchContact&>(to) = from;
   to.skips = from.skips;
   to.tracks = from.tracks;
   to.bound = from.bound;
-  to.pending_dissipated = from.pending_dissipated;
-  to.pending_loss = from.pending_loss;
-  to.pending_snaps = from.pending_snaps;
   std::memcpy(storage.get(), from.storage.get(), std::min(from.storage_bytes, capacity));
   std::byte* const base = storage.get();
   const std::byte* const old = from.storage.get();
@@ -644,7 +639,6 @@ void take_over(PatchState& to, PatchState& from) noexcept {
   to.active = from.active;
   to.last_step = from.last_step;
   to.skips = from.skips;
-  to.queued = from.queued;
   for (std::uint32_t b = 0; b < to.active_blocks(); ++b) {
     to.blocks[b].zero = 0;
     to.rewrite_block(b);

@@ -11,9 +11,30 @@
 
 namespace bristle::detail {
 
+/// What changes in a patch from step to step, apart from its columns. Copied and saved as one.
+struct PatchContact {
+  // --- contact
+  double normal_load = 0.0;
+  double zeta = 0.0;      ///< bristles in contact, physical
+  double active = 0.0;    ///< representatives in contact
+  double overload = 1.0;  ///< zeta / (n w) where that is above 1
+  std::uint32_t whole = 0;
+  double fraction = 0.0;
+
+  // --- motion, fixed point (kernel_table.hpp)
+  std::int64_t position[2] = {0, 0};
+  Int128 stored[2] = {0, 0};  ///< sum of Block::stored over full blocks
+  Int128 offset[2] = {0, 0};  ///< sum of (position - Block::position) over full blocks
+
+  // --- left over from a change of material, booked with the next step
+  double pending_dissipated = 0.0;  ///< J
+  double pending_loss = 0.0;        ///< J
+  std::uint64_t pending_snaps = 0;
+};
+
 /// Columns, counts and sums of one patch. Made and freed on the thread that adds patches; touched by
 /// the stepping thread and its workers only.
-struct PatchState {
+struct PatchState : PatchContact {
   // --- what the patch is; fixed from its making
   PatchOptions options;
   std::shared_ptr<const CompiledMaterial> material;
@@ -38,32 +59,13 @@ struct PatchState {
   Block* blocks = nullptr;
   Reach* groups = nullptr;
 
-  // --- contact
-  double normal_load = 0.0;
-  double zeta = 0.0;      ///< bristles in contact, physical
-  double active = 0.0;    ///< representatives in contact
-  double overload = 1.0;  ///< zeta / (n w) where that is above 1
-  std::uint32_t whole = 0;
-  double fraction = 0.0;
-
-  // --- motion, fixed point (kernel_table.hpp)
-  std::int64_t position[2] = {0, 0};
-  Int128 stored[2] = {0, 0};  ///< sum of Block::stored over full blocks
-  Int128 offset[2] = {0, 0};  ///< sum of (position - Block::position) over full blocks
-
   // --- bounds: a cache, never part of the state (DESIGN.md 2.3)
   Reach bound{{0, 0}, -1.0};  ///< no bristle snaps while the position stays within it
   bool skips = true;          ///< blocks whose bound holds are left out
   bool tracks = true;         ///< bounds are renewed: worth it while most visited blocks hold still
 
-  // --- left over from a change of material, booked with the next step
-  double pending_dissipated = 0.0;  ///< J
-  double pending_loss = 0.0;        ///< J
-  std::uint64_t pending_snaps = 0;
-
   std::uint64_t last_step = 0;   ///< number of the step that moved it last: finds repeated ids
   std::uint64_t split_step = 0;  ///< number of the step whose blocks went to several tasks
-  std::uint32_t queued = 0;      ///< 1 + index of the motion that move() set
 
   bool is_double() const noexcept { return options.precision == Precision::double_; }
   std::uint32_t in_contact() const noexcept { return whole + (fraction > 0.0 ? 1u : 0u); }
@@ -108,6 +110,7 @@ double apply_load(PatchState& patch, double normal_load_n) noexcept;
 struct PatchStep {
   Advance advance;
   bool moves = false;         ///< false: no kernel need run
+  bool ran = false;           ///< kernels ran, though perhaps no block was visited
   double contact_loss = 0.0;  ///< J
   double displacement[2];     ///< m
   double velocity[2];         ///< m/s, for dampers

@@ -59,25 +59,12 @@ std::size_t saved_size(const PatchState& p) noexcept { return sizeof(SavedPatch)
 
 void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generation, std::byte* to) noexcept {
   SavedPatch head;
-  std::memset(&head, 0, sizeof head);
+  std::memset(static_cast<void*>(&head), 0, sizeof head);
   head.slot = slot;
   head.generation = generation;
   head.signature = signature(p);
   head.storage_bytes = p.storage_bytes;
-  head.normal_load = p.normal_load;
-  head.zeta = p.zeta;
-  head.active = p.active;
-  head.overload = p.overload;
-  head.fraction = p.fraction;
-  head.pending_dissipated = p.pending_dissipated;
-  head.pending_loss = p.pending_loss;
-  head.pending_snaps = p.pending_snaps;
-  for (int axis = 0; axis < 2; ++axis) {
-    head.position[axis] = p.position[axis];
-    head.stored[axis] = p.stored[axis];
-    head.offset[axis] = p.offset[axis];
-  }
-  head.whole = p.whole;
+  head.contact = p;
   std::memcpy(to, &head, sizeof head);
   std::memcpy(to + sizeof head, p.storage.get(), p.storage_bytes);
 }
@@ -85,20 +72,7 @@ void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generatio
 void restore_patch(PatchState& p, const std::byte* from) noexcept {
   SavedPatch head;
   std::memcpy(&head, from, sizeof head);
-  p.normal_load = head.normal_load;
-  p.zeta = head.zeta;
-  p.active = head.active;
-  p.overload = head.overload;
-  p.fraction = head.fraction;
-  p.pending_dissipated = head.pending_dissipated;
-  p.pending_loss = head.pending_loss;
-  p.pending_snaps = head.pending_snaps;
-  for (int axis = 0; axis < 2; ++axis) {
-    p.position[axis] = head.position[axis];
-    p.stored[axis] = head.stored[axis];
-    p.offset[axis] = head.offset[axis];
-  }
-  p.whole = head.whole;
+  static_cast<PatchContact&>(p) = head.contact;
   std::memcpy(p.storage.get(), from + sizeof head, p.storage_bytes);
   p.forget_bounds();
 }

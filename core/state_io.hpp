@@ -17,12 +17,7 @@ struct SavedPatch {
   std::uint32_t slot, generation;
   std::uint64_t signature;  ///< of options, weight and material: what must agree
   std::uint64_t storage_bytes;
-  double normal_load, zeta, active, overload, fraction;
-  double pending_dissipated, pending_loss;
-  std::uint64_t pending_snaps;
-  std::int64_t position[2];
-  Int128 stored[2], offset[2];
-  std::uint32_t whole, unused;
+  PatchContact contact;
 };
 
 std::uint64_t signature(const PatchState& patch) noexcept;

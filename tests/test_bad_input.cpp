@@ -361,3 +361,22 @@ TEST_CASE("A patch that was refused leaves the batch as it was", "[bad-input]") 
   CHECK(bad.batch.state_hash() == twin.batch.state_hash());
   CHECK(bad.batch.patch_count() == 3);
 }
+
+TEST_CASE("A load beyond all measure is refused and leaves the state alone", "[bad-input]") {
+  OnePatch patch(Material{}, PatchOptions{}.with_bristles(100).with_outputs(Outputs::all));
+  OnePatch twin(Material{}, PatchOptions{}.with_bristles(100).with_outputs(Outputs::all));
+  patch.step(2e-6, 0.0, 0.5, tick);
+  twin.step(2e-6, 0.0, 0.5, tick);
+  for (double load : {1.1e15, 1e306, std::numeric_limits<double>::max()})
+    CHECK(has(patch.step(1e-6, 0.0, load, tick).status, Status::bad_input));
+  CHECK(patch.hash() == twin.hash());
+  CHECK(patch.step(1e-6, 0.0, 0.5, tick).end[0] == twin.step(1e-6, 0.0, 0.5, tick).end[0]);
+}
+
+TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it", "[bad-input]") {
+  PatchBatch batch;
+  const Material wide = Material{}.with_snap_length(SnapLength::lognormal(1e-5, 1.3));
+  CHECK_THROWS_WITH(batch.add(wide),
+                    Catch::Contains("snap_length.cv") && Catch::Contains("1.3") && Catch::Contains("1.25"));
+  CHECK_NOTHROW(batch.add(Material(wide).with_snap_rule(SnapRule::keep)));
+}

@@ -365,3 +365,32 @@ TEST_CASE("A batch may be destroyed with changes still waiting", "[batch]") {
   batch.remove(id);
   SUCCEED("the sanitizers see what leaks");
 }
+
+TEST_CASE("A patch that follows a removed one takes its place in the queue of move", "[batch]") {
+  PatchBatch batch;
+  std::vector<PatchId> ids;
+  const auto add = [&batch] { return batch.add(Material{}, PatchOptions{}.with_bristles(20)); };
+  for (int i = 0; i < 64; ++i) ids.push_back(add());
+  for (PatchId id : ids) batch.move(id, 1e-6, 0.0, 0.5);
+  batch.remove(ids[7]);
+  const PatchId follower = add();  // the same slot: the queue is full without it
+  batch.move(follower, 2e-6, 0.0, 0.5);
+  CHECK(batch.step(1e-3).patches_stepped == 64);
+  CHECK(batch.force(follower).status == Status::ok);
+  CHECK(batch.force(follower).elastic[0] != batch.force(ids[8]).elastic[0]);
+  CHECK(batch.force(ids[7]).status == Status::unknown_id);
+  CHECK(batch.step(1e-3).patches_stepped == 0);
+}
+
+TEST_CASE("force shows nothing of another patch in outputs that a patch does not compute", "[batch]") {
+  PatchBatch batch;
+  const PatchId full = batch.add(Material{}, PatchOptions{}.with_bristles(20).with_outputs(Outputs::all));
+  const PatchId plain = batch.add(Material{}, PatchOptions{}.with_bristles(20));
+  batch.move(full, 3e-5, 0.0, 0.5);
+  batch.step(1e-3);
+  REQUIRE(batch.force(full).mean[0] < 0.0);
+  batch.move(plain, 1e-6, 0.0, 0.5);
+  batch.step(1e-3);
+  CHECK(batch.force(plain).mean[0] == 0.0);
+  CHECK(batch.force(plain).dissipated == 0.0);
+}

@@ -8,6 +8,7 @@ namespace bristle {
 /// What a bristle does after it snapped (paper, section 2.1, read in two ways).
 enum class SnapRule : unsigned char {
   redraw,  ///< "is then replaced by another bristle": a fresh snap length at each snap. The default.
+           ///< Laws with a coefficient of variation up to 1.25.
   keep     ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
 };
 

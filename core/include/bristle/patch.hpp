@@ -85,11 +85,12 @@ struct PatchOptions {
 /// Largest number of representative bristles of one patch.
 constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 
-/// Input of one patch for one step. NaN, infinity or a negative load set Status::bad_input.
+/// Input of one patch for one step. NaN, infinity, a negative load or one above 1e15 N set
+/// Status::bad_input.
 struct Motion {
   PatchId id;
   double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step
-  double normal_load = 0.0;             ///< N, >= 0, holds over the whole step
+  double normal_load = 0.0;             ///< N, 0 to 1e15, holds over the whole step
   bool has_velocity = false;            ///< else the damper uses displacement / dt
   double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
 };

@@ -34,17 +34,18 @@ struct BatchOptions {
 struct StepReport {
   Status status = Status::ok;          ///< all responses' flags together
   std::uint32_t patches_stepped = 0;   ///< motions that were carried out
-  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread
+  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = nothing to do
   std::uint64_t bristles_visited = 0;  ///< bristles that a kernel looked at
 };
 
 /// Contact patches of the brush model.
 ///
 /// Thread rule: one thread, the stepping thread, calls step, move, force, find_force, info,
-/// stored_energy, state_hash, read_bristles, save_state and restore_state. One other thread (or the
-/// same one) may call add, remove and set_material at the same time; an id is valid at once, the
-/// change takes effect at the stepping thread's next call. All memory is taken and freed by the thread
-/// that calls add, remove, set_material, warm_up or the constructor and destructor.
+/// stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
+/// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
+/// once, the change takes effect at the stepping thread's next call. threads() and isa() may be called by
+/// anyone. A batch that was moved from may only be destroyed or assigned to. All memory is taken and freed by
+/// the thread that calls add, remove, set_material, warm_up or the constructor and destructor.
 class PatchBatch {
  public:
   /// Throws bristle::Error on a bad option or an instruction set that this machine or build lacks.
@@ -81,6 +82,7 @@ class PatchBatch {
   /// The response to a trial motion, state unchanged: what step would give. For implicit solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
+  /// An unknown id gives zeros, here and below.
   PatchInfo info(PatchId id) const noexcept;
   /// Elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
   double stored_energy(PatchId id) const noexcept;
