@@ -50,7 +50,7 @@ double find_stationary_path(const SnapLength& law) {
 }
 
 void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLaw& law) {
-  double m[7];
+  double m[6];
   double factor = 1.0;
   for (int k = 0; k <= 5; ++k, factor *= per_metre) m[k] = length.moment(k) * factor;
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);

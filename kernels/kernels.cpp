@@ -1,5 +1,6 @@
 // The kernel table of one instruction set. Compiled once per set, see CMakeLists.txt; everything but
 // the table has internal linkage.
+#include "block_squares.hpp"
 #include "step.hpp"
 #include "variants.hpp"
 
@@ -17,18 +18,13 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
   const std::uint32_t start = b * block_size;
   const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
   const std::uint32_t end = start + block_size < padded ? start + block_size : padded;
-  double p[2];
-  for (int axis = 0; axis < 2; ++axis)
-    p[axis] = static_cast<double>(static_cast<std::int64_t>(
-                  static_cast<std::uint64_t>(at[axis]) - static_cast<std::uint64_t>(block.position[axis]))) *
-              length_per_fixed;
   T* const columns[2] = {patch.zx, patch.zy};
   for (int axis = 0; axis < 2; ++axis) {
     T* const z = columns[axis];
+    const Lanes<T> shift(static_cast<T>(displacement(at[axis], block.position[axis])));
     block.position[axis] = at[axis];
     block.stored[axis] = 0;
     if (z == nullptr) continue;
-    const Lanes<T> shift(static_cast<T>(p[axis]));
     alignas(64) T lanes[lane_count] = {};
     for (std::uint32_t i = start; i < end; i += lane_count) {
       alignas(64) T weights[lane_count];
@@ -48,27 +44,6 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
     for (std::uint32_t i = start; i < end; ++i) patch.delta[i] = patch.first[i];
   block.zero = 0;
   block.reach = -1.0f;
-}
-
-template <class T>
-double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
-  const Block& block = patch.blocks[b];
-  const std::uint32_t start = b * block_size;
-  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
-  const std::uint32_t end = start + block_size < in_contact ? start + block_size : in_contact;
-  double p[2];
-  for (int axis = 0; axis < 2; ++axis)
-    p[axis] = static_cast<double>(static_cast<std::int64_t>(
-                  static_cast<std::uint64_t>(at[axis]) - static_cast<std::uint64_t>(block.position[axis]))) *
-              length_per_fixed;
-  double lanes[lane_count] = {};
-  for (std::uint32_t i = start; i < end; ++i) {
-    const double x = (block.zero ? 0.0 : static_cast<double>(patch.zx[i])) + p[0];
-    const double y = patch.zy == nullptr ? 0.0 : (block.zero ? 0.0 : static_cast<double>(patch.zy[i])) + p[1];
-    const double weight = i < patch.whole ? 1.0 : static_cast<double>(patch.fraction);
-    lanes[i % lane_count] += weight * (x * x + y * y);
-  }
-  return tree_sum(lanes);
 }
 
 }  // namespace

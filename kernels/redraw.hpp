@@ -2,9 +2,9 @@
 //
 // The bristles of a block go round by round: in a round every bristle still on its way draws a length
 // and either ends on it or snaps again. Vectors with nobody on the way are left out. All of a block share
-// a round, so that the latencies of their draws overlap and no branch depends on a single bristle
-// (measured: 1.3 to 1.4 times faster than finishing vector after vector). Long ways are jumped in law
-// (core/MODEL.md, "Jumps").
+// a round, so that the latencies of their draws overlap and no branch depends on a single bristle;
+// finishing vector after vector was tried and was slower. Long ways are jumped in law (core/MODEL.md,
+// "Jumps").
 #pragma once
 
 #include "lanes.hpp"

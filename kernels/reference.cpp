@@ -1,6 +1,7 @@
 // The scalar reference: the same step, one bristle at a time, written to be read beside the paper and
 // core/MODEL.md. It is the instruction set "scalar" of the kernel table; every other set must give the
 // same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
+#include "block_squares.hpp"
 #include "far.hpp"
 #include "kernel_table.hpp"
 #include "law.hpp"
@@ -21,18 +22,6 @@ struct LaneSum {
     return static_cast<double>(tree_sum(copy));
   }
 };
-
-std::int64_t minus(std::int64_t to, std::int64_t from) {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
-}
-
-double displacement(std::int64_t to, std::int64_t from) {
-  return static_cast<double>(minus(to, from)) * length_per_fixed;
-}
-
-std::uint64_t to_count(double x) {
-  return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
-}
 
 /// What one bristle does after its first snap.
 template <class T>
@@ -283,8 +272,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       totals.tail_stored[axis] = now;
       totals.tail_twice_mean[axis] = mean_now;
     } else {
-      const Int128 p_from = minus(advance.from[axis], block.position[axis]);
-      const Int128 p_to = minus(advance.to[axis], block.position[axis]);
+      const Int128 p_from = difference(advance.from[axis], block.position[axis]);
+      const Int128 p_to = difference(advance.to[axis], block.position[axis]);
       const Int128 held = 2 * static_cast<Int128>(block.stored[axis]) + Int128{block_size} * (p_from + p_to);
       totals.stored[axis] += static_cast<Int128>(now) - block.stored[axis];
       totals.offset[axis] -= p_to;
@@ -333,22 +322,6 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
     for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) patch.delta[i] = patch.first[i];
   block.zero = 0;
   block.reach = -1.0f;
-}
-
-template <class T>
-double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
-  const Block& block = patch.blocks[b];
-  const std::uint32_t start = b * block_size;
-  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
-  const double px = displacement(at[0], block.position[0]);
-  const double py = displacement(at[1], block.position[1]);
-  LaneSum<double> sum;
-  for (std::uint32_t i = start; i < start + block_size && i < in_contact; ++i) {
-    const double x = (block.zero ? 0.0 : static_cast<double>(patch.zx[i])) + px;
-    const double y = patch.zy == nullptr ? 0.0 : (block.zero ? 0.0 : static_cast<double>(patch.zy[i])) + py;
-    sum.add(i, (i < patch.whole ? 1.0 : static_cast<double>(patch.fraction)) * (x * x + y * y));
-  }
-  return sum.total();
 }
 
 }  // namespace

@@ -104,6 +104,20 @@ inline T share_of(std::uint32_t random) {
   return (static_cast<T>(random >> 9) + T(0.5)) * T(1.1920928955078125e-07);  // 2^-23
 }
 
+/// Fixed-point difference of two positions, which wrap: exact while it is below 2^63 units.
+inline std::int64_t difference(std::int64_t to, std::int64_t from) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
+}
+/// The same as a scaled length.
+inline double displacement(std::int64_t to, std::int64_t from) {
+  return static_cast<double>(difference(to, from)) * length_per_fixed;
+}
+
+/// A count that may be too large for an integer.
+inline std::uint64_t to_count(double x) {
+  return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
+}
+
 /// Rounds to the nearest integer, ties to even.
 inline std::int64_t to_integer(double x) { return __builtin_llrint(x); }
 

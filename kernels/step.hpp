@@ -78,16 +78,6 @@ class Stepper {
     return reach;
   }
 
-  static std::int64_t difference(std::int64_t to, std::int64_t from) {
-    return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
-  }
-  static double displacement(std::int64_t to, std::int64_t from) {
-    return static_cast<double>(difference(to, from)) * length_per_fixed;
-  }
-  static std::uint64_t to_count(double x) {
-    return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
-  }
-
   double distance(const std::int64_t (&anchor)[2]) const {
     const double x = displacement(advance.to[0], anchor[0]);
     if constexpr (axes == 1) return x < 0.0 ? -x : x;

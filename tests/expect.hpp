@@ -3,9 +3,14 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <string>
+#include <vector>
+
+#include "bristle/error.hpp"
 
 namespace bristle_test {
 
@@ -20,6 +25,26 @@ inline void expect_near(double value, double expected, double tolerance, const c
 
 inline void expect(bool right, const char* what) {
   if (!right) FAIL_CHECK("not so: " << what);
+}
+
+/// Text of the bristle::Error that a call throws.
+template <class Call>
+std::string message_of(const Call& call) {
+  try {
+    call();
+  } catch (const bristle::Error& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+/// Whether a message holds all the parts; shows it if not.
+inline bool names(const std::string& message, const std::vector<std::string>& parts) {
+  const bool all = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
+    return message.find(part) != std::string::npos;
+  });
+  if (!all) UNSCOPED_INFO(message);
+  return all;
 }
 
 /// Smaller numbers of bristles or steps in builds that run slowly; tolerances follow from the number.

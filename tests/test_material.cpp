@@ -29,6 +29,9 @@ using bristle_test::number;
 using bristle_test::read_table;
 using bristle_test::Row;
 
+using bristle_test::message_of;
+using bristle_test::names;
+
 namespace {
 
 SnapLength reference_law(const std::string& name, double mean) {
@@ -124,24 +127,6 @@ double deflection_by_draws(const bristle_test::Quantile& quantile, double x, int
     sum += rest;
   }
   return sum / n;
-}
-
-template <class Call>
-std::string message_of(const Call& call) {
-  try {
-    call();
-  } catch (const bristle::Error& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
-bool names(const std::string& message, const std::vector<std::string>& parts) {
-  const bool all = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
-    return message.find(part) != std::string::npos;
-  });
-  if (!all) UNSCOPED_INFO(message);
-  return all;
 }
 
 constexpr double inf = std::numeric_limits<double>::infinity();

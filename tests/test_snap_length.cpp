@@ -20,6 +20,9 @@ using bristle::SnapLength;
 using bristle_test::expect;
 using bristle_test::expect_near;
 
+using bristle_test::message_of;
+using bristle_test::names;
+
 namespace {
 
 namespace own = bristle::detail;
@@ -98,23 +101,6 @@ double integrate_quantile(const bristle_test::Quantile& quantile, const Function
     sum += g(quantile(end * share)) * slope;
   }
   return end * sum / n;
-}
-
-std::string message_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const bristle::Error& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
-bool names(const std::string& message, const std::vector<std::string>& parts) {
-  const bool all = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
-    return message.find(part) != std::string::npos;
-  });
-  if (!all) UNSCOPED_INFO(message);
-  return all;
 }
 
 }  // namespace
