@@ -467,6 +467,10 @@ void renew_bound(PatchState& p, const Totals& t) noexcept {
   const std::uint32_t groups = (p.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
   for (std::uint32_t g = 0; g < groups && reach >= 0.0; ++g) {
+    if (p.groups[g].reach < 0.0) {
+      reach = -1.0;
+      break;
+    }
     const double x = to_lengths(difference(p.position[0], p.groups[g].anchor[0]));
     const double y = to_lengths(difference(p.position[1], p.groups[g].anchor[1]));
     reach = std::min(reach, p.groups[g].reach - std::sqrt(x * x + y * y));
@@ -474,6 +478,14 @@ void renew_bound(PatchState& p, const Totals& t) noexcept {
   p.bound.reach = reach;
   p.bound.anchor[0] = p.position[0];
   p.bound.anchor[1] = p.position[1];
+}
+
+/// Damper and lubricant of the whole patch at the step's velocity, N s/m.
+double find_damping(const PatchState& p, const PatchStep& step) noexcept {
+  const Material& m = p.material->material;
+  if (m.bristle_damping == 0.0) return m.viscous_friction;
+  const double speed = std::sqrt(step.velocity[0] * step.velocity[0] + step.velocity[1] * step.velocity[1]);
+  return p.zeta * m.damping_at(speed) + m.viscous_friction;
 }
 
 }  // namespace
@@ -488,28 +500,32 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   const bool has_tail = p.has_tail();
   const double tail_count = has_tail ? tail_weight(p) : 0.0;
 
-  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact.
-  Int128 end[2] = {0, 0};
-  Int128 twice_mean[2] = {0, 0};
+  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact. An axis at a
+  // time, so that its 128-bit sums stay in registers.
+  double end_sum[2] = {0.0, 0.0};
+  double twice_mean_sum[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.options.axes; ++axis) {
     const std::int64_t moved = difference(a.to[axis], a.from[axis]);
     const Int128 offset = p.offset[axis] + full * moved + t.offset[axis];
     const Int128 stored = p.stored[axis] + t.stored[axis];
-    end[axis] = stored + Int128{block_size} * offset;
+    Int128 end = stored + Int128{block_size} * offset;
+    Int128 twice_mean = 0;
     if (mean)
-      twice_mean[axis] =
+      twice_mean =
           2 * p.stored[axis] + Int128{block_size} * (2 * p.offset[axis] + full * moved) + t.twice_mean[axis];
     if (has_tail && t.tail_snapped) {
-      end[axis] += t.tail_stored[axis];
-      twice_mean[axis] += t.tail_twice_mean[axis];
+      end += t.tail_stored[axis];
+      twice_mean += t.tail_twice_mean[axis];
     } else if (has_tail) {
       const Block& tail = p.blocks[p.full_blocks()];
       const Int128 p1 = weighted(tail_count, difference(a.to[axis], tail.position[axis]));
-      end[axis] += tail.stored[axis] + p1;
+      end += tail.stored[axis] + p1;
       if (mean)
-        twice_mean[axis] += 2 * static_cast<Int128>(tail.stored[axis]) +
-                            weighted(tail_count, difference(a.from[axis], tail.position[axis])) + p1;
+        twice_mean += 2 * static_cast<Int128>(tail.stored[axis]) +
+                      weighted(tail_count, difference(a.from[axis], tail.position[axis])) + p1;
     }
+    end_sum[axis] = to_double(end);
+    twice_mean_sum[axis] = to_double(twice_mean);
     if (a.commit) {
       p.stored[axis] = stored;
       p.offset[axis] = offset;
@@ -521,21 +537,18 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
 
   const double newtons_per_length =
       m.material.bristle_stiffness * p.weight * p.overload * m.metres_per_length * length_per_fixed;
-  const double speed = std::sqrt(step.velocity[0] * step.velocity[0] + step.velocity[1] * step.velocity[1]);
-  const bool contact = p.normal_load > 0.0;
-  const double damping = contact ? p.zeta * m.material.damping_at(speed) + m.material.viscous_friction : 0.0;
+  const double damping = p.normal_load > 0.0 ? find_damping(p, step) : 0.0;
 
   out.status = p.overload > 1.0 ? Status::overload : Status::ok;
   double work = 0.0;
   for (int axis = 0; axis < 2; ++axis) {
     // 0 - x: no negative zero for a patch at rest.
     out.damper[axis] = 0.0 - damping * step.velocity[axis];
-    out.elastic[axis] = 0.0 - newtons_per_length * to_double(end[axis]);
+    out.elastic[axis] = 0.0 - newtons_per_length * end_sum[axis];
     out.end[axis] = out.elastic[axis] + out.damper[axis];
     if (mean)
-      out.mean[axis] = literal
-                           ? out.end[axis]
-                           : 0.0 - 0.5 * newtons_per_length * to_double(twice_mean[axis]) + out.damper[axis];
+      out.mean[axis] =
+          literal ? out.end[axis] : 0.0 - 0.5 * newtons_per_length * twice_mean_sum[axis] + out.damper[axis];
     work -= out.damper[axis] * step.displacement[axis];
   }
   out.stiffness = p.zeta * m.material.bristle_stiffness;

@@ -129,7 +129,6 @@ struct FarLanes {
 struct FarMotion {
   double ex, ey, length, inverse;  ///< inverse: of the length
   double p0[2], p1[2];
-  bool all;  ///< every bristle snaps
 };
 
 /// A row of 16 bristles, keep. Every loop is over the 16, without a branch: the compiler vectorises them.
@@ -140,27 +139,20 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
   double tau[lane_count], r[lane_count], more[lane_count];
   double end[2][lane_count] = {};
   for (std::uint32_t k = 0; k < lane_count; ++k) {
-    const T x = patch.zx[first + k] + static_cast<T>(motion.p1[0]);
-    const T limit = patch.delta[first + k];
-    bool beyond;
-    if constexpr (axes == 1) {
-      beyond = x > limit || -x > limit;
-    } else {
-      const T y = patch.zy[first + k] + static_cast<T>(motion.p1[1]);
-      beyond = x * x + y * y > limit * limit;
-      end[1][k] = static_cast<double>(y);
+    end[0][k] = static_cast<double>(patch.zx[first + k] + static_cast<T>(motion.p1[0]));
+    sx[k] = static_cast<double>(patch.zx[first + k]) + motion.p0[0];
+    if constexpr (axes == 2) {
+      end[1][k] = static_cast<double>(patch.zy[first + k] + static_cast<T>(motion.p1[1]));
       sy[k] = static_cast<double>(patch.zy[first + k]) + motion.p0[1];
     }
-    snaps[k] = beyond || motion.all ? 1.0 : 0.0;
-    end[0][k] = static_cast<double>(x);
-    sx[k] = static_cast<double>(patch.zx[first + k]) + motion.p0[0];
-    before[k] = static_cast<double>(limit);
+    before[k] = static_cast<double>(patch.delta[first + k]);
   }
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const double along = sx[k] * motion.ex + sy[k] * motion.ey;
     const double aside = sx[k] * motion.ey - sy[k] * motion.ex;
     const double reach = axes == 2 ? root(most(before[k] * before[k] - aside * aside, 0.0)) : before[k];
     tau[k] = most(reach - along, 0.0);
+    snaps[k] = tau[k] < motion.length ? 1.0 : 0.0;
     const double rest = most(motion.length - tau[k], 0.0);
     more[k] = whole_part(rest / before[k]);
     r[k] = least(most(rest - more[k] * before[k], 0.0), before[k]);
@@ -208,17 +200,17 @@ inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance
   T x = patch.zx[i] + static_cast<T>(motion.p1[0]);
   T y = axes == 2 ? patch.zy[i] + static_cast<T>(motion.p1[1]) : T(0);
   T delta = patch.delta[i];
-  if (!motion.all && !(axes == 2 ? x * x + y * y > delta * delta : x > delta || -x > delta)) {
+  const auto before = static_cast<double>(delta);
+  const double along = sx * motion.ex + sy * motion.ey;
+  const double aside = sx * motion.ey - sy * motion.ex;
+  const double reach = axes == 2 ? root(most(before * before - aside * aside, 0.0)) : before;
+  const double tau = most(reach - along, 0.0);
+  if (!(tau < motion.length)) {
     lanes.mean[0][lane] += w * (sx + static_cast<double>(x));
     lanes.mean[1][lane] += w * (sy + static_cast<double>(y));
   } else {
-    const auto before = static_cast<double>(delta);
-    const double along = sx * motion.ex + sy * motion.ey;
-    const double aside = sx * motion.ey - sy * motion.ex;
-    const double reach = axes == 2 ? root(most(before * before - aside * aside, 0.0)) : before;
-    const double tau = most(reach - along, 0.0);
     std::uint32_t state = patch.draw[i];
-    const Landing land = land_redraw<T>(*patch.law, most(motion.length - tau, 0.0), delta, state);
+    const Landing land = land_redraw<T>(*patch.law, motion.length - tau, delta, state);
     const double r = land.deflection;
     const double part = tau * motion.inverse;
     const double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;
@@ -247,8 +239,8 @@ inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance
 template <class T, int axes, bool redraw>
 [[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
                                     std::uint32_t active, const double (&p0)[2], const double (&p1)[2]) {
-  const FarMotion motion{advance.direction[0], advance.direction[1], advance.length,  1.0 / advance.length,
-                         {p0[0], p0[1]},       {p1[0], p1[1]},       advance.all != 0};
+  const FarMotion motion{advance.direction[0], advance.direction[1], advance.length,
+                         1.0 / advance.length, {p0[0], p0[1]},       {p1[0], p1[1]}};
   const std::uint32_t end = start + active;
   const auto weight_of = [&patch, end](std::uint32_t i) {
     return i < patch.whole ? 1.0 : i < end ? static_cast<double>(patch.fraction) : 0.0;

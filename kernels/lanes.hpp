@@ -154,6 +154,62 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
+/// v with its upper half of `count` lanes in the place of the lower.
+template <std::uint32_t count, class T>
+inline Lanes<T> upper_half(Lanes<T> v) {
+  const auto x = v.data;
+  if constexpr (count == 16)
+    return Lanes<T>(
+        __builtin_shufflevector(x, x, 8, 9, 10, 11, 12, 13, 14, 15, 8, 9, 10, 11, 12, 13, 14, 15));
+  else if constexpr (Lanes<T>::size == 16)
+    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4,
+                                            5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+  else if constexpr (Lanes<T>::size == 8)
+    return Lanes<T>(
+        __builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4, 5, 6, 7));
+  else if constexpr (Lanes<T>::size == 4)
+    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, 2, 3));
+  else
+    return Lanes<T>(__builtin_shufflevector(x, x, 1, 1));
+}
+
+template <std::uint32_t count, class T>
+inline T fold_lanes(Lanes<T> v) {
+  if constexpr (count == 1) {
+    return v.data[0];
+  } else {
+    return fold_lanes<count / 2, T>(v + upper_half<count, T>(v));
+  }
+}
+
+/// A number per logical lane, in the vectors of this instruction set.
+template <class T>
+struct Row {
+  static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
+  Lanes<T> part[parts];
+
+  Row() {
+    for (Lanes<T>& x : part) x = Lanes<T>(T(0));
+  }
+};
+
+/// Sum of the 16 logical lanes by the fixed tree, in registers.
+template <class T>
+inline double tree_sum(Row<T> row) {
+  for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
+    for (std::uint32_t i = 0; i < half; ++i) row.part[i] = row.part[i] + row.part[i + half];
+  return static_cast<double>(fold_lanes<Lanes<T>::size, T>(row.part[0]));
+}
+
+inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) {
+#if defined(BRISTLE_ISA_AVX512)
+  return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);  // one masked instruction
+#else
+  // Selecting moves bits only, so the float domain serves for integers.
+  return bits_of<float>(xsimd::select(which, from_bits<float>(a), from_bits<float>(b)));
+#endif
+}
+
 /// Draw states of one vector of bristles. `next` advances the masked lanes and gives every lane a
 /// number strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits, the same for float and
 /// double, exact in both, and so is one minus it.
@@ -164,22 +220,20 @@ template <>
 struct DrawStates<float> {
   Bits<float> state;
 
+  DrawStates() = default;
   explicit DrawStates(const std::uint32_t* from) : state(Bits<float>::load_aligned(from)) {}
   void store(std::uint32_t* to) const { state.store_aligned(to); }
 
   Lanes<float> next(Mask<float> which) {
-    const Bits<float> after = state + Bits<float>(draw_stride);
-    // Selecting moves bits only, so the float domain serves for integers.
-    state = bits_of<float>(xsimd::select(which, from_bits<float>(after), from_bits<float>(state)));
+    state = select_bits(which, state + Bits<float>(draw_stride), state);
     Bits<float> x = state;
     x = x ^ (x >> 16);
     x = x * Bits<float>(0x21F0AAADu);
     x = x ^ (x >> 15);
     x = x * Bits<float>(0x735A2D97u);
-    x = x ^ (x >> 15);
     const Bits<float> tag = bits_of<float>(Lanes<float>(1.0f));
     const Lanes<float> in_one_two = from_bits<float>((x >> 9) | tag);
-    return (in_one_two - Lanes<float>(1.0f)) + Lanes<float>(5.9604644775390625e-8f);  // + 2^-24
+    return in_one_two - Lanes<float>(0.999999940395355224609375f);  // 1 - 2^-24: exact
   }
 };
 
@@ -188,6 +242,7 @@ struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;
   alignas(64) std::uint32_t state[size];
 
+  DrawStates() = default;
   explicit DrawStates(const std::uint32_t* from) { std::memcpy(state, from, sizeof state); }
   void store(std::uint32_t* to) const { std::memcpy(to, state, sizeof state); }
 

@@ -1,10 +1,10 @@
 // Redraw: what bristles do after their first snap in a step, when each snap brings a fresh length.
 //
-// The bristles of a block go round by round: in a round every bristle still on its way draws a length
-// and either ends on it or snaps again. Vectors with nobody on the way are left out. All of a block share
-// a round, so that the latencies of their draws overlap and no branch depends on a single bristle;
-// finishing vector after vector was tried and was slower. Long ways are jumped in law (core/MODEL.md,
-// "Jumps").
+// A bristle still on its way draws a length and either ends on it or snaps again. Uniform lengths of a
+// step in which many snap once or twice are drawn vector by vector in registers (walk_uniform). Else the
+// bristles of a block go round by round, four vectors at once, so that the latencies of their draws
+// overlap and no branch depends on a single bristle; vectors with nobody on the way are left out. Long
+// ways are jumped in law (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "lanes.hpp"
@@ -17,23 +17,50 @@ namespace {
 /// A place behind a block's own, for the empty vectors of a quad that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
-/// Bristles of one block on their way after the first snap.
+/// Bristles of one block on their way after the first snap. Of bristles that do not snap it holds `way` only.
 template <class T>
 struct Walk {
   static constexpr std::uint32_t size = block_size + lane_count;
-  alignas(64) T rest[size];      ///< path left; negative: arrived
-  alignas(64) T landed[size];    ///< deflection along the motion at the end, of those that snapped
-  alignas(64) T length[size];    ///< snap length of the bristle it ends on
+  alignas(64) T way[size];       ///< of the first pass; the length of the step where the bristle holds
+  alignas(64) T landed[size];    ///< deflection along the motion at the end
   alignas(64) T squares[size];   ///< sum of delta^2 over the snaps after the first
   alignas(64) T count[size];     ///< of these
   alignas(64) T variance[size];  ///< of the squares, where a jump knows them in the mean only
+  // Of ways that are not ended vector by vector:
+  alignas(64) T rest[size];    ///< path left; negative: arrived
+  alignas(64) T length[size];  ///< snap length of the bristle it ends on
   alignas(64) std::uint32_t state[size];
 
+  void clear(std::uint32_t i) {
+    for (T* column : {landed, squares, count, variance}) Lanes<T>(T(0)).store_aligned(column + i);
+  }
   void clear_nowhere() {
-    for (T* column : {rest, landed, length, squares, count, variance})
-      Lanes<T>(T(0)).store_aligned(column + nowhere);
+    clear(nowhere);
+    for (T* column : {rest, length}) Lanes<T>(T(0)).store_aligned(column + nowhere);
     std::memset(state + nowhere, 0, sizeof(std::uint32_t) * lane_count);
   }
+};
+
+/// Vectors of a block with a bristle that snaps, by their places in it.
+template <class T>
+struct PlaceList {
+  std::uint32_t place[block_size / Lanes<T>::size + 1];
+  std::uint32_t size = 0;
+
+  /// Without a branch: which vectors snap cannot be foreseen.
+  void add_if(bool wanted, std::uint32_t w) {
+    place[size] = w;
+    size += wanted ? 1u : 0u;
+  }
+};
+
+/// Snap lengths and draw states of one block: before the step, and where they go.
+template <class T>
+struct RedrawColumns {
+  const T* delta;
+  const std::uint32_t* draw;
+  T* new_delta;
+  std::uint32_t* new_draw;
 };
 
 /// Four vectors of a walk, by their places in the block.
@@ -148,6 +175,51 @@ template <class T, bool sums>
   return rest;
 }
 
+/// Where bristles are at the end of the step that snapped in it.
+template <class T>
+struct Landed {
+  Lanes<T> deflection;  ///< r, along the motion
+  Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
+  Lanes<T> count;       ///< of these
+};
+
+/// A vector of bristles on its way, in registers.
+template <class T>
+struct Walker {
+  Mask<T> open;
+  Lanes<T> rest;
+  Lanes<T> delta;  ///< becomes the length it ends on
+  DrawStates<T> states;
+  Landed<T> land;
+};
+
+/// Walks some vectors side by side, for a law whose draw is short: one chain of draws would wait for itself.
+/// The first `rounds` draws are made whether needed or not: a branch that cannot be foreseen costs more.
+template <class T, std::uint32_t together>
+[[gnu::always_inline]] inline void walk_uniform(const KernelLaw& law, std::uint32_t rounds,
+                                                Walker<T> (&walkers)[together]) {
+  const Lanes<T> none(T(0));
+  const Lanes<T> low(static_cast<T>(law.a));
+  const Lanes<T> span(static_cast<T>(law.b));
+  bool more = true;
+  for (std::uint32_t n = 0; n < rounds || more; ++n) {
+    Mask<T> any = walkers[0].open;
+#pragma GCC unroll 8
+    for (std::uint32_t k = 0; k < together; ++k) {
+      Walker<T>& w = walkers[k];
+      const Lanes<T> drawn = low + span * w.states.next(w.open);
+      w.land.deflection = select_lanes(w.open, w.rest, w.land.deflection);
+      w.delta = select_lanes(w.open, drawn, w.delta);
+      w.rest = w.rest - drawn;
+      w.open = w.open & (w.rest >= none);
+      w.land.squares = select_lanes(w.open, w.land.squares + drawn * drawn, w.land.squares);
+      w.land.count = select_lanes(w.open, w.land.count + Lanes<T>(T(1)), w.land.count);
+      any = k == 0 ? w.open : any | w.open;
+    }
+    more = xsimd::any(any);
+  }
+}
+
 /// One vector's part of a round: bristles with `rest` >= 0 left end on the length drawn, or snap again.
 /// Returns whether any snaps again.
 template <class T, bool sums>
@@ -156,9 +228,8 @@ template <class T, bool sums>
   const Lanes<T> none(T(0));
   const Mask<T> open = rest >= none;
   const Lanes<T> after = rest - drawn;
-  const Mask<T> ends = open & (after < none);
   const Mask<T> snaps = open & (after >= none);
-  select_lanes(ends, rest, load(walk.landed + i)).store_aligned(walk.landed + i);
+  select_lanes(open, rest, load(walk.landed + i)).store_aligned(walk.landed + i);
   select_lanes(open, drawn, load(walk.length + i)).store_aligned(walk.length + i);
   select_lanes(open, after, rest).store_aligned(walk.rest + i);
   if constexpr (sums) {
@@ -170,45 +241,44 @@ template <class T, bool sums>
   return xsimd::any(snaps);
 }
 
-/// Walks the bristles of the `size` vectors at `open` to the end of the step; `open` is used up.
-/// `longest_rest` bounds their ways; `sums`: squares, counts and variances are wanted.
+/// Ends the ways of all vectors of the list round by round, four vectors at once.
 template <class T, bool sums>
-void walk_rounds(const KernelLaw& law, T longest_rest, std::uint32_t* open, std::uint32_t size,
-                 Walk<T>& walk) {
-  const bool may_jump = longest_rest > static_cast<T>(law.jump_from);
-  const bool uniform = law.kind == law_uniform && !may_jump;
-  const Lanes<T> low(static_cast<T>(law.a));
-  const Lanes<T> span(static_cast<T>(law.b));
-  if (!uniform) walk.clear_nowhere();
-  while (size > 0) {
+[[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, const RedrawColumns<T>& columns,
+                                   const PlaceList<T>& places, Walk<T>& walk) {
+  const bool may_jump = length > static_cast<T>(law.jump_from);
+  PlaceList<T> open = places;
+  for (std::uint32_t n = 0; n < places.size; ++n) {
+    const std::uint32_t i = places.place[n];
+    const Lanes<T> way = load(walk.way + i);
+    const Lanes<T> whole(length);
+    select_lanes(way < whole, whole - way, Lanes<T>(T(-1))).store_aligned(walk.rest + i);
+    load(columns.delta + i).store_aligned(walk.length + i);
+    std::memcpy(walk.state + i, columns.draw + i, Lanes<T>::size * sizeof(std::uint32_t));
+    walk.clear(i);
+  }
+  walk.clear_nowhere();
+  while (open.size > 0) {
     std::uint32_t still = 0;
-    if (uniform) {
-      for (std::uint32_t n = 0; n < size; ++n) {
-        const std::uint32_t i = open[n];
-        const Lanes<T> rest = load(walk.rest + i);
-        DrawStates<T> states(walk.state + i);
-        const Lanes<T> drawn = low + span * states.next(rest >= Lanes<T>(T(0)));
-        states.store(walk.state + i);
-        open[still] = i;
-        still += take_length<T, sums>(rest, drawn, i, walk) ? 1u : 0u;
-      }
-    } else {
-      for (std::uint32_t n = 0; n < size; n += quad_size) {
-        Places<T> at;
-        const std::uint32_t filled = size - n < quad_size ? size - n : quad_size;
-        for (std::uint32_t k = 0; k < quad_size; ++k) at.i[k] = k < filled ? open[n + k] : nowhere;
-        Quad<T> rest = at.load_from(walk.rest);
-        for (std::uint32_t k = filled; k < quad_size; ++k) rest.v[k] = Lanes<T>(T(-1));
-        if (may_jump && any_lane(rest > Quad<T>(static_cast<T>(law.jump_from))))
-          rest = jump<T, sums>(law, at, rest, walk);
-        const Quad<T> drawn = length_at<T>(law, at.draw(rest >= Quad<T>(T(0)), walk));
-        for (std::uint32_t k = 0; k < filled; ++k) {
-          open[still] = at.i[k];
-          still += take_length<T, sums>(rest.v[k], drawn.v[k], at.i[k], walk) ? 1u : 0u;
-        }
+    for (std::uint32_t n = 0; n < open.size; n += quad_size) {
+      Places<T> at;
+      const std::uint32_t filled = open.size - n < quad_size ? open.size - n : quad_size;
+      for (std::uint32_t k = 0; k < quad_size; ++k) at.i[k] = k < filled ? open.place[n + k] : nowhere;
+      Quad<T> rest = at.load_from(walk.rest);
+      for (std::uint32_t k = filled; k < quad_size; ++k) rest.v[k] = Lanes<T>(T(-1));
+      if (may_jump && any_lane(rest > Quad<T>(static_cast<T>(law.jump_from))))
+        rest = jump<T, sums>(law, at, rest, walk);
+      const Quad<T> drawn = length_at<T>(law, at.draw(rest >= Quad<T>(T(0)), walk));
+      for (std::uint32_t k = 0; k < filled; ++k) {
+        open.place[still] = at.i[k];
+        still += take_length<T, sums>(rest.v[k], drawn.v[k], at.i[k], walk) ? 1u : 0u;
       }
     }
-    size = still;
+    open.size = still;
+  }
+  for (std::uint32_t n = 0; n < places.size; ++n) {
+    const std::uint32_t i = places.place[n];
+    load(walk.length + i).store_aligned(columns.new_delta + i);
+    std::memcpy(columns.new_draw + i, walk.state + i, Lanes<T>::size * sizeof(std::uint32_t));
   }
 }
 

@@ -32,22 +32,12 @@ struct After {
   T variance = 0;    ///< of the squares left out by jumps
 };
 
-/// Keep: n = 1 + floor(R / delta) snaps, the rest is bent. Up to two further snaps are taken off one by
-/// one, which is exact; more by a division.
+/// Keep: n = 1 + floor(R / delta) snaps, the rest is bent.
 template <class T>
 After<T> after_keep(T rest, T delta) {
   After<T> after;
-  if (rest >= delta * T(3)) {
-    after.count = whole_part(rest / delta);
-    after.deflection = most(rest - after.count * delta, T(0));
-  } else {
-    after.deflection = rest;
-    for (int i = 0; i < 2 && after.deflection >= delta; ++i) {
-      after.deflection -= delta;
-      after.count += T(1);
-    }
-  }
-  after.deflection = least(after.deflection, delta);
+  after.count = whole_part(rest / delta);
+  after.deflection = least(most(rest - after.count * delta, T(0)), delta);
   after.squares = after.count * (delta * delta);
   return after;
 }
@@ -163,7 +153,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   double twice_mean[2] = {0.0, 0.0};
   double squares = 0.0;
 
-  const auto snaps_at = [&](std::uint32_t i) {
+  const auto beyond_at = [&](std::uint32_t i) {
     if (advance.all) return true;
     const T x = patch.zx[i] + p1[0];
     const T delta = patch.delta[i];
@@ -172,7 +162,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     return x * x + y * y > delta * delta;
   };
   bool any = false;
-  for (std::uint32_t i = start; i < end; ++i) any = any || snaps_at(i);
+  for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
   if (!any) return;  // nothing is written: the displacement grows by itself
 
   if (advance.far) {
@@ -184,33 +174,28 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     squares = far.squares;
     totals.snaps += to_count(far.snaps);
   } else {
-    LaneSum<T> stored_sum[2], straight[2], torn[2], along_sum, squares_sum, snaps, further, variance;
-    const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
+    LaneSum<T> stored_sum[2], passed[2], along_sum, squares_sum, further, variance, snaps;
+    const bool jumps = redraw && !literal && (mean || energy) && advance.length > patch.law->jump_from;
+    const std::uint32_t key = jumps ? noise_key(patch.draw + start) : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
       const T w = weight(i);
       const T start_x = patch.zx[i] + p0[0];
       const T start_y = axes == 2 ? patch.zy[i] + p0[1] : T(0);
-      const T end_x = patch.zx[i] + p1[0];
-      const T end_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
-      T next_x = end_x;
-      T next_y = end_y;
-      if (!snaps_at(i)) {
-        straight[0].add(i, (start_x + end_x) * w);
-        straight[1].add(i, (start_y + end_y) * w);
-      } else if (literal) {
-        next_x = next_y = T(0);
-        squares_sum.add(i, (axes == 2 ? end_x * end_x + end_y * end_y : end_x * end_x) * w);
-        snaps.add(i, T(1));
-        if constexpr (redraw) {
-          const std::uint32_t state = patch.draw[i] + draw_stride;
-          const T delta = length_at<T>(*patch.law, share_of<T>(mix(state)));
-          if (advance.commit) {
-            patch.draw[i] = state;
-            patch.delta[i] = delta;
+      T next_x = patch.zx[i] + p1[0];
+      T next_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
+      T delta = patch.delta[i];
+      std::uint32_t state = redraw ? patch.draw[i] : 0u;
+      if constexpr (literal) {
+        if (beyond_at(i)) {
+          squares_sum.add(i, (axes == 2 ? next_x * next_x + next_y * next_y : next_x * next_x) * w);
+          snaps.add(i, T(1));
+          next_x = next_y = T(0);
+          if constexpr (redraw) {
+            state += draw_stride;
+            delta = length_at<T>(*patch.law, share_of<T>(mix(state)));
           }
         }
       } else {
-        const T delta = patch.delta[i];
         T tau;  // distance to the first snap
         if constexpr (axes == 1) {
           tau = most(delta - start_x * ex, T(0));
@@ -219,46 +204,45 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           const T aside = start_x * ey - start_y * ex;
           tau = most(root(most(delta * delta - aside * aside, T(0))) - along, T(0));
         }
-        const T rest = most(length - tau, T(0));
+        const T way = least(tau, length);  // of the first pass
         After<T> after;
-        if constexpr (redraw) {
-          T drawn = delta;
-          std::uint32_t state = patch.draw[i];
-          after = after_redraw<T>(*patch.law, rest, drawn, state);
-          if (advance.commit) {
-            patch.draw[i] = state;
-            patch.delta[i] = drawn;
-          }
-        } else {
-          after = after_keep<T>(rest, delta);
+        if (tau < length) {
+          squares_sum.add(i, delta * delta * w);
+          if constexpr (redraw)
+            after = after_redraw<T>(*patch.law, length - way, delta, state);
+          else
+            after = after_keep<T>(length - way, delta);
+          next_x = after.deflection * ex;
+          next_y = after.deflection * ey;
+          snaps.add(i, T(1) + after.count);
+          further.add(i, after.squares * w);
+          variance.add(i, after.variance * w * w);
         }
-        const T r = after.deflection;
-        next_x = r * ex;
-        next_y = r * ey;
-        along_sum.add(i, ((tau * tau + after.squares) + r * r) * w);
-        torn[0].add(i, (start_x * tau) * w);
-        torn[1].add(i, (start_y * tau) * w);
-        squares_sum.add(i, (delta * delta + after.squares) * w);
-        snaps.add(i, T(1) + after.count);
-        further.add(i, after.squares * w);
-        variance.add(i, after.variance * w * w);
+        along_sum.add(i, ((way * way + after.squares) + after.deflection * after.deflection) * w);
+        passed[0].add(i, start_x * way * w);
+        passed[1].add(i, start_y * way * w);
       }
       if (advance.commit) {
         patch.zx[i] = next_x;
         if constexpr (axes == 2) patch.zy[i] = next_y;
+        if constexpr (redraw) {
+          patch.delta[i] = delta;
+          patch.draw[i] = state;
+        }
       }
       stored_sum[0].add(i, next_x * w);
       stored_sum[1].add(i, next_y * w);
     }
-    double noise = 0.0;
-    if (redraw && !literal && (mean || energy)) noise = jump_noise(further.total(), variance.total(), key);
-    const double along = along_sum.total() + noise;
+    const double noise = jumps ? jump_noise(further.total(), variance.total(), key) : 0.0;
+    const T direction[2] = {ex, ey};
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = stored_sum[axis].total();
-      twice_mean[axis] = straight[axis].total() +
-                         (2.0 * torn[axis].total() + advance.direction[axis] * along) / advance.length;
+      LaneSum<T> integral;  // twice that of the deflection along the way
+      for (std::uint32_t k = 0; k < lane_count; ++k)
+        integral.lane[k] = T(2) * passed[axis].lane[k] + direction[axis] * along_sum.lane[k];
+      twice_mean[axis] = (integral.total() + advance.direction[axis] * noise) / advance.length;
     }
-    squares = squares_sum.total() + noise;
+    squares = squares_sum.total() + further.total() + noise;
     if (energy) totals.snaps += to_count(snaps.total());
   }
 

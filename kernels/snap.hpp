@@ -13,6 +13,14 @@
 namespace bristle::detail {
 namespace {
 
+/// The first pass of a vector of bristles: from the start to the first snap, or to the end of the step.
+template <class T>
+struct FirstPass {
+  Lanes<T> start_x, start_y;
+  Lanes<T> way;  ///< its length
+  Mask<T> snaps;
+};
+
 /// What all bristles of a block share in a step: columns, direction, and displacement since the block's
 /// last rewrite at the start (p0) and the end (p1) of the step. A local copy, so that it stays in registers.
 template <class T, int axes>
@@ -23,8 +31,9 @@ struct BlockMotion {
   std::uint32_t* draw;
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
 
-  /// Which of the bristles at i snap in this step: those beyond their length at its end.
-  Mask<T> snaps_at(std::uint32_t i) const {
+  /// Which of the bristles at i are beyond their length at the end of the step. A block in which none is
+  /// stays as it is.
+  Mask<T> beyond_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i);
     if constexpr (axes == 1) {
@@ -35,7 +44,7 @@ struct BlockMotion {
     }
   }
 
-  /// Way to the snap from the end of the step, less what the rounding of snaps_at could hide.
+  /// Way to the snap from the end of the step, less what the rounding of beyond_at could hide.
   Lanes<T> margin_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon());
@@ -61,6 +70,17 @@ struct BlockMotion {
       return positive_part(chord - along);
     }
   }
+
+  /// `partial`: bristles of weight 0 do not snap.
+  template <bool partial>
+  FirstPass<T> first_pass(std::uint32_t i, Lanes<T> weight) const {
+    const Lanes<T> start_x = load(zx + i) + p0x;
+    Lanes<T> start_y(T(0));
+    if constexpr (axes == 2) start_y = load(zy + i) + p0y;
+    Lanes<T> way = least(way_to_snap(start_x, start_y, load(delta + i)), length);
+    if constexpr (partial) way = select_lanes(weight > Lanes<T>(T(0)), way, length);
+    return {start_x, start_y, way, way < length};
+  }
 };
 
 /// Where the rewritten bristles of a block go: its columns, or scratch when a step is only tried.
@@ -72,167 +92,210 @@ struct BlockOutput {
   std::uint32_t* draw;
 };
 
-/// What a vector of bristles does after its first snap.
-template <class T>
-struct Remainder {
-  Lanes<T> deflection;  ///< r, along the motion
-  Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
-  Lanes<T> count;       ///< of these
-};
-
-/// Keep: a bristle snaps every delta. Most steps hold few snaps of a bristle: up to two more are taken off
-/// one by one, which is exact, and only beyond them is there a division.
-template <class T>
-inline Remainder<T> walk_keep(Mask<T> snapped, Lanes<T> rest, Lanes<T> delta) {
-  const Lanes<T> none(T(0));
-  const Lanes<T> one(T(1));
-  const Mask<T> once = rest >= delta;
-  if (!xsimd::any(once & snapped)) return {least(rest, delta), none, none};
-  Lanes<T> r = select_lanes(once, rest - delta, rest);
-  const Mask<T> twice = r >= delta;
-  r = select_lanes(twice, r - delta, r);
-  Lanes<T> more = select_lanes(once, one, none) + select_lanes(twice, one, none);
-  const Mask<T> often = rest >= delta * Lanes<T>(T(3));
-  if (xsimd::any(often & snapped)) {
-    const Lanes<T> times = whole_part(divide(rest, delta));
-    more = select_lanes(often, times, more);
-    r = select_lanes(often, positive_part(rest - times * delta), r);
-  }
-  return {least(r, delta), more * (delta * delta), more};
-}
-
 /// Sums over the rows of a block, lane by lane.
 template <class T>
 struct RowSums {
-  Lanes<T> stored[2];    ///< deflections at the end
-  Lanes<T> straight[2];  ///< start + end of bristles that held
-  Lanes<T> torn[2];      ///< start x tau of bristles that snapped
-  Lanes<T> along;        ///< tau^2 + squares + r^2 of these
-  Lanes<T> squares;      ///< delta^2 over all snaps
+  Lanes<T> stored[2];  ///< deflections at the end
+  Lanes<T> passed[2];  ///< start x way of the first pass
+  Lanes<T> along;      ///< sum over all passes of their squares
+  Lanes<T> squares;    ///< delta^2 over the first snaps
+  Lanes<T> further;    ///< delta^2 over the others
   Lanes<T> snaps;
-  Lanes<T> further;   ///< delta^2 over the snaps after the first (redraw)
-  Lanes<T> variance;  ///< of these, where a jump knows them in the mean only
+
+  RowSums() {
+    const Lanes<T> none(T(0));
+    stored[0] = stored[1] = passed[0] = passed[1] = along = squares = further = snaps = none;
+  }
 };
 
-/// Redraw, before the walk: the way left to the bristles of a vector that snap. Returns whether any does.
-template <class T, int axes, bool partial, bool sums>
-inline bool begin_walk(const BlockMotion<T, axes>& motion, std::uint32_t i, const T* weights, Walk<T>& walk) {
-  constexpr std::uint32_t width = Lanes<T>::size;
-  const Lanes<T> none(T(0));
-  const std::uint32_t w = i % block_size;
-  const Lanes<T> start_x = load(motion.zx + i) + motion.p0x;
-  Lanes<T> start_y = none;
-  if constexpr (axes == 2) start_y = load(motion.zy + i) + motion.p0y;
-  Mask<T> snapped = motion.snaps_at(i);
-  if constexpr (partial) snapped = snapped & (load(weights) > none);
-  const Lanes<T> tau = motion.way_to_snap(start_x, start_y, load(motion.delta + i));
-  const Lanes<T> rest = positive_part(motion.length - tau);
-  select_lanes(snapped, rest, Lanes<T>(T(-1))).store_aligned(walk.rest + w);
-  std::memcpy(walk.state + w, motion.draw + i, width * sizeof(std::uint32_t));
-  if constexpr (sums) {
-    none.store_aligned(walk.squares + w);
-    none.store_aligned(walk.count + w);
-    none.store_aligned(walk.variance + w);
-  }
-  return xsimd::any(snapped);
-}
+/// The weights of a vector of bristles: one each, but in the last row of the contact.
+template <class T, bool partial>
+struct Weights {
+  Lanes<T> weight;
 
-/// Advances the vector of bristles at i of a block that is being rewritten. `partial`: bristles count by
-/// their weights, and those of weight 0 not at all.
-template <class T, int axes, Rule rule, bool mean, bool energy, bool partial>
-[[gnu::always_inline]] inline void advance_bristles(const BlockMotion<T, axes>& motion,
-                                                    const BlockOutput<T>& output, std::uint32_t i,
-                                                    const T* weights, const KernelLaw* law,
-                                                    const Walk<T>* walk, RowSums<T>& sums) {
-  constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
-  constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
-  constexpr std::uint32_t width = Lanes<T>::size;
-  const Lanes<T> none(T(0));
-  const std::uint32_t w = i % block_size;
-  Lanes<T> weight(T(1));
-  if constexpr (partial) weight = load(weights);
-  const auto add = [&weight](Lanes<T>& sum, Lanes<T> x) {
+  explicit Weights(const T* weights) : weight(T(1)) {
+    if constexpr (partial) weight = load(weights);
+  }
+  void add(Lanes<T>& sum, Lanes<T> x) const {
     if constexpr (partial) x = x * weight;
     sum = sum + x;
-  };
-
-  const Lanes<T> zx = load(motion.zx + i);
-  const Lanes<T> start_x = zx + motion.p0x;
-  const Lanes<T> end_x = zx + motion.p1x;
-  Lanes<T> start_y = none;
-  Lanes<T> end_y = none;
-  if constexpr (axes == 2) {
-    const Lanes<T> zy = load(motion.zy + i);
-    start_y = zy + motion.p0y;
-    end_y = zy + motion.p1y;
   }
-  const Lanes<T> delta = load(motion.delta + i);
-  Mask<T> snapped = motion.snaps_at(i);
-  if constexpr (partial) snapped = snapped & (weight > none);
+};
 
-  Lanes<T> next_x;
-  Lanes<T> next_y = none;
-  if constexpr (literal) {
-    // The paper's loop: z += v dt; if |z| > delta then z = 0.
-    next_x = select_lanes(snapped, none, end_x);
-    Lanes<T> end2 = end_x * end_x;
-    if constexpr (axes == 2) {
-      next_y = select_lanes(snapped, none, end_y);
-      end2 = end2 + end_y * end_y;
-    }
-    if constexpr (redraw) {
-      DrawStates<T> states(motion.draw + i);
-      const Lanes<T> drawn = length_at<T>(*law, states.next(snapped));
-      states.store(output.draw + w);
-      select_lanes(snapped, drawn, delta).store_aligned(output.delta + w);
-    }
-    add(sums.squares, select_lanes(snapped, end2, none));
-    sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)), none);
-  } else {
-    [[maybe_unused]] Lanes<T> tau = none;
-    if constexpr (mean || !redraw) tau = motion.way_to_snap(start_x, start_y, delta);
-    Remainder<T> after{none, none, none};
-    if constexpr (redraw) {
-      after.deflection = load(walk->landed + w);
-      if constexpr (mean || energy) {
-        after.squares = load(walk->squares + w);
-        after.count = load(walk->count + w);
-        add(sums.further, after.squares);
-        Lanes<T> variance = load(walk->variance + w);
-        if constexpr (partial) variance = variance * weight;
-        add(sums.variance, variance);
-      }
-      select_lanes(snapped, load(walk->length + w), delta).store_aligned(output.delta + w);
-      std::memcpy(output.draw + w, walk->state + w, width * sizeof(std::uint32_t));
-    } else {
-      after = walk_keep<T>(snapped, positive_part(motion.length - tau), delta);
-    }
-    const Lanes<T> r = after.deflection;
-    next_x = select_lanes(snapped, r * motion.ex, end_x);
-    if constexpr (axes == 2) next_y = select_lanes(snapped, r * motion.ey, end_y);
-    if constexpr (mean) {
-      add(sums.along, select_lanes(snapped, (tau * tau + after.squares) + r * r, none));
-      add(sums.torn[0], select_lanes(snapped, start_x * tau, none));
-      add(sums.straight[0], select_lanes(snapped, none, start_x + end_x));
-      if constexpr (axes == 2) {
-        add(sums.torn[1], select_lanes(snapped, start_y * tau, none));
-        add(sums.straight[1], select_lanes(snapped, none, start_y + end_y));
-      }
-    }
-    if constexpr (energy) {
-      add(sums.squares, select_lanes(snapped, delta * delta + after.squares, none));
-      sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)) + after.count, none);
-    }
-  }
+/// Writes deflections at the end of the step. Bristles out of contact stay straight.
+template <class T, int axes, bool partial>
+inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes<T> x, Lanes<T> y,
+                            const Weights<T, partial>& weights, RowSums<T>& sums) {
   if constexpr (partial) {
-    const Mask<T> active = weight > none;
-    next_x = select_lanes(active, next_x, none);
-    if constexpr (axes == 2) next_y = select_lanes(active, next_y, none);
+    const Mask<T> active = weights.weight > Lanes<T>(T(0));
+    x = select_lanes(active, x, Lanes<T>(T(0)));
+    y = select_lanes(active, y, Lanes<T>(T(0)));
   }
-  next_x.store_aligned(output.zx + w);
-  if constexpr (axes == 2) next_y.store_aligned(output.zy + w);
-  add(sums.stored[0], next_x);
-  if constexpr (axes == 2) add(sums.stored[1], next_y);
+  x.store_aligned(output.zx + w);
+  weights.add(sums.stored[0], x);
+  if constexpr (axes == 2) {
+    y.store_aligned(output.zy + w);
+    weights.add(sums.stored[1], y);
+  }
+}
+
+/// Books the first pass.
+template <class T, int axes, bool mean, bool energy, bool partial>
+inline void add_pass(const BlockMotion<T, axes>& motion, const FirstPass<T>& pass, Lanes<T> delta,
+                     const Weights<T, partial>& weights, RowSums<T>& sums) {
+  if constexpr (mean) {
+    weights.add(sums.passed[0], pass.start_x * pass.way);
+    if constexpr (axes == 2) weights.add(sums.passed[1], pass.start_y * pass.way);
+  }
+  if constexpr (energy)
+    weights.add(sums.squares, select_lanes(pass.way < motion.length, delta * delta, Lanes<T>(T(0))));
+}
+
+/// Books what came after it, and writes where the bristles at i have come to. `land` is 0 where none
+/// snapped.
+template <class T, int axes, bool mean, bool energy, bool partial>
+inline void put_landing(const BlockMotion<T, axes>& motion, const BlockOutput<T>& output, std::uint32_t i,
+                        Lanes<T> way, Mask<T> snapped, const Landed<T>& land,
+                        const Weights<T, partial>& weights, RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const Lanes<T> r = land.deflection;
+  if constexpr (mean) weights.add(sums.along, (way * way + land.squares) + r * r);
+  if constexpr (energy) {
+    weights.add(sums.further, land.squares);
+    sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)) + land.count, none);
+  }
+  Lanes<T> next_y = none;
+  const Lanes<T> next_x = select_lanes(snapped, r * motion.ex, load(motion.zx + i) + motion.p1x);
+  if constexpr (axes == 2) next_y = select_lanes(snapped, r * motion.ey, load(motion.zy + i) + motion.p1y);
+  put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
+}
+
+/// Keep: a bristle snaps every delta. Advances the bristles at i of a block that is being rewritten.
+/// `again`: the step is long enough that one may snap more than once.
+template <class T, int axes, bool mean, bool energy, bool partial>
+[[gnu::always_inline]] inline void advance_keep(const BlockMotion<T, axes>& motion,
+                                                const BlockOutput<T>& output, std::uint32_t i,
+                                                const T* row_weights, bool again, RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
+  const Lanes<T> delta = load(motion.delta + i);
+  const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
+
+  // R = H - tau, n = 1 + floor(R / delta), r = R - (n - 1) delta
+  const Lanes<T> rest = motion.length - pass.way;
+  Landed<T> land{rest, none, none};
+  if (again) {
+    land.count = whole_part(divide(rest, delta));
+    land.deflection = least(positive_part(rest - land.count * delta), delta);
+    land.squares = land.count * (delta * delta);
+  }
+  add_pass<T, axes, mean, energy>(motion, pass, delta, weights, sums);
+  put_landing<T, axes, mean, energy>(motion, output, i, pass.way, pass.snaps, land, weights, sums);
+}
+
+/// Redraw with uniform lengths, where most vectors hold a bristle that snaps: advances the vectors at i,
+/// i + 16 and so on.
+template <class T, int axes, bool mean, bool energy, bool partial, std::uint32_t together>
+[[gnu::always_inline]] inline void advance_uniform(const BlockMotion<T, axes>& motion,
+                                                   const BlockOutput<T>& output, std::uint32_t i,
+                                                   const T* row_weights, const KernelLaw& law,
+                                                   std::uint32_t rounds, RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
+  Lanes<T> way[together];
+  Walker<T> walkers[together];
+#pragma GCC unroll 8
+  for (std::uint32_t k = 0; k < together; ++k) {
+    const std::uint32_t at = i + k * lane_count;
+    const Lanes<T> delta = load(motion.delta + at);
+    const FirstPass<T> pass = motion.template first_pass<partial>(at, weights.weight);
+    add_pass<T, axes, mean, energy>(motion, pass, delta, weights, sums);
+    way[k] = pass.way;
+    walkers[k] = {
+        pass.snaps, motion.length - pass.way, delta, DrawStates<T>(motion.draw + at), {none, none, none}};
+  }
+  walk_uniform(law, rounds, walkers);
+#pragma GCC unroll 8
+  for (std::uint32_t k = 0; k < together; ++k) {
+    const std::uint32_t at = i + k * lane_count;
+    walkers[k].delta.store_aligned(output.delta + at % block_size);
+    walkers[k].states.store(output.draw + at % block_size);
+    put_landing<T, axes, mean, energy>(motion, output, at, way[k], way[k] < motion.length, walkers[k].land,
+                                       weights, sums);
+  }
+}
+
+/// Redraw, before the walk by rounds: the first pass. Returns whether any bristle snaps.
+template <class T, int axes, bool mean, bool energy, bool partial>
+[[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes>& motion, std::uint32_t i,
+                                                const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
+  const Weights<T, partial> weights(row_weights);
+  const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
+  pass.way.store_aligned(walk.way + i % block_size);
+  add_pass<T, axes, mean, energy>(motion, pass, load(motion.delta + i), weights, sums);
+  return xsimd::any(pass.snaps);
+}
+
+/// Redraw, after the walk.
+template <class T, int axes, bool mean, bool energy, bool partial>
+[[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes>& motion,
+                                              const BlockOutput<T>& output, std::uint32_t i,
+                                              const T* row_weights, const Walk<T>& walk, RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const std::uint32_t w = i % block_size;
+  const Lanes<T> way = load(walk.way + w);
+  const Mask<T> snapped = way < motion.length;
+  // A walk holds nothing of bristles that did not snap.
+  const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
+  Landed<T> land{walked(walk.landed), none, none};
+  if constexpr (mean || energy) land.squares = walked(walk.squares);
+  if constexpr (energy) land.count = walked(walk.count);
+  put_landing<T, axes, mean, energy>(motion, output, i, way, snapped, land, Weights<T, partial>(row_weights),
+                                     sums);
+}
+
+/// The squares that a walk had to jump over, and their variance.
+template <class T, bool partial>
+inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& walk, Lanes<T> length,
+                       Lanes<T>& squares, Lanes<T>& variance) {
+  const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
+  const std::uint32_t w = i % block_size;
+  const Mask<T> snapped = load(walk.way + w) < length;
+  weights.add(squares, select_lanes(snapped, load(walk.squares + w), none));
+  Lanes<T> open = select_lanes(snapped, load(walk.variance + w), none);
+  if constexpr (partial) open = open * weights.weight;
+  weights.add(variance, open);
+}
+
+/// The paper's loop: z += v dt; if |z| > delta then z = 0. Loses what a bristle overshoots.
+template <class T, int axes, bool redraw, bool partial>
+[[gnu::always_inline]] inline void advance_literal(const BlockMotion<T, axes>& motion,
+                                                   const BlockOutput<T>& output, std::uint32_t i,
+                                                   const T* row_weights, const KernelLaw* law,
+                                                   RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
+  const std::uint32_t w = i % block_size;
+  Mask<T> snapped = motion.beyond_at(i);
+  if constexpr (partial) snapped = snapped & (weights.weight > none);
+  const Lanes<T> end_x = load(motion.zx + i) + motion.p1x;
+  Lanes<T> end_y = none;
+  Lanes<T> end2 = end_x * end_x;
+  if constexpr (axes == 2) {
+    end_y = load(motion.zy + i) + motion.p1y;
+    end2 = end2 + end_y * end_y;
+  }
+  if constexpr (redraw) {
+    DrawStates<T> states(motion.draw + i);
+    const Lanes<T> drawn = length_at<T>(*law, states.next(snapped));
+    states.store(output.draw + w);
+    select_lanes(snapped, drawn, load(motion.delta + i)).store_aligned(output.delta + w);
+  }
+  weights.add(sums.squares, select_lanes(snapped, end2, none));
+  sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)), none);
+  put_deflections<T, axes, partial>(output, w, select_lanes(snapped, none, end_x),
+                                    select_lanes(snapped, none, end_y), weights, sums);
 }
 
 }  // namespace

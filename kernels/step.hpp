@@ -38,8 +38,17 @@ class Stepper {
   static constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
   static constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
   static constexpr bool squares_wanted = energy || literal;
-  static constexpr bool jumps_count = redraw && !literal && (mean || energy);
   static constexpr std::uint32_t width = Lanes<T>::size;
+  static constexpr std::uint32_t parts = Row<T>::parts;
+
+  /// Redraw: below this share of bristles that snap in a step most vectors are left out.
+  static constexpr double few_snap = 0.05;
+  static constexpr double most_rounds = 4.0;
+
+  template <bool is>
+  struct Flag {
+    static constexpr bool value = is;
+  };
 
   const PatchView<T>& patch;
   const Advance& advance;
@@ -165,8 +174,8 @@ class Stepper {
     const std::uint32_t end = extent.start + extent.full_rows * lane_count;
     Lanes<T> shortest(margin);
     for (std::uint32_t i = extent.start; i < end; i += lane_count) {
-      Mask<T> any = motion.snaps_at(i);
-      for (std::uint32_t k = width; k < lane_count; k += width) any = any | motion.snaps_at(i + k);
+      Mask<T> any = motion.beyond_at(i);
+      for (std::uint32_t k = width; k < lane_count; k += width) any = any | motion.beyond_at(i + k);
       if (xsimd::any(any)) return true;
       if constexpr (keep_margin)
         for (std::uint32_t k = 0; k < lane_count; k += width)
@@ -175,7 +184,7 @@ class Stepper {
     if (extent.partial) {
       for (std::uint32_t k = 0; k < lane_count; k += width) {
         const Mask<T> active = load(extent.weights + k) > Lanes<T>(T(0));
-        if (xsimd::any(motion.snaps_at(end + k) & active)) return true;
+        if (xsimd::any(motion.beyond_at(end + k) & active)) return true;
         if constexpr (keep_margin)
           shortest = least(shortest, select_lanes(active, motion.margin_at(end + k), shortest));
       }
@@ -201,12 +210,6 @@ class Stepper {
     block.anchor[1] = advance.to[1];
   }
 
-  /// One number per logical lane, summed by the fixed tree.
-  struct LaneSum {
-    alignas(64) T lane[lane_count];
-    double total() { return static_cast<double>(tree_sum(lane)); }
-  };
-
   /// Columns of one block for a step that is only tried.
   struct Scratch {
     alignas(64) T zx[block_size];
@@ -214,6 +217,15 @@ class Stepper {
     alignas(64) T delta[redraw ? block_size : 1];
     alignas(64) std::uint32_t draw[redraw ? block_size : 1];
   };
+
+  /// Calls `advance_row(partial, i, weights)` for the vectors of bristles at lane k of every row.
+  template <class F>
+  [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& advance_row) {
+    const std::uint32_t at = extent.start + k;
+    for (std::uint32_t row = 0; row < extent.full_rows; ++row)
+      advance_row(Flag<false>{}, at + row * lane_count, nullptr);
+    if (extent.partial) advance_row(Flag<true>{}, at + extent.full_rows * lane_count, extent.weights + k);
+  }
 
   BlockSums rewrite(const BlockMotion<T, axes>& block_motion, const Extent& extent) {
     const BlockMotion<T, axes> motion = block_motion;  // whose address nobody takes: stays in registers
@@ -225,68 +237,120 @@ class Stepper {
       output.delta = patch.delta + extent.start;
       if constexpr (redraw) output.draw = patch.draw + extent.start;
     }
-    const std::uint32_t full_rows = extent.full_rows;
-    const Lanes<T> none(T(0));
-    [[maybe_unused]] std::uint32_t key = 0;
-    if constexpr (jumps_count) key = noise_key(patch.draw + extent.start);
-    [[maybe_unused]] Walk<T> walk;
-    if constexpr (redraw && !literal) {
-      constexpr bool sums = mean || energy;
-      std::uint32_t open[block_size / width];  // vectors with a bristle that snaps
-      std::uint32_t size = 0;
-      for (std::uint32_t row = 0; row <= full_rows; ++row) {
-        const bool partial = row == full_rows;
-        if (partial && !extent.partial) break;
-        for (std::uint32_t k = 0; k < lane_count; k += width) {
-          const std::uint32_t w = row * lane_count + k;
-          open[size] = w;
-          size += partial
-                      ? begin_walk<T, axes, true, sums>(motion, extent.start + w, extent.weights + k, walk)
-                      : begin_walk<T, axes, false, sums>(motion, extent.start + w, nullptr, walk);
-        }
-      }
-      walk_rounds<T, sums>(*patch.law, static_cast<T>(advance.length), open, size, walk);
-    }
-    LaneSum stored[2], straight[2], torn[2], along, squares, snaps, further, variance;
-    for (std::uint32_t k = 0; k < lane_count; k += width) {
-      RowSums<T> sums{{none, none}, {none, none}, {none, none}, none, none, none, none, none};
-      for (std::uint32_t row = 0; row < full_rows; ++row)
-        advance_bristles<T, axes, rule, mean, energy, false>(
-            motion, output, extent.start + row * lane_count + k, nullptr, patch.law, &walk, sums);
-      if (extent.partial)
-        advance_bristles<T, axes, rule, mean, energy, true>(motion, output,
-                                                            extent.start + extent.full_rows * lane_count + k,
-                                                            extent.weights + k, patch.law, &walk, sums);
-      for (int axis = 0; axis < axes; ++axis) {
-        sums.stored[axis].store_aligned(stored[axis].lane + k);
-        if constexpr (mean) {
-          sums.straight[axis].store_aligned(straight[axis].lane + k);
-          sums.torn[axis].store_aligned(torn[axis].lane + k);
-        }
-      }
-      if constexpr (mean) sums.along.store_aligned(along.lane + k);
-      if constexpr (squares_wanted) {
-        sums.squares.store_aligned(squares.lane + k);
-        sums.snaps.store_aligned(snaps.lane + k);
-      }
-      if constexpr (jumps_count) {
-        sums.further.store_aligned(further.lane + k);
-        sums.variance.store_aligned(variance.lane + k);
-      }
-    }
-    BlockSums block;
-    for (int axis = 0; axis < axes; ++axis) block.stored[axis] = stored[axis].total();
+    RowSums<T> sums[parts];
     double noise = 0.0;
-    if constexpr (jumps_count) noise = jump_noise(further.total(), variance.total(), key);
-    if constexpr (mean) {
-      const double path = along.total() + noise;
-      for (int axis = 0; axis < axes; ++axis)
-        block.twice_mean[axis] = straight[axis].total() +
-                                 (2.0 * torn[axis].total() + advance.direction[axis] * path) / advance.length;
+    [[maybe_unused]] const std::uint32_t rounds = redraw && !literal ? foreseen_rounds() : 1u;
+    [[maybe_unused]] const bool again =
+        advance.length >= static_cast<double>(patch.blocks[extent.start / block_size].shortest);
+    if (rounds == 0) {
+      noise = rewrite_by_rounds(motion, output, extent, sums);
+    } else {
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        RowSums<T> sum;
+        if constexpr (redraw && !literal) {
+          if (rounds > 2)
+            walk_side_by_side<8>(motion, output, extent, part * width, rounds, sum);
+          else
+            walk_side_by_side<4>(motion, output, extent, part * width, rounds, sum);
+        } else {
+          for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+            if constexpr (literal)
+              advance_literal<T, axes, redraw, partial.value>(motion, output, i, weights, patch.law, sum);
+            else
+              advance_keep<T, axes, mean, energy, partial.value>(motion, output, i, weights, again, sum);
+          });
+        }
+        sums[part] = sum;
+      }
+    }
+    return total(motion, sums, noise);
+  }
+
+  template <std::uint32_t together>
+  void walk_side_by_side(const BlockMotion<T, axes>& block_motion, const BlockOutput<T>& output,
+                         const Extent& extent, std::uint32_t k, std::uint32_t rounds, RowSums<T>& sums) {
+    const BlockMotion<T, axes> motion = block_motion;
+    const std::uint32_t at = extent.start + k;
+    std::uint32_t row = 0;
+    for (; row + together <= extent.full_rows; row += together)
+      advance_uniform<T, axes, mean, energy, false, together>(motion, output, at + row * lane_count, nullptr,
+                                                              *patch.law, rounds, sums);
+    for (; row < extent.full_rows; ++row)
+      advance_uniform<T, axes, mean, energy, false, 1>(motion, output, at + row * lane_count, nullptr,
+                                                       *patch.law, rounds, sums);
+    if (extent.partial)
+      advance_uniform<T, axes, mean, energy, true, 1>(motion, output, at + row * lane_count,
+                                                      extent.weights + k, *patch.law, rounds, sums);
+  }
+
+  /// Redraw: how many draws most vectors need, where they are short and few; else 0.
+  std::uint32_t foreseen_rounds() const {
+    const KernelLaw& law = *patch.law;
+    if (law.kind != law_uniform || !(advance.length < law.jump_from)) return 0;
+    if (advance.length < few_snap * law.mean) return 0;
+    const double draws = advance.length / law.a;
+    return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;
+  }
+
+  /// Returns what jumps leave open of the sum of delta^2, drawn.
+  double rewrite_by_rounds(const BlockMotion<T, axes>& motion, const BlockOutput<T>& output,
+                           const Extent& extent, RowSums<T> (&sums)[parts]) {
+    const bool jumps = (mean || energy) && advance.length > patch.law->jump_from;
+    const std::uint32_t key = jumps ? noise_key(patch.draw + extent.start) : 0u;
+    Walk<T> walk;
+    PlaceList<T> places;
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      RowSums<T> sum;
+      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+        places.add_if(begin_redraw<T, axes, mean, energy, partial.value>(motion, i, weights, walk, sum),
+                      i % block_size);
+      });
+      sums[part] = sum;
+    }
+    const RedrawColumns<T> columns{patch.delta + extent.start, patch.draw + extent.start, output.delta,
+                                   output.draw};
+    walk_rounds<T, mean || energy>(*patch.law, static_cast<T>(advance.length), columns, places, walk);
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      RowSums<T> sum = sums[part];
+      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+        end_redraw<T, axes, mean, energy, partial.value>(motion, output, i, weights, walk, sum);
+      });
+      sums[part] = sum;
+    }
+    if (!jumps) return 0.0;
+    Row<T> squares, variance;
+    for (std::uint32_t part = 0; part < parts; ++part)
+      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+        add_jumped<T, partial.value>(i, weights, walk, motion.length, squares.part[part],
+                                     variance.part[part]);
+      });
+    return jump_noise(tree_sum(squares), tree_sum(variance), key);
+  }
+
+  static double tree_total(const RowSums<T> (&sums)[parts], Lanes<T> RowSums<T>::*which) {
+    Row<T> row;
+    for (std::uint32_t part = 0; part < parts; ++part) row.part[part] = sums[part].*which;
+    return tree_sum(row);
+  }
+
+  BlockSums total(const BlockMotion<T, axes>& motion, const RowSums<T> (&sums)[parts], double noise) {
+    BlockSums block;
+    const Lanes<T> direction[2] = {motion.ex, motion.ey};
+    for (int axis = 0; axis < axes; ++axis) {
+      Row<T> stored;
+      for (std::uint32_t part = 0; part < parts; ++part) stored.part[part] = sums[part].stored[axis];
+      block.stored[axis] = tree_sum(stored);
+      if constexpr (mean) {
+        // Twice the integral of the deflection along the way.
+        Row<T> integral;
+        for (std::uint32_t part = 0; part < parts; ++part)
+          integral.part[part] = Lanes<T>(T(2)) * sums[part].passed[axis] + direction[axis] * sums[part].along;
+        block.twice_mean[axis] = (tree_sum(integral) + advance.direction[axis] * noise) / advance.length;
+      }
     }
     if constexpr (squares_wanted) {
-      block.squares = squares.total() + noise;
-      totals.snaps += to_count(snaps.total());
+      block.squares = tree_total(sums, &RowSums<T>::squares) + tree_total(sums, &RowSums<T>::further) + noise;
+      totals.snaps += to_count(tree_total(sums, &RowSums<T>::snaps));
     }
     return block;
   }
