@@ -86,15 +86,15 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
     law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
     law.square_residual =
         cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-    // At least 8 renewals in a jump that overshoots once in 1e9.
-    double from = 10.0 * m[1];
-    for (int i = 0; i < 20; ++i) from = 9.5 * m[1] + 6.0 * law.deviation * std::sqrt(from * law.inverse_mean);
+    // At least 3 renewals in a jump that overshoots three times in a million.
+    double from = 3.0 * m[1];
+    for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
     law.jump_from = from;
     law.stationary_from = std::max(0.5 / (cv * cv), 16.0) * m[1];
   } else {
-    // The exponential law has no memory: exact at any distance, and cheaper than drawing beyond one.
+    // The exponential law has no memory: exact at any distance, and soon cheaper than drawing.
     const bool memoryless = length.law() == SnapLaw::exponential;
-    law.jump_from = (memoryless ? 1.0 : find_stationary_path(length)) * m[1];
+    law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
   }
 }

@@ -7,7 +7,7 @@
 
 // The operations must be known before the templates that use them.
 #if defined(BRISTLE_KERNEL_ISA)
-#include "quad.hpp"
+#include "bundle.hpp"
 #else
 #include "scalar_lanes.hpp"
 #endif

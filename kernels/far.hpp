@@ -62,8 +62,8 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
       return land;
     }
     if (rest > law.jump_from) {
-      const double pad = 6.0 * law.deviation * root(rest * law.inverse_mean);
-      const double k = whole_part((rest - pad) * law.inverse_mean) - 1.0;
+      const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
+      const double k = whole_part((rest - pad) * law.inverse_mean);
       const double z = normal_quantile<double>(next());
       const double s = root(k);
       const double skewness = law.skewness / s;

@@ -2,19 +2,19 @@
 //
 // A bristle still on its way draws a length and either ends on it or snaps again. Uniform lengths of a
 // step in which many snap once or twice are drawn vector by vector in registers (walk_uniform). Else the
-// bristles of a block go round by round, four vectors at once, so that the latencies of their draws
+// bristles of a block go round by round, eight vectors at once, so that the latencies of their draws
 // overlap and no branch depends on a single bristle; vectors with nobody on the way are left out. Long
 // ways are jumped in law (core/MODEL.md, "Jumps").
 #pragma once
 
+#include "bundle.hpp"
 #include "lanes.hpp"
 #include "law.hpp"
-#include "quad.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// A place behind a block's own, for the empty vectors of a quad that is not full.
+/// A place behind a block's own, for the empty vectors of a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
 /// Bristles of one block on their way after the first snap. Of bristles that do not snap it holds `way` only.
@@ -63,23 +63,23 @@ struct RedrawColumns {
   std::uint32_t* new_draw;
 };
 
-/// Four vectors of a walk, by their places in the block.
+/// The vectors of a bundle, by their places in the block.
 template <class T>
 struct Places {
-  std::uint32_t i[quad_size];
+  std::uint32_t i[bundle_size];
 
-  Quad<T> load_from(const T* column) const {
-    Quad<T> out;
-    for (std::uint32_t k = 0; k < quad_size; ++k) out.v[k] = load(column + i[k]);
+  Bundle<T> load_from(const T* column) const {
+    Bundle<T> out;
+    for (std::uint32_t k = 0; k < bundle_size; ++k) out.v[k] = load(column + i[k]);
     return out;
   }
-  void store_to(T* column, Quad<T> x) const {
-    for (std::uint32_t k = 0; k < quad_size; ++k) x.v[k].store_aligned(column + i[k]);
+  void store_to(T* column, Bundle<T> x) const {
+    for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
   /// The masked lanes' next numbers.
-  Quad<T> draw(QuadMask<T> which, Walk<T>& walk) const {
-    Quad<T> share;
-    for (std::uint32_t k = 0; k < quad_size; ++k) {
+  Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
+    Bundle<T> share;
+    for (std::uint32_t k = 0; k < bundle_size; ++k) {
       DrawStates<T> states(walk.state + i[k]);
       share.v[k] = states.next(which.v[k]);
       states.store(walk.state + i[k]);
@@ -90,22 +90,22 @@ struct Places {
 
 /// Takes lanes with a long way ahead to its end, or near it, in law. Returns what is left of the ways.
 template <class T, bool sums>
-[[gnu::noinline]] Quad<T> jump(const KernelLaw& law, const Places<T>& at, Quad<T> rest, Walk<T>& walk) {
-  const auto constant = [](double x) { return Quad<T>(static_cast<T>(x)); };
-  const Quad<T> none(T(0));
-  const Quad<T> one(T(1));
-  [[maybe_unused]] Quad<T> squares = none;
-  [[maybe_unused]] Quad<T> count = none;
-  [[maybe_unused]] Quad<T> variance = none;
+[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, Walk<T>& walk) {
+  const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
+  const Bundle<T> none(T(0));
+  const Bundle<T> one(T(1));
+  [[maybe_unused]] Bundle<T> squares = none;
+  [[maybe_unused]] Bundle<T> count = none;
+  [[maybe_unused]] Bundle<T> variance = none;
 
-  const QuadMask<T> far = rest > constant(law.stationary_from);
+  const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
     // Stationary law: the bristle met is length-biased, its age uniform.
     const bool memoryless = law.kind == law_exponential;
-    const Quad<T> u = at.draw(far, walk);
-    const Quad<T> v = at.draw(far, walk);
-    Quad<T> met;
-    Quad<T> age;
+    const Bundle<T> u = at.draw(far, walk);
+    const Bundle<T> v = at.draw(far, walk);
+    Bundle<T> met;
+    Bundle<T> age;
     if (memoryless) {
       age = constant(law.a) * (none - natural_log<T>(u));
       met = age + most(constant(law.a) * (none - natural_log<T>(v)), constant(law.shortest));
@@ -116,20 +116,20 @@ template <class T, bool sums>
     met = met - positive_part(age - rest);
     age = least(age, rest);
     if constexpr (sums) {
-      const Quad<T> jumped = rest - age;
-      Quad<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
-      Quad<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
+      const Bundle<T> jumped = rest - age;
+      Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
+      Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless) {
         // Exact for any distance.
-        const Quad<T> x = jumped * constant(law.inverse_mean);
-        const Quad<T> e = exponential<T>(none - least(x, constant(80.0)));
-        const Quad<T> m2 = constant(law.mean * law.mean);
+        const Bundle<T> x = jumped * constant(law.inverse_mean);
+        const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
+        const Bundle<T> m2 = constant(law.mean * law.mean);
         more = m2 * (constant(2.0) * (x - one + e));
         spread = m2 * m2 *
                  (constant(8.0) * x - constant(28.0) +
                   e * (constant(32.0) + x * (constant(16.0) + constant(8.0) * x) - constant(4.0) * e));
       }
-      const Quad<T> renewals =
+      const Bundle<T> renewals =
           whole_part(jumped * constant(law.inverse_mean) + constant(law.count_offset + 0.5));
       squares = select_lanes(far, positive_part(more), none);
       variance = select_lanes(far, positive_part(spread), none);
@@ -141,26 +141,27 @@ template <class T, bool sums>
   }
   for (;;) {
     // k renewals at once, their sum by a Cornish-Fisher expansion to the fourth cumulant.
-    const QuadMask<T> long_way = rest > constant(law.jump_from);
+    const BundleMask<T> long_way = rest > constant(law.jump_from);
     if (!any_lane(long_way)) break;
-    const Quad<T> m1 = constant(law.mean);
-    const Quad<T> inverse = constant(law.inverse_mean);
-    const Quad<T> deviation = constant(law.deviation);
-    const Quad<T> safe = select_lanes(long_way, rest, constant(law.jump_from));
-    const Quad<T> pad = constant(6.0) * deviation * root(safe * inverse);
-    const Quad<T> k = whole_part((safe - pad) * inverse) - one;
-    const Quad<T> z = normal_quantile<T>(at.draw(long_way, walk));
-    const Quad<T> s = root(k);
-    const Quad<T> skewness = divide(constant(law.skewness), s);
-    const Quad<T> kurtosis = divide(constant(law.kurtosis), k);
-    const Quad<T> z2 = z * z;
-    const Quad<T> z3 = z2 * z;
-    const Quad<T> w = z + skewness * Quad<T>(T(1) / T(6)) * (z2 - one) +
-                      kurtosis * Quad<T>(T(1) / T(24)) * (z3 - constant(3.0) * z) -
-                      skewness * skewness * Quad<T>(T(1) / T(36)) * (constant(2.0) * z3 - constant(5.0) * z);
-    const Quad<T> jumped = least(k * m1 + deviation * s * w, safe);
+    const Bundle<T> m1 = constant(law.mean);
+    const Bundle<T> inverse = constant(law.inverse_mean);
+    const Bundle<T> deviation = constant(law.deviation);
+    const Bundle<T> safe = select_lanes(long_way, rest, constant(law.jump_from));
+    const Bundle<T> pad = constant(4.5) * deviation * root(safe * inverse);
+    const Bundle<T> k = whole_part((safe - pad) * inverse);
+    const Bundle<T> z = normal_quantile<T>(at.draw(long_way, walk));
+    const Bundle<T> s = root(k);
+    const Bundle<T> skewness = divide(constant(law.skewness), s);
+    const Bundle<T> kurtosis = divide(constant(law.kurtosis), k);
+    const Bundle<T> z2 = z * z;
+    const Bundle<T> z3 = z2 * z;
+    const Bundle<T> w =
+        z + skewness * Bundle<T>(T(1) / T(6)) * (z2 - one) +
+        kurtosis * Bundle<T>(T(1) / T(24)) * (z3 - constant(3.0) * z) -
+        skewness * skewness * Bundle<T>(T(1) / T(36)) * (constant(2.0) * z3 - constant(5.0) * z);
+    const Bundle<T> jumped = least(k * m1 + deviation * s * w, safe);
     if constexpr (sums) {
-      const Quad<T> more = k * constant(law.square_mean) + constant(law.square_slope) * (jumped - k * m1);
+      const Bundle<T> more = k * constant(law.square_mean) + constant(law.square_slope) * (jumped - k * m1);
       squares = select_lanes(long_way, squares + more, squares);
       variance = select_lanes(long_way, variance + k * constant(law.square_residual), variance);
       count = select_lanes(long_way, count + k, count);
@@ -241,7 +242,7 @@ template <class T, bool sums>
   return xsimd::any(snaps);
 }
 
-/// Ends the ways of all vectors of the list round by round, four vectors at once.
+/// Ends the ways of all vectors of the list round by round, eight vectors at once.
 template <class T, bool sums>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, const RedrawColumns<T>& columns,
                                    const PlaceList<T>& places, Walk<T>& walk) {
@@ -259,15 +260,16 @@ template <class T, bool sums>
   walk.clear_nowhere();
   while (open.size > 0) {
     std::uint32_t still = 0;
-    for (std::uint32_t n = 0; n < open.size; n += quad_size) {
+    for (std::uint32_t n = 0; n < open.size; n += bundle_size) {
       Places<T> at;
-      const std::uint32_t filled = open.size - n < quad_size ? open.size - n : quad_size;
-      for (std::uint32_t k = 0; k < quad_size; ++k) at.i[k] = k < filled ? open.place[n + k] : nowhere;
-      Quad<T> rest = at.load_from(walk.rest);
-      for (std::uint32_t k = filled; k < quad_size; ++k) rest.v[k] = Lanes<T>(T(-1));
-      if (may_jump && any_lane(rest > Quad<T>(static_cast<T>(law.jump_from))))
+      const std::uint32_t filled = open.size - n < bundle_size ? open.size - n : bundle_size;
+      for (std::uint32_t k = 0; k < bundle_size; ++k) at.i[k] = k < filled ? open.place[n + k] : nowhere;
+      Bundle<T> rest = at.load_from(walk.rest);
+      for (std::uint32_t k = filled; k < bundle_size; ++k) rest.v[k] = Lanes<T>(T(-1));
+      if (may_jump && any_lane(rest > Bundle<T>(static_cast<T>(law.jump_from))))
         rest = jump<T, sums>(law, at, rest, walk);
-      const Quad<T> drawn = length_at<T>(law, at.draw(rest >= Quad<T>(T(0)), walk));
+      if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all have jumped to their ends
+      const Bundle<T> drawn = length_at<T>(law, at.draw(rest >= Bundle<T>(T(0)), walk));
       for (std::uint32_t k = 0; k < filled; ++k) {
         open.place[still] = at.i[k];
         still += take_length<T, sums>(rest.v[k], drawn.v[k], at.i[k], walk) ? 1u : 0u;

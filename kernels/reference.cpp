@@ -88,8 +88,8 @@ After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& sta
     if (rest > jump_from) {
       // k renewals at once: their sum by a Cornish-Fisher expansion to the fourth cumulant.
       const T deviation = static_cast<T>(law.deviation);
-      const T pad = T(6) * deviation * root(rest * inverse);
-      const T k = whole_part((rest - pad) * inverse) - T(1);
+      const T pad = T(4.5) * deviation * root(rest * inverse);
+      const T k = whole_part((rest - pad) * inverse);
       const T z = normal_quantile<T>(next());
       const T s = root(k);
       const T skewness = static_cast<T>(law.skewness) / s;

@@ -61,6 +61,8 @@ std::vector<JumpLaw> jump_laws() {
        normal_moments(0.05)},
       {"lognormal, cv 0.05", SnapLength::lognormal(dbar, 0.05), lognormal_quantile(1.0, 0.05),
        lognormal_moments(0.05)},
+      {"lognormal, cv 0.15", SnapLength::lognormal(dbar, 0.15), lognormal_quantile(1.0, 0.15),
+       lognormal_moments(0.15)},
       {"uniform, cv 0.29", SnapLength::uniform(0.5 * dbar, 1.5 * dbar), uniform_quantile(0.5, 1.5),
        uniform_moments(0.5, 1.5)},
       {"lognormal, cv 0.3", SnapLength::lognormal(dbar, 0.3), lognormal_quantile(1.0, 0.3),
@@ -148,7 +150,7 @@ TEST_CASE("After a long step with redraw, deflections and snap lengths have the 
           "[physics][jumps]") {
   const std::uint32_t n = test_size(50000);
   for (const JumpLaw& law : jump_laws()) {
-    for (double length : {3.0, 10.0, 30.0, 300.0}) {
+    for (double length : {3.0, 6.0, 10.0, 30.0, 300.0}) {
       const auto brute_n = static_cast<std::uint32_t>(std::min<double>(n, test_size(1500000) / length));
       BruteForcePatch brute(brute_n, law.quantile, true, 42);
       std::vector<std::pair<Precision, OnePatch>> patches;
