@@ -239,29 +239,31 @@ class Stepper {
     }
     RowSums<T> sums[parts];
     double noise = 0.0;
-    [[maybe_unused]] const std::uint32_t rounds = redraw && !literal ? foreseen_rounds() : 1u;
-    [[maybe_unused]] const bool again =
-        advance.length >= static_cast<double>(patch.blocks[extent.start / block_size].shortest);
-    if (rounds == 0) {
-      noise = rewrite_by_rounds(motion, output, extent, sums);
-    } else {
+    if constexpr (literal) {
+      for (std::uint32_t part = 0; part < parts; ++part)
+        for_rows(
+            extent, part * width, [&, sum = &sums[part]](auto partial, std::uint32_t i, const T* weights) {
+              advance_literal<T, axes, redraw, partial.value>(motion, output, i, weights, patch.law, *sum);
+            });
+    } else if constexpr (!redraw) {
+      const double shortest = static_cast<double>(patch.blocks[extent.start / block_size].shortest);
+      const bool again = advance.length >= shortest;
       for (std::uint32_t part = 0; part < parts; ++part) {
-        RowSums<T> sum;
-        if constexpr (redraw && !literal) {
-          if (rounds > 2)
-            walk_side_by_side<8>(motion, output, extent, part * width, rounds, sum);
-          else
-            walk_side_by_side<4>(motion, output, extent, part * width, rounds, sum);
-        } else {
-          for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-            if constexpr (literal)
-              advance_literal<T, axes, redraw, partial.value>(motion, output, i, weights, patch.law, sum);
-            else
-              advance_keep<T, axes, mean, energy, partial.value>(motion, output, i, weights, again, sum);
-          });
-        }
+        RowSums<T> sum;  // a local stays in registers
+        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+          advance_keep<T, axes, mean, energy, partial.value>(motion, output, i, weights, again, sum);
+        });
         sums[part] = sum;
       }
+    } else if (const std::uint32_t rounds = foreseen_rounds(); rounds > 0) {
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        if (rounds > 2)
+          walk_side_by_side<8>(motion, output, extent, part * width, rounds, sums[part]);
+        else
+          walk_side_by_side<4>(motion, output, extent, part * width, rounds, sums[part]);
+      }
+    } else {
+      noise = rewrite_by_rounds(motion, output, extent, sums);
     }
     return total(motion, sums, noise);
   }
@@ -270,17 +272,19 @@ class Stepper {
   void walk_side_by_side(const BlockMotion<T, axes>& block_motion, const BlockOutput<T>& output,
                          const Extent& extent, std::uint32_t k, std::uint32_t rounds, RowSums<T>& sums) {
     const BlockMotion<T, axes> motion = block_motion;
+    RowSums<T> sum;
     const std::uint32_t at = extent.start + k;
     std::uint32_t row = 0;
     for (; row + together <= extent.full_rows; row += together)
       advance_uniform<T, axes, mean, energy, false, together>(motion, output, at + row * lane_count, nullptr,
-                                                              *patch.law, rounds, sums);
+                                                              *patch.law, rounds, sum);
     for (; row < extent.full_rows; ++row)
       advance_uniform<T, axes, mean, energy, false, 1>(motion, output, at + row * lane_count, nullptr,
-                                                       *patch.law, rounds, sums);
+                                                       *patch.law, rounds, sum);
     if (extent.partial)
       advance_uniform<T, axes, mean, energy, true, 1>(motion, output, at + row * lane_count,
-                                                      extent.weights + k, *patch.law, rounds, sums);
+                                                      extent.weights + k, *patch.law, rounds, sum);
+    sums = sum;
   }
 
   /// Redraw: how many draws most vectors need, where they are short and few; else 0.
