@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,11 @@ constexpr std::uint32_t generation_of(PatchId id) noexcept {
 }
 constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept {
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
+}
+
+/// A denormal time is no time: it would read as 0 or not by the caller's floating-point mode.
+bool is_good_time(double dt_s) noexcept {
+  return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
 }
 
 const KernelTable& choose_kernels(const char* wanted) {
@@ -323,8 +329,7 @@ struct PatchBatch::Impl {
 
   /// The step proper; the caller took the commands, so that the table stays as it is.
   StepReport step(double dt_s, Span<const Motion> motions, Span<Response> responses) noexcept {
-    const bool good_dt = std::isfinite(dt_s) && dt_s > 0.0;
-    if (!good_dt || motions.size() != responses.size()) {
+    if (!is_good_time(dt_s) || motions.size() != responses.size()) {
       StepReport report;
       report.status = Status::bad_input;
       for (std::size_t i = 0; i < responses.size(); ++i) {
@@ -540,7 +545,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     write_refusal(nullptr, Status::unknown_id, response);
     return response;
   }
-  if (!(std::isfinite(dt_s) && dt_s > 0.0) || !is_good_motion(*p, motion)) {
+  if (!is_good_time(dt_s) || !is_good_motion(*p, motion)) {
     write_refusal(&p->options, Status::bad_input, response);
     return response;
   }

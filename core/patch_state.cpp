@@ -13,7 +13,8 @@ namespace bristle::detail {
 namespace {
 
 constexpr std::size_t column_alignment = 64;
-constexpr double highest_load = 1e15;  // N
+constexpr double highest_load = 1e15;     // N
+constexpr double highest_energy = 1e300;  // J: what overflows reads as this; sums of a few stay finite
 
 /// Fixed-point difference of two positions, which wrap.
 std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
@@ -549,14 +550,15 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
     if (mean)
       out.mean[axis] =
           literal ? out.end[axis] : 0.0 - 0.5 * newtons_per_length * twice_mean_sum[axis] + out.damper[axis];
-    work -= out.damper[axis] * step.displacement[axis];
+    work -= std::clamp(out.damper[axis] * step.displacement[axis], -highest_energy, highest_energy);
   }
   out.stiffness = p.zeta * m.material.bristle_stiffness;
   out.damping = damping;
   out.force_limit = m.peak_coefficient * p.normal_load;
   if (energy) {
     const double joules = joules_per_square(p);
-    out.dissipated = joules * (to_double(t.squares) / a.energy_unit) + p.pending_dissipated;
+    out.dissipated =
+        std::min(joules * (to_double(t.squares) / a.energy_unit), highest_energy) + p.pending_dissipated;
     out.contact_loss = step.contact_loss + p.pending_loss;
     out.damper_work = work;
     out.snaps = t.snaps + p.pending_snaps;

@@ -125,7 +125,9 @@ TEST_CASE("A velocity that is not used may hold anything, and a load of minus ze
 
 TEST_CASE("A time step that is not above zero and finite is flagged for every motion and changes no state",
           "[bad-input]") {
-  for (double dt : {0.0, -0.0, -1e-3, nan_value, infinite, -infinite}) {
+  // A denormal one counts as 0: whether it differs from 0 would depend on the caller's floating-point mode.
+  const double denormal = std::numeric_limits<double>::denorm_min();
+  for (double dt : {0.0, -0.0, -1e-3, nan_value, infinite, -infinite, denormal, 2e-308}) {
     INFO("dt = " << dt << " s");
     Trio bad;
     Trio twin;
@@ -149,10 +151,10 @@ TEST_CASE("A time step that is not above zero and finite is flagged for every mo
 }
 
 TEST_CASE("A smallest and a largest time step are fine", "[bad-input]") {
-  for (double dt : {std::numeric_limits<double>::denorm_min(), 1e-300, 1e300}) {
+  for (double dt : {std::numeric_limits<double>::min(), 1e-300, 1e300, std::numeric_limits<double>::max()}) {
     OnePatch patch(Material{}, PatchOptions{}.with_bristles(100).with_outputs(Outputs::all));
     const Response r = patch.step(1e-6, 0.0, 0.5, dt);
-    if (dt > 1e-301) CHECK(r.status == Status::ok);  // below that the velocity itself overflows
+    CHECK(r.status == Status::ok);
     CHECK(std::isfinite(r.end[0]));
     CHECK(std::isfinite(r.damper[0]));
     CHECK(std::isfinite(r.damping));

@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <vector>
 
 #include "expect.hpp"
@@ -121,4 +123,87 @@ TEST_CASE("Ten thousand patches at rest cost less than as many that slide", "[st
   const double rest = step_time([&] { batch.step(tick, resting, responses); }, 10, 3);
   std::printf("10,000 patches of 100 bristles: %.3g s sliding, %.3g s at rest\n", slide, rest);
   check_below(rest / slide, 0.6, "rest against sliding");
+}
+
+namespace {
+
+/// Thread CPU time of `slow` over that of `usual`, 50 steps at a time, in turns; the best of each.
+template <class Usual, class Slow>
+double time_ratio(Usual&& usual, Slow&& slow) {
+  const auto time = [](auto&& step) {
+    const double start = bristle::DeadlineMonitor::cpu_now();
+    for (int k = 0; k < 50; ++k) step(k);
+    return bristle::DeadlineMonitor::cpu_now() - start;
+  };
+  double best_usual = 1e9, best_slow = 1e9;
+  for (int turn = 0; turn < 9; ++turn) {
+    best_usual = std::min(best_usual, time(usual));
+    best_slow = std::min(best_slow, time(slow));
+  }
+  return best_slow / best_usual;
+}
+
+}  // namespace
+
+TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]") {
+  constexpr std::uint32_t n = 4000;
+  constexpr double denormal = 1e-310;
+  const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+  for (Precision precision : precisions()) {
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (int axes : {1, 2}) {
+        std::printf("%s, %s, axes %d\n", name_of(precision), table_name(rule), axes);
+        const Material material =
+            plain_material(law, rule).with_bristle_damping(0.01).with_viscous_friction(1.0);
+        const auto make = [&](const Material& m) {
+          OnePatch patch(m, plain_options(n, axes, precision));
+          patch.step(0.0, 0.0, n);
+          for (int k = 0; k < 10; ++k) patch.step(0.9 * dbar, 0.0, n);
+          return patch;
+        };
+        const double aside = axes == 2 ? denormal : 0.0;
+        OnePatch usual = make(material);
+        OnePatch other = make(material);
+        check_below(time_ratio([&](int) { usual.step(1e-4 * dbar, 0.0, n); },
+                               [&](int) { other.step(denormal, aside, n); }),
+                    2.0, "a denormal way against a tiny one");
+        check_below(time_ratio([&](int) { usual.step(1.6 * dbar, 0.0, n); },
+                               [&](int) { other.step(1.6 * dbar, aside, n); }),
+                    2.0, "a denormal way aside against none");
+        // From a snap length down to nothing and on: what a decaying motion does.
+        check_below(time_ratio([&](int k) { usual.step(k % 2 == 0 ? dbar : 0.1 * dbar, 0.0, n); },
+                               [&](int k) { other.step(dbar * std::pow(10.0, -8.0 * (k % 50)), 0.0, n); }),
+                    2.0, "a decaying motion against a steady one");
+        check_below(time_ratio([&](int k) { usual.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : 0.0); },
+                               [&](int k) { other.step(0.3 * dbar, 0.0, k % 2 == 0 ? n : denormal); }),
+                    2.0, "a denormal load against none");
+        // A direction that is denormal in single precision, and the deflections it leaves.
+        const double faint_y = axes == 2 ? 1e-41 : 0.0;
+        const auto far_and_near = [&](OnePatch& patch, double y) {
+          return [&patch, y](int k) {
+            const double d = k % 2 == 0 ? 5000.0 * dbar : 0.7 * dbar;
+            patch.step(d, k % 2 == 0 ? d * y : 0.0, n);
+          };
+        };
+        check_below(time_ratio(far_and_near(usual, axes == 2 ? 0.3 : 0.0), far_and_near(other, faint_y)), 2.0,
+                    "a denormal direction against another");
+        // Deflections shrink under an overload that rises, below what float holds.
+        OnePatch shrunk = make(material);
+        for (int round = 0; round < 40; ++round)
+          for (double load : {1e8, 1e12, 1e15 / 3.0, 1.0 * n}) shrunk.step(0.0, 0.0, load);
+        check_below(time_ratio([&](int k) { usual.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); },
+                               [&](int k) { shrunk.step(0.0, 0.0, k % 2 == 0 ? 2.0 * n : n); }),
+                    2.0, "denormal deflections against others");
+        // Forces and energies in the range of denormal doubles.
+        OnePatch faint = make(Material(material)
+                                  .with_bristle_stiffness(1e-15)
+                                  .with_normal_stiffness(1e15)
+                                  .with_asperity_height_deviation(1e15)
+                                  .with_stribeck_velocity(std::numeric_limits<double>::denorm_min()));
+        check_below(time_ratio([&](int) { usual.step(1.6 * dbar, 0.0, n); },
+                               [&](int) { faint.step(1.6 * dbar, 0.0, n); }),
+                    2.0, "faint forces against others");
+      }
+    }
+  }
 }

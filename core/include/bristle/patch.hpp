@@ -100,8 +100,8 @@ enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
   repeated_id = 2,  ///< named twice in one step: the first counted, this one changed nothing
-  bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 or motion on an axis the patch lacks:
-                    ///< state kept, force zero
+  bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 (or denormal) or motion on an axis the patch
+                    ///< lacks: state kept, force zero
   overload = 8      ///< load above max_normal_load: forces of all bristles scaled
 };
 constexpr Status operator|(Status a, Status b) noexcept {
