@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <new>
 #include <string>
 
@@ -15,6 +16,7 @@
 
 #include "tools/cli/capacity.hpp"
 #include "tools/cli/conditions.hpp"
+#include "tools/cli/fit.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/user_error.hpp"
 
@@ -120,6 +122,39 @@ int run(int argc, char** argv) {
   capacity_app->add_option("--csv", capacity_options.csv,
                            "Write step time against bristles to this CSV file");
 
+  cli::FitOptions fit_options;
+  CLI::App* fit_app = app.add_subcommand("fit", "A material from measured friction");
+  fit_app->add_option("DATA", fit_options.data, "Measured friction, CSV t,x,load,force (tools/README.md)")
+      ->required();
+  fit_app->add_option("--load", fit_options.load, "Normal load, N, in place of a column")
+      ->check(CLI::Range(1e-9, 1e9));
+  fit_app
+      ->add_option(
+          "--sign", fit_options.sign,
+          "Whose force: on the body (opposes the motion) or by the body; default: found from the data")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, cli::ForceSign>{{"auto", cli::ForceSign::automatic},
+                                                                        {"on", cli::ForceSign::on_body},
+                                                                        {"by", cli::ForceSign::by_body}}));
+  fit_app->add_option("--law", fit_options.law, "Family of snap lengths (default lognormal)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, bristle::SnapLaw>{{"lognormal", bristle::SnapLaw::lognormal},
+                                                  {"normal", bristle::SnapLaw::normal},
+                                                  {"uniform", bristle::SnapLaw::uniform},
+                                                  {"exponential", bristle::SnapLaw::exponential}}));
+  fit_app->add_option("--rule", fit_options.rule, "What a bristle does after a snap (default redraw)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bristle::SnapRule>{
+          {"redraw", bristle::SnapRule::redraw}, {"keep", bristle::SnapRule::keep}}));
+  fit_app->add_option("--decay", fit_options.decay, "Decay of the damper with speed (default exponential)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bristle::DamperDecay>{
+          {"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}}));
+  fit_app->add_option("--write", fit_options.write,
+                      "Write the material, in a scene that replays the data, TOML");
+  fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
+  fit_app->add_option("--json", fit_options.json, "Write the report to this JSON file (- for stdout)");
+  fit_app->add_option("--csv", fit_options.csv,
+                      "Write data, fit and residuals to this CSV file (- for stdout)");
+
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
     app.parse(argc, argv);
@@ -137,6 +172,7 @@ int run(int argc, char** argv) {
     capacity_options.deadline_s = parse_time(deadline);
     cli::capacity_command(capacity_options);
   }
+  if (fit_app->parsed()) cli::fit_command(fit_options);
   return exit_done;
 }
 

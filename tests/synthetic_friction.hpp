@@ -1,0 +1,84 @@
+// Friction as an experiment would record it, of a brush with known parameters (brute_force.hpp), with the
+// disturbances of sensors. One axis; forces by the body, positive along the motion.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/brute_force.hpp"
+
+namespace bristle_test {
+
+struct SyntheticFriction {
+  // The material.
+  double kinetic = 0.35;
+  double length = 15e-6;   // m, mean snap length
+  double spread = 0.4;     // lognormal
+  double viscous = 0.0;    // N s/m
+  double damping = 0.0;    // s/m, per newton
+  double stribeck = 1e-3;  // m/s
+  bool redraw = true;
+  std::size_t bristles = 1800;
+  // The sensors.
+  double noise = 0.0;                                                // N
+  double encoder = 0.0;                                              // m
+  std::function<double(double)> drift = [](double) { return 0.0; };  // N, of s
+  int every = 1;                                                     // which samples are recorded
+  // What is done: s to m, s to N.
+  double duration = 10.0, rate = 200.0;
+  std::function<double(double)> motion;
+  std::function<double(double)> load = [](double) { return 2.0; };
+};
+
+struct RecordedFriction {
+  std::vector<double> t, x, load, force;
+  /// As a file; `sign` = -1 gives the force on the body.
+  std::string csv(double sign = 1.0) const {
+    std::string text = "t,x,load,force\n";
+    char line[160];
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g,%.17g\n", t[i], x[i], load[i], sign * force[i]);
+      text += line;
+    }
+    return text;
+  }
+};
+
+/// Three seconds of growing loops up to 12 um, then strokes of growing length and speed, to 0.4 mm and 1.3
+/// mm/s.
+inline double loops_and_strokes(double t) {
+  if (t < 3.0) return 12e-6 * t / 3.0 * std::sin(2.0 * M_PI * 1.5 * t);
+  return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
+}
+
+inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
+  BruteForcePatch brush(s.bristles, lognormal_quantile(s.length, s.spread), s.redraw, seed);
+  const double bend = s.length * 0.5 * (s.redraw ? 1.0 + s.spread * s.spread : 1.0);
+  std::mt19937_64 generator(seed + 1);
+  std::normal_distribution<double> normal;
+  RecordedFriction out;
+  const auto count = static_cast<int>(s.duration * s.rate);
+  double x = s.motion(0.0);
+  for (int i = 0; i < count; ++i) {
+    const double t = i / s.rate, next = s.motion(t);
+    const double deflection = brush.step(next - x, 0.0).end_x;
+    x = next;
+    const double h = 1e-4 / s.rate;
+    const double v = (s.motion(t + h) - s.motion(t - h)) / (2.0 * h), load = s.load(t);
+    double force = s.kinetic * load * deflection / bend + s.viscous * v;
+    if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
+    force += s.drift(t) + s.noise * normal(generator);
+    if (i % s.every != 0) continue;
+    out.t.push_back(t);
+    out.x.push_back(s.encoder > 0.0 ? s.encoder * std::round(x / s.encoder) : x);
+    out.load.push_back(load);
+    out.force.push_back(force);
+  }
+  return out;
+}
+
+}  // namespace bristle_test

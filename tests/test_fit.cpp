@@ -1,0 +1,310 @@
+// `bristle fit`: known parameters come back from disturbed data, with intervals that hold; what data lack is
+// named; hopeless data are refused. The data are made by brute_force.hpp, which shares nothing with the
+// library.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/reference_table.hpp"
+#include "tests/synthetic_friction.hpp"
+#include "tools/cli/fit.hpp"
+#include "tools/cli/mean_brush.hpp"
+#include "tools/cli/text_file.hpp"
+#include "tools/cli/user_error.hpp"
+
+using Catch::Matchers::Contains;
+using namespace bristle_test;
+using bristle::SnapLaw;
+using bristle::SnapRule;
+
+namespace {
+
+struct Fitted {
+  cli::FitData data;
+  cli::FitResult result;
+  const cli::FitEstimate& operator[](cli::FitParameter p) const { return result.estimates[p]; }
+};
+
+Fitted fit(const std::string& csv, cli::FitOptions options = {}) {
+  Fitted fitted;
+  fitted.data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), options.sign, options.load);
+  fitted.result = cli::fit_material(fitted.data, options);
+  return fitted;
+}
+
+std::string refusal(const std::string& csv, const cli::FitOptions& options = {}) {
+  try {
+    fit(csv, options);
+  } catch (const cli::UserError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+/// Loops and strokes at 100 Hz.
+SyntheticFriction usual() {
+  SyntheticFriction s;
+  s.motion = loops_and_strokes;
+  s.rate = 100.0;
+  s.noise = 0.01;
+  return s;
+}
+
+/// A file of `rows` rows of a function t -> x, force; load 2 N.
+std::string made(int rows, const std::function<double(double)>& x,
+                 const std::function<double(double)>& force) {
+  std::string text = "t,x,load,force\n";
+  for (int i = 0; i < rows; ++i) {
+    const double t = 0.01 * i;
+    text += fmt::format("{},{},2,{}\n", t, x(t), force(t));
+  }
+  return text;
+}
+
+/// The interval holds the truth with room: a half-width is two standard errors, and one in 16 is outside;
+/// five standard errors are 2.5 half-widths, beyond which a fixed seed would have to be very unlucky.
+void check_recovered(const cli::FitEstimate& estimate, double truth, double most_width) {
+  CAPTURE(estimate.value, estimate.low, estimate.high, truth);
+  REQUIRE(estimate.fitted);
+  CHECK(estimate.low < estimate.value);
+  CHECK(estimate.value < estimate.high);
+  CHECK(std::abs(estimate.value - truth) <=
+        2.5 * std::max(estimate.high - estimate.value, estimate.value - estimate.low));
+  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // a wide interval would hold anything
+}
+
+}  // namespace
+
+TEST_CASE("The mean brush follows the reference tables of first loading and reversal", "[fit]") {
+  // redraw: strides of a sixteenth of a mean length, second order: 1/16^2/4 times curvatures of order one.
+  // keep: a population of 2048, stratified in length and phase: discrepancy about (ln 2048)^2/2048 / 4.
+  const struct {
+    const char* name;
+    bristle::SnapLength law;
+  } laws[] = {{"uniform_0.5_1.5", bristle::SnapLength::uniform(0.5e-5, 1.5e-5)},
+              {"lognormal_cv0.3", bristle::SnapLength::lognormal(1e-5, 0.3)},
+              {"exponential", bristle::SnapLength::exponential(1e-5)}};
+  const struct {
+    const char *file, *column;
+    cli::StartState start;
+    double direction;
+  } tables[] = {{"virgin_curve.csv", "x_over_dbar", cli::StartState::straight, 1.0},
+                {"reversal_curve.csv", "y_over_dbar_after_reversal", cli::StartState::forward, -1.0}};
+  int points = 0;
+  for (const auto& table : tables) {
+    const std::vector<Row> rows = read_table(table.file);
+    for (const auto& law : laws) {
+      for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
+        const std::string variant = rule == SnapRule::keep ? "fixed" : "redraw";
+        const double bend =
+            rule == SnapRule::keep ? 0.5 : 0.5 * law.law.moment(2) / std::pow(law.law.mean(), 2);
+        std::vector<cli::PathPoint> path{{0.0, 2.0, false}};
+        std::vector<double> expected;
+        for (const Row& row : rows) {
+          if (row.at("dist") != law.name || row.at("variant") != variant) continue;
+          if (row.count("note") && !row.at("note").empty()) continue;
+          path.push_back({table.direction * number(row, table.column) * 1e-5, 2.0, true});
+          expected.push_back(number(row, "f_reference"));
+        }
+        const std::vector<double> force = cli::mean_brush_force(path, law.law, rule, table.start);
+        REQUIRE(force.size() == expected.size());
+        for (std::size_t i = 0; i < force.size(); ++i) {
+          CAPTURE(table.file, law.name, variant, path[i + 1].x);
+          CHECK(std::abs(0.5 * force[i] * bend - expected[i]) < (rule == SnapRule::keep ? 7e-3 : 1e-3));
+          ++points;
+        }
+      }
+    }
+  }
+  CHECK(points > 400);
+}
+
+TEST_CASE("The mean brush follows a large brush through small loops and long strokes", "[fit]") {
+  SyntheticFriction s = usual();
+  s.noise = 0.0;
+  s.bristles = 20000;
+  const RecordedFriction record_of_brush = record(s, 7);
+  std::vector<cli::PathPoint> path;
+  for (const double x : record_of_brush.x) path.push_back({x, 2.0, true});
+  const auto law = bristle::SnapLength::lognormal(s.length, s.spread);
+  const std::vector<double> force =
+      cli::mean_brush_force(path, law, SnapRule::redraw, cli::StartState::straight);
+  // 20,000 bristles fluctuate by 0.74 / sqrt(20000) = 0.52 % of the kinetic force: five of these.
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    REQUIRE(std::abs(s.kinetic * force[i] - record_of_brush.force[i]) < 5 * 0.0052 * s.kinetic * 2.0);
+  }
+}
+
+TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling and an encoder", "[fit]") {
+  const auto drift = [](double t) {
+    return 0.05 + 0.004 * (t - 5.0) + 0.01 * std::sin(2.0 * M_PI * t / 7.0);
+  };
+  SyntheticFriction noise = usual(), drifting = usual(), slow = usual(), encoder = usual(), all = usual();
+  drifting.drift = all.drift = drift;
+  slow.every = all.every = 2;  // 50 Hz
+  encoder.encoder = all.encoder = 1e-6;
+  const struct {
+    const char* name;
+    const SyntheticFriction& setting;
+  } cases[] = {{"noise", noise}, {"drift", drifting}, {"50 Hz", slow}, {"encoder", encoder}, {"all", all}};
+  for (const auto& c : cases) {
+    CAPTURE(c.name);
+    const SyntheticFriction& s = c.setting;
+    const Fitted fitted = fit(record(s, 11).csv());
+    check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
+    check_recovered(fitted[cli::fit_length], s.length, 0.10 * s.length);
+    check_recovered(fitted[cli::fit_spread], s.spread, 0.25 * s.spread);
+    CHECK_FALSE(fitted[cli::fit_damping].fitted);  // there is none
+    CHECK(fitted.result.explained > 0.99);
+    if (s.encoder > 0.0) CHECK(fitted.data.quantum == Approx(s.encoder));
+  }
+}
+
+TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") {
+  SyntheticFriction s = usual();
+  s.viscous = 100.0;
+  s.damping = 400.0;
+  s.stribeck = 0.2e-3;
+  s.bristles = 5000;
+  const Fitted fitted = fit(record(s, 3).csv());
+  check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
+  check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
+  check_recovered(fitted[cli::fit_damping], s.damping, 0.3 * s.damping);
+  check_recovered(fitted[cli::fit_stribeck], s.stribeck, 0.4 * s.stribeck);
+}
+
+TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
+  SyntheticFriction s = usual();
+  s.redraw = false;
+  s.motion = [](double t) {
+    return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t);
+  };  // long slides: see tools/README.md
+  cli::FitOptions options;
+  options.rule = SnapRule::keep;
+  const Fitted fitted = fit(record(s, 5).csv(), options);
+  check_recovered(fitted[cli::fit_length], s.length, 0.1 * s.length);
+  check_recovered(fitted[cli::fit_spread], s.spread, 0.3 * s.spread);
+  CHECK(fitted.result.material.snap_rule == SnapRule::keep);
+}
+
+TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
+  // Eight repeats of three parameters: fewer than 18 of 24 has a probability below 1e-3 at 95 %, and of 1 %
+  // at the 88 % that the worst parameter reached in long series (tools/README.md).
+  SyntheticFriction s = usual();
+  s.duration = 6.0;
+  int held = 0;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    const Fitted fitted = fit(record(s, 1000 + 10 * seed).csv());
+    const auto holds = [&](cli::FitParameter p, double truth) {
+      return fitted[p].fitted && fitted[p].low <= truth && truth <= fitted[p].high ? 1 : 0;
+    };
+    held += holds(cli::fit_kinetic, s.kinetic) + holds(cli::fit_length, s.length) +
+            holds(cli::fit_spread, s.spread);
+  }
+  CHECK(held >= 18);
+}
+
+TEST_CASE("The sign of the force is found, and a wrong one given is refused", "[fit]") {
+  const RecordedFriction data = record(usual(), 2);
+  const Fitted by = fit(data.csv(1.0)), on = fit(data.csv(-1.0));
+  CHECK(by.data.sign == cli::ForceSign::by_body);
+  CHECK(on.data.sign == cli::ForceSign::on_body);
+  for (const auto p : {cli::fit_kinetic, cli::fit_length, cli::fit_spread}) CHECK(by[p].value == on[p].value);
+  cli::FitOptions options;
+  options.sign = cli::ForceSign::on_body;
+  CHECK(refusal(data.csv(-1.0), options).empty());
+  CHECK_THAT(refusal(data.csv(1.0), options), Contains("wrong sign") && Contains("--sign by"));
+}
+
+TEST_CASE("What the data do not determine is named and stays at its default", "[fit]") {
+  SECTION("steady sliding one way at one speed: the kinetic coefficient alone") {
+    SyntheticFriction s = usual();
+    s.motion = [](double t) { return 5e-3 * t; };
+    const Fitted fitted = fit(record(s, 1).csv());
+    check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.01 * s.kinetic);
+    CHECK_THAT(fitted[cli::fit_length].why, Contains("no presliding"));
+    CHECK(fitted[cli::fit_length].value == 10e-6);
+    CHECK_THAT(fitted[cli::fit_viscous].why, Contains("one speed only"));
+    CHECK(fitted[cli::fit_viscous].value == 0.0);
+    CHECK_THAT(fitted[cli::fit_offset].why, Contains("one direction only"));
+    for (const auto p :
+         {cli::fit_length, cli::fit_spread, cli::fit_viscous, cli::fit_damping, cli::fit_offset}) {
+      CHECK_FALSE(fitted[p].fitted);
+    }
+  }
+  SECTION("loops that never slide: the stiffness alone") {
+    SyntheticFriction s = usual();
+    s.motion = [](double t) { return 2e-6 * std::sin(2.0 * M_PI * t); };
+    const Fitted fitted = fit(record(s, 1).csv());
+    CHECK_FALSE(fitted[cli::fit_kinetic].fitted);
+    CHECK_THAT(fitted[cli::fit_kinetic].why, Contains("no sliding"));
+    CHECK(fitted[cli::fit_kinetic].value == 0.40);
+    CHECK_FALSE(fitted[cli::fit_length].fitted);
+    CHECK_FALSE(fitted.result.peak.fitted);
+    const double truth =
+        s.kinetic / (0.5 * (1.0 + s.spread * s.spread) * s.length);  // K = zeta sigma0, over N
+    check_recovered(fitted.result.stiffness, truth, 0.03 * truth);
+  }
+}
+
+TEST_CASE("Hopeless data are refused in one clear line", "[fit]") {
+  const auto sine = [](double t) { return 1e-3 * std::sin(t); };
+  const auto sign = [](double t) { return std::cos(t) > 0.0 ? 0.7 : -0.7; };
+  const auto zero = [](double) { return 0.0; };
+  std::mt19937 generator(1);
+  std::normal_distribution<double> normal;
+  const struct {
+    std::string csv;
+    const char* part;
+  } cases[] = {
+      {made(500, sine, [](double) { return 0.7; }), "the force is constant (0.7 N in every row)"},
+      {made(500, zero, sign), "no motion: the position never changes"},
+      {made(
+           500, [](double t) { return 1e-6 * std::round(std::sin(t)); }, sign),
+       "no motion to speak of"},
+      {made(3, sine, sign), "3 data rows; a fit needs at least 20"},
+      {made(500, sine, [&](double) { return normal(generator); }), "the force does not go with the motion"},
+      {made(
+           500, [](double t) { return 1e-3 * t; }, [](double t) { return std::sin(20.0 * t); }),
+       "the force does not go with the motion"},
+      {"t,x,load,force\n0,0,1,1\n0.1,0,1,nan\n", "data.csv:3: column force: 'nan' is not finite"},
+      {"t,x,load,force\n0,0,1,1\n0,0,1,1\n", "data.csv:3: column t: 0 s does not come after 0 s"},
+      {"t,x,load,force\n0,0,-1,1\n", "data.csv:2: column load: -1 is negative"},
+      {"t,x,load\n0,0,1\n", "has no column force (nor fx, friction); expected t,x,load,force"},
+      {"t,load,force\n0,0,1\n", "has no column x (nor v)"},
+      {"t,x,load,force,fx\n0,0,1,1,1\n", "columns force and fx together: give one"},
+      {"t,x,load,force[kg]\n0,0,1,1\n", "unit of column force is 'kg'; allowed: N, mN"},
+      {"", "empty: expected a header t,x,load,force and rows"},
+  };
+  for (const auto& c : cases) {
+    const std::string message = refusal(c.csv);
+    CAPTURE(message);
+    CHECK_THAT(message, Contains(c.part));
+    CHECK(message.find('\n') == std::string::npos);
+  }
+  std::string lifted = made(500, sine, sign);
+  for (std::size_t at; (at = lifted.find(",2,")) != std::string::npos;) lifted.replace(at, 3, ",0,");
+  CHECK_THAT(refusal(lifted), Contains("the load is 0 throughout"));
+  std::string no_load = "t,x,force\n0,0,1\n";
+  for (int i = 1; i < 30; ++i) no_load += fmt::format("{},{},1\n", i, i % 7);
+  CHECK_THAT(refusal(no_load + "30,1,2\n"), Contains("no column load; add one, or give --load"));
+}
+
+TEST_CASE("The sled of the sample file is the one that its script describes", "[fit]") {
+  const std::string path = BRISTLE_SCENES "/sled.csv";
+  cli::FitOptions options;
+  const Fitted fitted = fit(cli::read_text_file(path), options);
+  check_recovered(fitted[cli::fit_kinetic], 0.35, 0.01);
+  check_recovered(fitted[cli::fit_length], 15e-6, 1e-6);
+  check_recovered(fitted[cli::fit_spread], 0.4, 0.05);
+  check_recovered(fitted[cli::fit_viscous], 60.0, 20.0);
+  check_recovered(fitted[cli::fit_offset], 0.030, 0.01);
+  check_recovered(fitted[cli::fit_drift], 0.002, 0.002);
+  CHECK(fitted.data.quantum == Approx(0.5e-6));
+}

@@ -1,0 +1,46 @@
+// What CSV files with a header have in common: columns by name, units in brackets, numbers by line.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cli {
+
+struct Unit {
+  std::string_view name;
+  double per_si;  ///< a division by a power of ten rounds once; a product with its inverse would twice
+};
+inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}};
+inline constexpr Unit length_units[] = {{"m", 1.0}, {"cm", 1e2}, {"mm", 1e3}, {"um", 1e6}};
+inline constexpr Unit speed_units[] = {{"m/s", 1.0}, {"cm/s", 1e2}, {"mm/s", 1e3}, {"um/s", 1e6}};
+inline constexpr Unit force_units[] = {{"N", 1.0}, {"mN", 1e3}};
+
+struct ColumnKind {
+  std::string_view name;
+  std::span<const Unit> units;
+};
+
+struct CsvHeader {
+  std::vector<bool> present;               ///< by kind
+  std::vector<double> per_si;              ///< by kind
+  std::vector<std::string> other_columns;  ///< not of these kinds
+  std::string canonical;                   ///< our names without units, others as "-": for the splitter
+};
+
+/// `text` without byte order mark and leading comments, `header_line` the number of its first line. Throws
+/// UserError when it holds no text; `expected` is a header that would do.
+std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
+                                std::size_t& header_line);
+
+/// Reads "x [mm],load". Throws UserError on a unit that is not known and on a column that comes twice.
+CsvHeader read_csv_header(std::string_view line, const std::string& where, std::span<const ColumnKind> kinds);
+
+std::string_view trim(std::string_view text);
+
+/// A finite number, the whole cell. Throws UserError naming `where`, column and reason.
+double parse_number(std::string_view cell, std::string_view column, const std::string& where);
+
+}  // namespace cli

@@ -1,0 +1,129 @@
+// The reader of measured friction.
+#include <limits>
+
+#define CSV_IO_NO_THREAD
+#include <libfccp/csv.h>
+
+#include <fmt/format.h>
+
+#include "tools/cli/csv_columns.hpp"
+#include "tools/cli/fit_data.hpp"
+#include "tools/cli/user_error.hpp"
+
+namespace cli {
+namespace {
+
+enum Column : unsigned {
+  column_t,
+  column_x,
+  column_v,
+  column_vx,
+  column_load,
+  column_force,
+  column_fx,
+  column_friction,
+  column_count
+};
+constexpr ColumnKind kinds[column_count] = {
+    {"t", time_units},     {"x", length_units},    {"v", speed_units},  {"vx", speed_units},
+    {"load", force_units}, {"force", force_units}, {"fx", force_units}, {"friction", force_units}};
+constexpr const char* expected = "t,x,load,force";
+
+/// The one of several names for a thing that is there; column_count when none is.
+unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, const std::string& where) {
+  unsigned found = column_count;
+  for (const unsigned c : names) {
+    if (!header.present[c]) continue;
+    if (found != column_count) {
+      throw UserError(
+          fmt::format("{}: columns {} and {} together: give one", where, kinds[found].name, kinds[c].name));
+    }
+    found = c;
+  }
+  return found;
+}
+
+struct Choice {
+  unsigned v = column_count, force = column_count;
+};
+
+Choice choose(const CsvHeader& header, std::string_view line, const std::string& where) {
+  const Choice choice{pick(header, {column_v, column_vx}, where),
+                      pick(header, {column_force, column_fx, column_friction}, where)};
+  const auto need = [&](bool ok, const char* what) {
+    if (!ok)
+      throw UserError(
+          fmt::format("{}: header '{}' has no {}; expected {}", where, trim(line), what, expected));
+  };
+  need(header.present[column_t], "column t");
+  need(header.present[column_x] || choice.v != column_count, "column x (nor v)");
+  need(choice.force != column_count, "column force (nor fx, friction)");
+  return choice;
+}
+
+}  // namespace
+
+FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
+  FitColumns data;
+  data.name = name;
+  std::size_t header_line = 1;
+  text = skip_to_header(text, name, expected, header_line);
+  const std::size_t header_end = std::min(text.find('\n'), text.size());
+  const std::string header_where = fmt::format("{}:{}", name, header_line);
+  const std::string_view line = text.substr(0, header_end);
+  const CsvHeader header = read_csv_header(line, header_where, kinds);
+  const Choice choice = choose(header, line, header_where);
+  data.has_x = header.present[column_x];
+  data.has_load = header.present[column_load];
+  data.replayable = data.has_x || choice.v == column_vx;
+  data.ignored_columns = header.other_columns;
+
+  std::string canonical = header.canonical;
+  canonical += text.substr(header_end);
+  if (!canonical.ends_with('\n')) canonical += '\n';
+  using Reader = io::CSVReader<column_count, io::trim_chars<' ', '\t'>, io::no_quote_escape<','>,
+                               io::throw_on_overflow, io::single_line_comment<'#'>>;
+  Reader reader(name, canonical.data(), canonical.data() + canonical.size());
+  reader.set_file_line(static_cast<unsigned>(header_line - 1));
+  const auto where = [&] { return fmt::format("{}:{}", name, reader.get_file_line()); };
+  try {
+    reader.read_header(io::ignore_extra_column | io::ignore_missing_column, "t", "x", "v", "vx", "load",
+                       "force", "fx", "friction");
+    char* cells[column_count] = {};
+    while (reader.read_row(cells[0], cells[1], cells[2], cells[3], cells[4], cells[5], cells[6], cells[7])) {
+      const auto value = [&](unsigned c) {
+        return parse_number(cells[c], kinds[c].name, where()) / header.per_si[c];
+      };
+      const double t = value(column_t);
+      if (!data.t.empty() && !(t > data.t.back())) {
+        throw UserError(fmt::format("{}: column t: {} s does not come after {} s of the row before", where(),
+                                    t, data.t.back()));
+      }
+      if (choice.v != column_count) data.v.push_back(value(choice.v));
+      if (data.has_x) {
+        data.x.push_back(value(column_x));
+      } else {
+        const std::size_t n = data.t.size();
+        data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
+      }
+      if (data.has_load) {
+        data.load.push_back(value(column_load));
+        if (data.load.back() < 0.0) {
+          throw UserError(fmt::format("{}: column load: {} is negative; allowed: 0 or more", where(),
+                                      cells[column_load]));
+        }
+      }
+      data.force.push_back(value(choice.force));
+      data.t.push_back(t);
+    }
+  } catch (const io::error::too_few_columns&) {
+    throw UserError(fmt::format("{}: fewer cells than the header has columns", where()));
+  } catch (const io::error::too_many_columns&) {
+    throw UserError(fmt::format("{}: more cells than the header has columns", where()));
+  } catch (const io::error::base& error) {
+    throw UserError(fmt::format("{}: {}", where(), error.what()));
+  }
+  return data;
+}
+
+}  // namespace cli

@@ -1,0 +1,39 @@
+# Draws a fit over the data, from what `bristle fit --csv` writes (`bristle fit --plot` runs this script itself).
+#   gnuplot -e "csv='fit.csv'; png='fit.png'; title='sled'" fit.gp
+if (!exists("csv")) { print "fit.gp: needs csv='FILE'"; exit status 2 }
+if (!exists("png")) png = "fit.png"
+if (!exists("title")) title = csv
+
+set terminal pngcairo size 1500,1300 font "DejaVu Sans,17" linewidth 1.6
+set output png
+set datafile separator comma
+set datafile columnheaders
+set border 3 linecolor "#555555"
+set tics nomirror
+set grid linecolor "#DDDDDD"
+set key outside top right horizontal samplen 2 noenhanced
+set lmargin 11
+set rmargin 3
+stats csv using "x" nooutput
+scale = STATS_max - STATS_min < 1e-3 ? 1e6 : 1e3
+unit = scale == 1e6 ? "um" : "mm"
+# Thin points where there are many.
+dots = STATS_records > 3000 ? 0.25 : 0.5
+
+set multiplot title title font ",22" noenhanced
+set size 1.0, 0.42
+set origin 0.0, 0.53
+set xlabel "position  [".unit."]"
+set ylabel "friction, by the body  [N]"
+plot csv using (scale * column("x")):"force" with points pointtype 7 pointsize dots linecolor rgb "#999999" title "measured", \
+     csv using (scale * column("x")):"fit" with lines linecolor rgb "#0072B2" title "fit"
+set size 1.0, 0.31
+set origin 0.0, 0.22
+set xlabel "time  [s]"
+plot csv using "t":"force" with points pointtype 7 pointsize dots linecolor rgb "#999999" title "measured", \
+     csv using "t":"fit" with lines linewidth 0.8 linecolor rgb "#0072B2" title "fit"
+set size 1.0, 0.22
+set origin 0.0, 0.0
+set ylabel "measured - fit  [N]"
+plot csv using "t":"residual" with points pointtype 7 pointsize dots linecolor rgb "#D55E00" notitle
+unset multiplot
