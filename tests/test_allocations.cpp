@@ -5,12 +5,17 @@
 // operator new ends up in them. Sanitizers bring their own malloc: there the test says that it was skipped.
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <new>
 #include <string>
+
+#if BRISTLE_HAS_EIGEN
+#include <bristle/coupling.hpp>
+#endif
 
 #include "scenes.hpp"
 
@@ -132,3 +137,36 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
     }
   }
 }
+
+#if BRISTLE_HAS_EIGEN
+TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
+  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  PatchBatch batch;
+  constexpr std::size_t feet_count = 9;  // more contacts than velocities
+  std::array<Motion, feet_count> motions;
+  std::array<Response, feet_count> responses;
+  std::array<bristle::BodyContact<6>, feet_count> feet;
+  for (std::size_t i = 0; i < feet_count; ++i) {
+    motions[i].id = batch.add(Material{}, PatchOptions{}.with_bristles(200).with_outputs(Outputs::mean));
+    motions[i].normal_load = 0.5;
+    feet[i] = bristle::rigid_contact(i, {0.01 * static_cast<double>(i), 0.02, -0.01}, {1, 0, 0}, {0, 1, 0});
+  }
+  batch.warm_up();
+  auto body = bristle::rigid_body(0.25, Eigen::Vector3d(1e-4, 2e-4, 3e-4).asDiagonal());
+  const bristle::BodyVector<6> force = Eigen::Matrix<double, 6, 1>::Constant(0.3);
+  const long before = calls;
+  for (int i = 0; i < 200; ++i) {
+    if (i % 2) {
+      bristle::predict_displacements(batch, tick, body, force, feet, motions);
+      batch.step(tick, motions, responses);
+      bristle::apply_end_forces(tick, body, force, feet, responses);
+    } else {
+      bristle::solve_displacements(batch, tick, body, force, feet, motions);
+      batch.step(tick, motions, responses);
+      bristle::apply_mean_forces(tick, body, force, feet, responses);
+    }
+  }
+  CHECK(calls - before == 0);
+  CHECK(body.velocity.norm() > 0.0);
+}
+#endif

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <bristle/coupling_solver.hpp>
 #include <bristle/patch_batch.hpp>
 
 #include "tools/cli/scene.hpp"
@@ -20,22 +21,21 @@ struct SolveStatistics {
 };
 
 /// Solves m (v1 - v0) = T (F_ext + F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d, F_mean being
-/// the friction force on the body averaged over the step (PatchBatch::find_force): the midpoint rule, which
-/// neither adds nor takes energy beside what the bristles do.
+/// the friction force on the body averaged over the step (bristle::solve_displacements): the midpoint rule,
+/// which neither adds nor takes energy beside what the bristles do.
 class BodyMotion {
  public:
-  /// `patches` are the places of the body's patches in the batch's motion array; `stiffness` and `damping`
-  /// those per newton of load (N/m, N s/m), upper bounds over its materials; `viscous` their sum, N s/m.
-  BodyMotion(const SceneBody& body, std::vector<std::size_t> patches, double stiffness_per_newton,
-             double damping_per_newton, double viscous_friction);
+  /// `patches` are the places of the body's patches in the batch's motion array.
+  BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
   /// Load of each patch, N.
   double load_per_patch(double t) const noexcept;
 
   /// Before PatchBatch::step: sets displacement and load of the body's patches in `motions`.
-  void solve(bristle::PatchBatch& batch, double t, double dt, bristle::Motion* motions) noexcept;
+  void solve(bristle::PatchBatch& batch, double t, double dt,
+             bristle::Span<bristle::Motion> motions) noexcept;
   /// After it: takes the velocity from the friction that acted.
-  void finish(double dt, const bristle::Response* responses) noexcept;
+  void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
   const SceneBody& body() const noexcept { return body_; }
   const SolveStatistics& statistics() const noexcept { return statistics_; }
@@ -45,24 +45,26 @@ class BodyMotion {
   const double (&applied() const noexcept)[2] { return applied_; }
 
  private:
-  struct Force2 {
-    double x = 0.0, y = 0.0;
+  /// The body on a rail or in the plane: one of the two is in use.
+  template <int Dof>
+  struct Coupled {
+    bristle::MovingBody<Dof> body;
+    std::vector<bristle::BodyContact<Dof>> contacts;
   };
-  Force2 residual(bristle::PatchBatch& batch, double dt, bristle::Motion* motions, const Force2& d) noexcept;
-  void solve_one_axis(bristle::PatchBatch& batch, double dt, bristle::Motion* motions) noexcept;
-  void solve_two_axes(bristle::PatchBatch& batch, double dt, bristle::Motion* motions) noexcept;
-  void note(double residual_n) noexcept;
+  template <int Dof>
+  void solve(Coupled<Dof>& coupled, bristle::PatchBatch& batch, double dt,
+             bristle::Span<bristle::Motion> motions) noexcept;
+  template <int Dof>
+  void finish(Coupled<Dof>& coupled, double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
   const SceneBody& body_;
   std::vector<std::size_t> patches_;
-  double stiffness_per_newton_, damping_per_newton_, viscous_;
+  Coupled<1> rail_;
+  Coupled<2> plane_;
   double position_[2] = {0.0, 0.0};
   double velocity_[2];
   double applied_[2] = {0.0, 0.0};
   double displacement_[2] = {0.0, 0.0};
-  double slope_bound_ = 0.0;  // N/m: the residual falls at most so fast with d
-  double force_scale_ = 0.0;  // N
-  int evaluations_ = 0;
   double highest_speed_ = 0.0;
   SolveStatistics statistics_;
 };

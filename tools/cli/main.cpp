@@ -18,6 +18,7 @@
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/fit.hpp"
 #include "tools/cli/run.hpp"
+#include "tools/cli/stability.hpp"
 #include "tools/cli/user_error.hpp"
 
 namespace {
@@ -154,6 +155,15 @@ int run(int argc, char** argv) {
   fit_app->add_option("--json", fit_options.json, "Write the report to this JSON file (- for stdout)");
   fit_app->add_option("--csv", fit_options.csv,
                       "Write data, fit and residuals to this CSV file (- for stdout)");
+  cli::StabilityOptions stability_options;
+  CLI::App* stability_app = app.add_subcommand(
+      "stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory");
+  stability_app->add_flag("--quick", stability_options.quick, "A coarser map, shorter runs");
+  stability_app->add_option("--threads", stability_options.threads, "Threads that simulate; 0 = one per core")
+      ->check(CLI::Range(0, 1024));
+  stability_app->add_option("--json", stability_options.json,
+                            "Write the report to this JSON file (- for stdout)");
+  stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)");
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -173,6 +183,7 @@ int run(int argc, char** argv) {
     cli::capacity_command(capacity_options);
   }
   if (fit_app->parsed()) cli::fit_command(fit_options);
+  if (stability_app->parsed()) cli::stability_command(stability_options);
   return exit_done;
 }
 

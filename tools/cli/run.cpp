@@ -123,17 +123,11 @@ void SceneRun::add_patches() {
 void SceneRun::add_bodies() {
   for (const SceneBody& body : scene_.bodies) {
     std::vector<std::size_t> places;
-    double stiffness = 0.0, damping = 0.0, viscous = 0.0;
     for (std::size_t c = 0; c < copies_.size(); ++c) {
       const std::size_t p = copies_[c].patch;
-      if (!std::count(body.patches.begin(), body.patches.end(), p)) continue;
-      const bristle::Material& m = scene_.materials[scene_.patches[p].material].material;
-      places.push_back(c);
-      stiffness = std::max(stiffness, m.bristles_in_contact(1.0) * m.bristle_stiffness);
-      damping = std::max(damping, m.bristles_in_contact(1.0) * m.damping_at(0.0));
-      viscous += m.viscous_friction;
+      if (std::count(body.patches.begin(), body.patches.end(), p)) places.push_back(c);
     }
-    bodies_.emplace_back(body, std::move(places), stiffness, damping, viscous);
+    bodies_.emplace_back(body, std::move(places));
   }
 }
 
@@ -158,11 +152,11 @@ void SceneRun::step(double t) {
   using bristle::DeadlineMonitor;
   const double cpu = DeadlineMonitor::cpu_now();
   const double wall = DeadlineMonitor::wall_now();
-  for (BodyMotion& body : bodies_) body.solve(batch_, t, scene_.dt, motions_.data());
+  for (BodyMotion& body : bodies_) body.solve(batch_, t, scene_.dt, motions_);
   batch_.step(scene_.dt, {motions_.data(), motions_.size()}, {responses_.data(), responses_.size()});
   const double wall_time = DeadlineMonitor::wall_now() - wall;
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
-  for (BodyMotion& body : bodies_) body.finish(scene_.dt, responses_.data());
+  for (BodyMotion& body : bodies_) body.finish(scene_.dt, responses_);
 }
 
 // Coefficients from the elastic part: dampers and lubricant are no friction of the bristles. A step counts as

@@ -1,0 +1,124 @@
+// Velocity update of a body that rests on contact patches: stable for any stiffness of the patches.
+// Header-only, over Eigen: link bristle::eigen. Not part of bristle.hpp.
+//
+// A body has Dof velocities u (6 for a rigid body: linear, then angular) and a mass matrix M. Contact i sees
+// the slip velocity s_i = J_i u - g_i in its tangent plane, moves by d_i = T s_i in a step, and answers with
+// a force F_i on the body:
+//
+//   M (u1 - u0) = T (f + sum of J_i^T F_i)                                                   (momentum)
+//
+// Two ways to find the displacements; the velocity always follows from the forces that then acted:
+//
+//   predict_displacements   F_i = F_i(now) - (K_i T + C_i) s_i(u1), its elastic part clipped at the force
+//                           limit: implicit Euler, linear. Cheap: one look at each patch. Needs no output but
+//                           the end force; finish with apply_end_forces.
+//   solve_displacements     F_i = mean force over the step at d_i = T s_i((u0 + u1) / 2), solved by
+//                           PatchBatch::find_force: the midpoint rule, which neither adds nor takes energy
+//                           beside what the bristles do. Needs Outputs::mean; finish with apply_mean_forces.
+//
+// Equations, limits and measurements: core/MODEL.md, section 21. Thread rule: PatchBatch's stepping thread.
+// Nothing here allocates, locks or throws.
+#pragma once
+
+#include <cstddef>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "bristle/coupling_solver.hpp"
+#include "bristle/patch_batch.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+using RigidBody = MovingBody<6>;
+
+/// A rigid body at rest in space, to be pushed: velocities about its centre of mass, world axes. For a body
+/// that turns, refresh `mass` (inertia in world axes) as it does. `inertia` kg m^2, `mass_kg` > 0.
+inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noexcept {
+  RigidBody body;
+  body.mass.setZero();
+  body.mass.diagonal().head<3>().setConstant(mass_kg);
+  body.mass.bottomRightCorner<3, 3>() = inertia;
+  return body;
+}
+
+/// A contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes), whose
+/// displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent plane.
+/// `place`: where its patch stands in the arrays of motions and responses.
+inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& arm,
+                                    const Eigen::Vector3d& along, const Eigen::Vector3d& aside) noexcept {
+  BodyContact<6> contact;
+  contact.place = place;
+  contact.jacobian.row(0) << along.transpose(), arm.cross(along).transpose();
+  contact.jacobian.row(1) << aside.transpose(), arm.cross(aside).transpose();
+  return contact;
+}
+
+/// Sets the displacements of the step to come in `motions` by one linear solve and a projection: stiffness
+/// and damping of every patch are taken implicitly, and a patch whose elastic force would exceed its force
+/// limit pulls with that limit instead. Ids and loads of the step stand in `motions`; `external` is the force
+/// on the body over the step (N, N m; gyroscopic torque included where it matters).
+template <int Dof>
+void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
+                           const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,
+                           Span<Motion> motions) noexcept {
+  using Vector = Eigen::Matrix<double, Dof, 1>;
+  using Matrix = Eigen::Matrix<double, Dof, Dof>;
+  for (BodyContact<Dof>& c : contacts) {
+    Motion rest = motions[c.place];
+    const Eigen::Vector2d slip = detail::slip_of<Dof>(c, body.velocity);
+    for (int a = 0; a < 2; ++a) {
+      rest.displacement[a] = 0.0;
+      rest.velocity[a] = a < c.axes ? slip[a] : 0.0;
+    }
+    rest.has_velocity = true;
+    const Response now = batch.find_force(dt_s, rest);
+    c.force = {now.elastic[0], c.axes == 2 ? now.elastic[1] : 0.0};
+    c.stiffness = now.stiffness;
+    c.damping = now.damping;
+    c.force_limit = now.force_limit;
+  }
+  const double theta = detail::implicit_share<Dof>(dt_s, body, contacts);
+  Vector mean = body.velocity;  // (1 - theta) u0 + theta u1
+  // Each pass lets go of the patches that are over their limit; what was let go stays so.
+  for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
+    Matrix a = body.mass;
+    Vector b = body.mass * body.velocity + theta * dt_s * external;
+    for (const BodyContact<Dof>& c : contacts) {
+      const Eigen::Matrix<double, 2, Dof> jacobian = c.jacobian;
+      const double gain = theta * dt_s * (dt_s * c.stiffness + c.damping);
+      a.noalias() += gain * jacobian.transpose() * jacobian;
+      b.noalias() += jacobian.transpose() * (theta * dt_s * c.force + gain * c.ground_velocity);
+    }
+    mean = a.llt().solve(b);
+    if (!detail::clip_at_limits<Dof>(dt_s, mean, contacts)) break;
+  }
+  detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
+}
+
+/// Sets the displacements of the step to come in `motions` by the midpoint rule. `external` as above, at the
+/// middle of the step. Bristles that redraw over many snaps make F_mean jump a little with the displacement;
+/// where the equation has no solution in such a jump the best point is taken, and the report says how good.
+template <int Dof>
+SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
+                                const Given<BodyVector<Dof>>& external,
+                                Given<Span<BodyContact<Dof>>> contacts, Span<Motion> motions) noexcept {
+  return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve();
+}
+
+/// After PatchBatch::step: the velocity from the forces that acted, so that momentum is kept to rounding.
+template <int Dof>
+void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
+                      Given<Span<const BodyContact<Dof>>> contacts, Span<const Response> responses) noexcept {
+  detail::apply_forces<Dof>(dt_s, body, external, contacts, responses, &Response::end);
+}
+template <int Dof>
+void apply_mean_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
+                       Given<Span<const BodyContact<Dof>>> contacts,
+                       Span<const Response> responses) noexcept {
+  detail::apply_forces<Dof>(dt_s, body, external, contacts, responses, &Response::mean);
+}
+
+}  // namespace bristle

@@ -1,0 +1,397 @@
+// The midpoint solve behind coupling.hpp, and the body and contacts that it works on.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "bristle/patch_batch.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+namespace detail {
+template <class T>
+struct Identity {
+  using type = T;
+};
+}  // namespace detail
+/// T, from which Dof is not deduced: so that arrays and Eigen's expressions convert.
+template <class T>
+using Given = typename detail::Identity<T>::type;
+
+template <int Dof>
+using BodyVector = Eigen::Matrix<double, Dof, 1, Eigen::DontAlign>;
+
+/// A body with Dof velocities: 1 on a rail, 2 sliding without turning, 6 rigid.
+template <int Dof>
+struct MovingBody {
+  Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass =
+      Eigen::Matrix<double, Dof, Dof>::Identity();                   ///< kg, kg m^2; positive definite
+  BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s
+};
+
+/// One patch under a body. The caller sets the first four; the rest is room to work in.
+template <int Dof>
+struct BodyContact {
+  std::size_t place = 0;  ///< of its patch in the arrays of motions and responses
+  int axes = 2;           ///< of the patch
+  Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
+      Eigen::Matrix<double, 2, Dof>::Identity();  ///< slip velocity = jacobian u - ground_velocity
+  Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
+      Eigen::Vector2d::Zero();  ///< m/s, of the other surface, in the tangent plane
+
+  double stiffness = 0.0, damping = 0.0, force_limit = 0.0;
+  Eigen::Matrix<double, 2, 1, Eigen::DontAlign> force = Eigen::Vector2d::Zero(),
+                                                trial_force = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 2, Eigen::DontAlign> slope = Eigen::Matrix2d::Zero();
+};
+
+/// How hard the equation of motion was to solve.
+struct SolveReport {
+  int evaluations = 0;    ///< of the friction force of all contacts
+  double residual = 0.0;  ///< over the largest force in the equation, both in the norm sqrt(f M^-1 f)
+};
+
+namespace detail {
+
+template <int Dof>
+Eigen::Vector2d slip_of(const BodyContact<Dof>& c, const Eigen::Matrix<double, Dof, 1>& u) noexcept {
+  Eigen::Vector2d slip = c.jacobian * u - c.ground_velocity;
+  if (c.axes == 1) slip[1] = 0.0;
+  return slip;
+}
+
+template <int Dof>
+void set_displacements(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
+                       Span<const BodyContact<Dof>> contacts, Span<Motion> motions) noexcept {
+  for (const BodyContact<Dof>& c : contacts) {
+    const Eigen::Vector2d slip = slip_of<Dof>(c, u);
+    motions[c.place].displacement[0] = dt_s * slip[0];
+    motions[c.place].displacement[1] = dt_s * slip[1];
+    motions[c.place].has_velocity = false;
+  }
+}
+
+template <int Dof>
+void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& external,
+                  Span<const BodyContact<Dof>> contacts, Span<const Response> responses,
+                  double (Response::*force)[2]) noexcept {
+  Eigen::Matrix<double, Dof, 1> impulse = dt_s * external;
+  for (const BodyContact<Dof>& c : contacts) {
+    const double(&f)[2] = responses[c.place].*force;
+    impulse.noalias() += dt_s * c.jacobian.transpose() * Eigen::Vector2d(f[0], c.axes == 2 ? f[1] : 0.0);
+  }
+  const Eigen::Matrix<double, Dof, Dof> mass = body.mass;
+  body.velocity += mass.llt().solve(impulse);
+}
+
+// Share theta of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1): a half, which
+// keeps the distance of a stop true, and more where dampers stop the body within a step. A body against a
+// damper alone wants 1 - theta = 1/c - 1/(e^c - 1), c = C T / m; this is that function to 0.033 without an
+// exponential, and never lets a damper turn the velocity.
+template <int Dof>
+double implicit_share(double dt_s, const MovingBody<Dof>& body,
+                      Span<const BodyContact<Dof>> contacts) noexcept {
+  const Eigen::Matrix<double, Dof, Dof> m = body.mass;
+  const Eigen::LLT<Eigen::Matrix<double, Dof, Dof>> mass(m);
+  double c = 0.0;  // a bound on the fastest decay
+  for (const BodyContact<Dof>& contact : contacts) {
+    double mobility = 0.0;
+    for (int a = 0; a < contact.axes; ++a) {
+      const Eigen::Matrix<double, Dof, 1> row = contact.jacobian.row(a).transpose();
+      mobility = std::max(mobility, row.dot(mass.solve(row)));
+    }
+    c += dt_s * contact.damping * mobility;
+  }
+  return 1.0 - (1.0 + c / 3.0) / (2.0 + c + c * c / 3.0);
+}
+
+// Lets go of the patches whose predicted elastic force is over the limit: from now on they pull with the
+// limit, whatever the velocity. Whether there was one.
+template <int Dof>
+bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
+                    Span<BodyContact<Dof>> contacts) noexcept {
+  bool clipped = false;
+  for (BodyContact<Dof>& c : contacts) {
+    if (c.stiffness == 0.0) continue;
+    const Eigen::Vector2d predicted = c.force - c.stiffness * dt_s * slip_of<Dof>(c, u);
+    const double length = predicted.norm();
+    if (!(length > c.force_limit)) continue;
+    c.force = predicted * (c.force_limit / length);
+    c.stiffness = 0.0;
+    clipped = true;
+  }
+  return clipped;
+}
+
+// When to stop: for the tolerance up to a number of evaluations that is usually enough, after that for what
+// single precision can tell, whose forces move in small stairs.
+class Effort {
+ public:
+  explicit Effort(double force_scale) noexcept : force_scale_(force_scale) {}
+  void count(double force) noexcept {
+    ++evaluations_;
+    force_scale_ = std::max(force_scale_, force);
+  }
+  bool thorough() const noexcept { return evaluations_ >= usual_evaluations; }
+  bool unsolved(double residual) const noexcept {
+    return thorough() ? residual > single_tolerance * force_scale_ && evaluations_ < most_evaluations
+                      : residual > tolerance * force_scale_;
+  }
+  SolveReport report(double residual) const noexcept {
+    return {evaluations_, force_scale_ > 0.0 ? residual / force_scale_ : 0.0};
+  }
+
+ private:
+  static constexpr int usual_evaluations = 8;
+  static constexpr int most_evaluations = 50;
+  static constexpr double tolerance = 1e-10;        // of the largest force in the equation
+  static constexpr double single_tolerance = 1e-7;  // of the same
+  double force_scale_;
+  int evaluations_ = 0;
+};
+
+// The root of a function that falls, by at most the slope bound (known from its evaluations). Secant steps,
+// none shorter than the bound demands; once the root lies between two points they stay there, and secants
+// that do not shrink that interval give way to a bisection. Where the sign changes in a jump there is no
+// root, and the better end is taken.
+template <class Residual, class SlopeBound>
+double find_falling_root(const Residual& residual_at, double start, const SlopeBound& slope_bound_so_far,
+                         const Effort& effort) noexcept {
+  struct Point {
+    double x, residual;
+  };
+  const auto at = [&](double x) { return Point{x, residual_at(x)}; };
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Point last = at(start), best = last;
+  Point low{-infinity, infinity}, high{infinity, -infinity};  // residual > 0 at low, < 0 at high
+  double slope = slope_bound_so_far();
+  int slow = 0;  // steps in a row that did not halve the interval
+  while (effort.unsolved(std::fabs(best.residual))) {
+    const double slope_bound = slope_bound_so_far();
+    (last.residual > 0.0 ? low : high) = last;
+    const bool bracketed = std::isfinite(low.x) && std::isfinite(high.x);
+    const double width = high.x - low.x;
+    const bool jump = bracketed && low.residual - high.residual > 2.0 * slope_bound * width;
+    if (jump && effort.thorough()) break;
+    double next = last.x + last.residual / slope;
+    if (bracketed && (slow > 3 || !(next > low.x && next < high.x))) next = low.x + 0.5 * width;
+    if (next == last.x || (bracketed && !(next > low.x && next < high.x))) break;  // nothing in between
+    const Point point = at(next);
+    // Clear of rounding in tiny steps and of the falling branches of the friction curve.
+    slope =
+        std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * slope_bound, slope_bound);
+    const double left = point.residual > 0.0 ? high.x - point.x : point.x - low.x;
+    slow = bracketed && left > 0.5 * width ? slow + 1 : 0;
+    last = point;
+    if (std::fabs(point.residual) < std::fabs(best.residual)) best = point;
+  }
+  return best.x;
+}
+
+/// M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the midpoint velocity
+/// (u0 + u1) / 2.
+template <int Dof>
+class MidpointSolver {
+  using Vector = Eigen::Matrix<double, Dof, 1>;
+  using Matrix = Eigen::Matrix<double, Dof, Dof>;
+
+ public:
+  MidpointSolver(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
+                 Span<BodyContact<Dof>> contacts, Span<Motion> motions) noexcept
+      : batch_(batch),
+        dt_s_(dt_s),
+        external_(external),
+        start_(body.velocity),
+        inertia_((2.0 / dt_s) * body.mass),
+        mass_(Matrix(body.mass)),
+        contacts_(contacts),
+        motions_(motions),
+        effort_(weight_of(external_)) {}
+
+  SolveReport solve() noexcept {
+    Vector u = start_;
+    double residual = 0.0;
+    if constexpr (Dof == 1) {
+      residual = solve_rail(u);
+    } else {
+      const bool one_axis = contacts_.size() == 1 && contacts_[0].axes == 1;
+      residual = one_axis ? solve_along_contact(u) : solve_all(u);
+    }
+    set_displacements<Dof>(dt_s_, u, contacts_, motions_);
+    return effort_.report(residual);
+  }
+
+ private:
+  static constexpr double load_share = 1e-3;  // forces below this share of the load count as this large
+
+  // Generalised forces in newtons and newton metres have a common measure: sqrt(f M^-1 f).
+  double weight_of(const Vector& force) const noexcept {
+    return std::sqrt(std::max(force.dot(mass_.solve(force)), 0.0));
+  }
+
+  // Friction at the midpoint velocity u, into trial_force; bounds on its slope, into stiffness and damping.
+  Vector friction(const Vector& u) noexcept {
+    set_displacements<Dof>(dt_s_, u, contacts_, motions_);
+    Vector sum = Vector::Zero();
+    Vector largest = Vector::Zero();
+    for (BodyContact<Dof>& c : contacts_) {
+      const Motion& motion = motions_[c.place];
+      const Response response = batch_.find_force(dt_s_, motion);
+      c.trial_force = {response.mean[0], c.axes == 2 ? response.mean[1] : 0.0};
+      c.stiffness = response.stiffness;
+      c.damping = std::max(c.damping, response.damping);
+      sum.noalias() += c.jacobian.transpose() * c.trial_force;
+      largest.noalias() += c.jacobian.row(0).transpose() * (load_share * motion.normal_load);
+    }
+    effort_.count(std::max(weight_of(sum), weight_of(largest)));
+    return sum;
+  }
+  Vector residual(const Vector& u) noexcept { return external_ + friction(u) - inertia_ * (u - start_); }
+
+  // The mean deflection of a stuck bristle moves by half the displacement; dampers see all of the velocity.
+  double slope_bound(const BodyContact<Dof>& c) const noexcept {
+    return 0.5 * dt_s_ * c.stiffness + c.damping;
+  }
+
+  // One velocity: sum over contacts of one axis, each along +1 or -1 times that velocity.
+  double solve_rail(Vector& u) noexcept {
+    double best = std::numeric_limits<double>::infinity();
+    forget_damping();
+    const double weight = 1.0 / std::sqrt(0.5 * dt_s_ * inertia_(0, 0));
+    const auto bound = [&] {
+      double sum = inertia_(0, 0);
+      for (const BodyContact<Dof>& c : contacts_) sum += slope_bound(c) * c.jacobian.col(0).squaredNorm();
+      return weight * sum;
+    };
+    const auto at = [&](double x) {
+      const double value = weight * residual(Vector::Constant(x))[0];
+      best = std::min(best, std::fabs(value));
+      return value;
+    };
+    u.setConstant(find_falling_root(at, u[0], bound, effort_));
+    return best;
+  }
+
+  // One contact of one axis: a body of one velocity, that of the contact, with the mass seen there.
+  double solve_along_contact(Vector& u) noexcept {
+    BodyContact<Dof>& c = contacts_[0];
+    const Vector along = c.jacobian.row(0).transpose();
+    const Vector per_force = mass_.solve(along);  // velocity per impulse along the contact
+    const double mobility = along.dot(per_force);
+    const Vector free = start_ + 0.5 * dt_s_ * mass_.solve(external_);
+    if (!(mobility > 0.0)) {  // a contact that does not see the body
+      u = free;
+      return 0.0;
+    }
+    const double free_slip = along.dot(free);
+    const auto velocity_at = [&](double slip) -> Vector {
+      return free + per_force * ((slip - free_slip) / mobility);
+    };
+    forget_damping();
+    const double inertia = 2.0 / (dt_s_ * mobility);
+    const double weight = std::sqrt(mobility);
+    double best = std::numeric_limits<double>::infinity();
+    const auto at = [&](double slip) {
+      friction(velocity_at(slip));
+      const double value = weight * (c.trial_force[0] - inertia * (slip - free_slip));
+      best = std::min(best, std::fabs(value));
+      return value;
+    };
+    const auto bound = [&] { return weight * (inertia + slope_bound(c)); };
+    u = velocity_at(find_falling_root(at, along.dot(start_), bound, effort_));
+    return best;
+  }
+
+  void forget_damping() noexcept {
+    for (BodyContact<Dof>& c : contacts_) c.damping = 0.0;
+  }
+  // Slopes start from their bounds, times a factor.
+  void bound_slopes(double factor) noexcept {
+    for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * slope_bound(c));
+  }
+  void keep_trial() noexcept {
+    for (BodyContact<Dof>& c : contacts_) c.force = c.trial_force;
+  }
+  // Each contact's slope learns the change of its own force along the step (Broyden); the inertia is known.
+  void learn(const Vector& step) noexcept {
+    for (BodyContact<Dof>& c : contacts_) {
+      Eigen::Vector2d slip = c.jacobian * step;
+      if (c.axes == 1) slip[1] = 0.0;
+      const double squared = slip.squaredNorm();
+      if (!(squared > 0.0)) continue;
+      const Eigen::Vector2d error = c.force - c.trial_force - c.slope * slip;
+      c.slope += error * slip.transpose() / squared;
+    }
+  }
+  Matrix slope_of_residual() const noexcept {
+    Matrix a = inertia_;
+    for (const BodyContact<Dof>& c : contacts_) {
+      if (c.axes == 2) {
+        a.noalias() += c.jacobian.transpose() * c.slope * c.jacobian;
+      } else {
+        a.noalias() += c.jacobian.row(0).transpose() * c.slope(0, 0) * c.jacobian.row(0);
+      }
+    }
+    return a;
+  }
+
+  // Broyden's method contact by contact, begun with the bounds on the slopes, and begun again from the best
+  // point whenever the residual does not shrink; a second time in a row means that the friction jumps there.
+  double solve_all(Vector& u) noexcept {
+    forget_damping();
+    Vector r = residual(u);
+    double norm = weight_of(r);
+    keep_trial();
+    double factor = 1.0;
+    bound_slopes(factor);
+    bool fresh = true;
+    while (effort_.unsolved(norm)) {
+      Vector step = slope_of_residual().partialPivLu().solve(r);
+      // Slopes learnt in a jump may point anywhere.
+      const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
+      if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
+        bound_slopes(factor);
+        fresh = true;
+        step = slope_of_residual().partialPivLu().solve(r);
+      }
+      const Vector trial = u + step;
+      if (trial == u) break;
+      const Vector trial_residual = residual(trial);
+      const double trial_norm = weight_of(trial_residual);
+      if (trial_norm < norm) {
+        learn(step);
+        keep_trial();
+        fresh = false;
+        u = trial;
+        r = trial_residual;
+        norm = trial_norm;
+      } else {
+        if (fresh) {
+          if (effort_.thorough()) break;
+          factor *= 2.0;
+        }
+        bound_slopes(factor);
+        fresh = true;
+      }
+    }
+    return norm;
+  }
+
+  PatchBatch& batch_;
+  double dt_s_;
+  Vector external_, start_;
+  Matrix inertia_;  // 2 M / T
+  Eigen::LLT<Matrix> mass_;
+  Span<BodyContact<Dof>> contacts_;
+  Span<Motion> motions_;
+  Effort effort_;
+};
+
+}  // namespace detail
+}  // namespace bristle

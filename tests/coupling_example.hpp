@@ -1,0 +1,4 @@
+// How far the plate of core/MODEL.md's example comes, m.
+#pragma once
+
+double pushed_plate(double push);

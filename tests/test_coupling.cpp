@@ -1,0 +1,285 @@
+// Bodies on patches: stops, rest, energy and stability of the two ways to couple them.
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <bristle/coupling.hpp>
+
+#include "coupling_example.hpp"
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+enum class Way { predictor, midpoint };
+
+constexpr double mass = 0.1;
+const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+
+/// A mass on a rail over one patch, with k = K T^2/m and c = C T/m at T = tick.
+class Rail {
+ public:
+  Rail(Way way, double k, double c, std::uint32_t bristles, SnapRule rule = SnapRule::redraw)
+      : stiffness(k * mass / (tick * tick)),
+        way_(way),
+        patch_(Material{}
+                   .with_bristle_stiffness(stiffness / 1000.0)
+                   .with_bristle_damping(c * mass / tick / 1000.0)
+                   .with_stribeck_velocity(1e12)
+                   .with_normal_stiffness(1000.0)
+                   .with_snap_length(uniform)
+                   .with_snap_rule(rule),
+               PatchOptions{}
+                   .with_max_normal_load(1.0)
+                   .with_bristles(bristles)
+                   .with_axes(1)
+                   .with_outputs(Outputs::all)
+                   .with_precision(precisions().back())) {
+    body.mass(0, 0) = mass;
+    contact_.axes = 1;
+    motion_.id = patch_.id;
+    motion_.normal_load = 1.0;
+  }
+
+  /// Steady sliding, thirty mean snap lengths in.
+  void slide_in() {
+    for (int i = 0; i < 400; ++i) patch_.step(0.0731 * dbar, 0.0, 1.0);
+  }
+  void step(double push_n = 0.0) {
+    const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
+    if (way_ == Way::predictor) {
+      bristle::predict_displacements(patch_.batch, tick, body, force, {&contact_, 1}, {&motion_, 1});
+    } else {
+      report = bristle::solve_displacements(patch_.batch, tick, body, force, {&contact_, 1}, {&motion_, 1});
+    }
+    response = patch_.step(motion_);
+    if (way_ == Way::predictor) {
+      bristle::apply_end_forces(tick, body, force, {&contact_, 1}, {&response, 1});
+    } else {
+      bristle::apply_mean_forces(tick, body, force, {&contact_, 1}, {&response, 1});
+    }
+    x += motion_.displacement[0];
+  }
+  double kinetic_energy() const { return 0.5 * mass * body.velocity[0] * body.velocity[0]; }
+  double stored_energy() const { return patch_.energy(); }
+
+  double stiffness;
+  double x = 0.0;
+  bristle::MovingBody<1> body;
+  bristle::SolveReport report;
+  Response response;
+
+ private:
+  Way way_;
+  OnePatch patch_;
+  bristle::BodyContact<1> contact_;
+  Motion motion_;
+};
+
+double stopping_ratio(Way way, double k, double way_in_dbar) {
+  Rail rail(way, k, 0.0, 4000);
+  rail.slide_in();
+  // Redraw, uniform on 0.5 to 1.5: the kinetic force is m2 / (2 m1) = 13/24 of K dbar.
+  const double kinetic_n = 13.0 / 24.0 * rail.stiffness * dbar;
+  rail.body.velocity[0] = std::sqrt(2.0 * kinetic_n * way_in_dbar * dbar / mass);
+  double farthest = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    rail.step();
+    farthest = std::max(farthest, rail.x);
+  }
+  return farthest / (way_in_dbar * dbar);
+}
+
+}  // namespace
+
+TEST_CASE("A sliding body stops where a constant friction force stops it, by either coupling", "[coupling]") {
+  // Mean of the force of 4000 bristles that redraw, over some 20 renewals each: relative deviation
+  // 0.38 / sqrt(4000 * 20) = 0.0014. Where the way ends, the bristles' spring back is up to a share of 0.3
+  // dbar.
+  for (const double k : {0.08, 0.8, 8.0}) {
+    CAPTURE(k);
+    CHECK(stopping_ratio(Way::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
+    CHECK(stopping_ratio(Way::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
+    // The clipped predictor may pull with the peak force where the kinetic one acts, for the displacement of
+    // a step: (peak - kinetic) / K dbar = 0.083 and k of that in units of a step. Of the last steps one is
+    // such.
+    CHECK(stopping_ratio(Way::predictor, k, 300.0) == Approx(0.99).margin(0.015));
+    CHECK(stopping_ratio(Way::predictor, k, 20.0) == Approx(0.97).margin(0.035));
+  }
+}
+
+TEST_CASE("The midpoint solve never adds energy, whatever the stiffness", "[coupling][energy]") {
+  for (const double k : {1e-3, 0.8, 50.0, 1e4}) {
+    for (const double c : {0.0, 0.01, 1.0, 100.0}) {
+      Rail rail(Way::midpoint, k, c, 500);
+      rail.body.velocity[0] = std::sqrt(20.0 * k) * dbar / tick;
+      double before = rail.kinetic_energy();
+      const double start = before;
+      CAPTURE(k, c);
+      for (std::uint32_t i = 0; i < test_size(500); ++i) {
+        rail.step();
+        const double now = rail.kinetic_energy() + rail.stored_energy();
+        // The velocity follows from the force at the displacement that was found, which is off by T^2 r / (2
+        // m) for a residual r: the work of the force over that. The patch's own balance holds to 1e-12.
+        const double force = rail.stiffness * dbar + std::abs(rail.response.damper[0]);
+        const double slack = force * force * rail.report.residual * tick * tick / (2.0 * mass) +
+                             1e-11 * rail.stiffness * dbar * dbar + 1e-12 * start;
+        expect(now <= before + slack, "energy does not rise");
+        before = now;
+      }
+      if (c > 0.0) CHECK(before < 0.5 * start);
+    }
+  }
+}
+
+TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness and damping", "[coupling]") {
+  for (const double k : {1e-3, 0.8, 50.0, 1e4}) {
+    for (const double c : {0.0, 0.01, 1.0, 100.0}) {
+      CAPTURE(k, c);
+      Rail rail(Way::predictor, k, c, 500);
+      rail.slide_in();
+      const double start = std::sqrt(20.0 * k) * dbar / tick;
+      rail.body.velocity[0] = start;
+      // A free swing of the stuck mass takes 2 pi / sqrt(k) steps and loses k/2 of its squared amplitude in a
+      // step (determinant 1 / (1 + k/2)); a stiff one flips its sign by 1 - 4 / (1 + k/2). Six decay times.
+      const double decay = std::max({4.0 / std::max(k, c), 0.25 * k, 50.0});
+      const auto steps = static_cast<int>(std::min(6.0 * decay, 24000.0));
+      for (int i = 0; i < steps; ++i) rail.step();
+      CHECK(std::abs(rail.body.velocity[0]) < 0.05 * start);
+      CHECK(rail.x < 40.0 * dbar * 1.5);
+    }
+  }
+}
+
+TEST_CASE("A rigid plate spun about its normal stops after the angle that friction allows", "[coupling]") {
+  // Four feet at radius r: I w^2 / 2 = mu N r angle.
+  constexpr double inertia = 3e-4, arm_x = 0.04, arm_y = 0.03, spin = 8.0, load = 0.6;
+  const double radius = std::hypot(arm_x, arm_y);
+  const Material material = plain_material(uniform, SnapRule::redraw)
+                                .with_normal_stiffness(1e3)
+                                .with_bristle_stiffness(0.4 * 24.0 / 13.0 / (1e3 * dbar));
+  REQUIRE(material.kinetic_coefficient() == Approx(0.4));
+  for (const Way way : {Way::predictor, Way::midpoint}) {
+    PatchBatch batch;
+    std::array<Motion, 4> motions;
+    std::array<Response, 4> responses;
+    std::array<bristle::BodyContact<6>, 4> feet;
+    for (std::size_t i = 0; i < 4; ++i) {
+      motions[i].id = batch.add(material, PatchOptions{}
+                                              .with_max_normal_load(load)
+                                              .with_bristles(500)
+                                              .with_outputs(Outputs::mean)
+                                              .with_seed(static_cast<std::uint32_t>(i)));
+      motions[i].normal_load = load;
+      feet[i] = bristle::rigid_contact(i, {i & 1 ? arm_x : -arm_x, i & 2 ? arm_y : -arm_y, 0.0}, {1, 0, 0},
+                                       {0, 1, 0});
+    }
+    batch.warm_up();
+    auto body = bristle::rigid_body(0.25, Eigen::Vector3d(1e-4, 2e-4, inertia).asDiagonal());
+    body.velocity[5] = spin;
+    const bristle::BodyVector<6> none = Eigen::Matrix<double, 6, 1>::Zero();
+    double angle = 0.0, farthest = 0.0;
+    for (int i = 0; i < 500; ++i) {
+      const double before = body.velocity[5];
+      if (way == Way::predictor) {
+        bristle::predict_displacements(batch, tick, body, none, feet, motions);
+        batch.step(tick, motions, responses);
+        bristle::apply_end_forces(tick, body, none, feet, responses);
+      } else {
+        const auto report = bristle::solve_displacements(batch, tick, body, none, feet, motions);
+        // Forces of 500 bristles that redraw over many snaps come in jumps of one bristle.
+        expect(report.residual < 5e-3, "solved");
+        batch.step(tick, motions, responses);
+        bristle::apply_mean_forces(tick, body, none, feet, responses);
+      }
+      angle += 0.5 * tick * (before + body.velocity[5]);
+      farthest = std::max(farthest, angle);
+    }
+    // Flat frames: the feet's axes do not turn with the plate, so the angle counts as if it stayed small.
+    // 2000 bristles, and the bending at the start (a mean snap length of some 300 of the way).
+    const double expected = inertia * spin * spin / 2.0 / (0.4 * 4.0 * load * radius);
+    CHECK(farthest == Approx(expected).epsilon(0.01));
+    CHECK(body.velocity.head<5>().norm() < 0.02 * spin * radius);
+  }
+}
+
+TEST_CASE("Momentum is kept: a pushed body's velocity follows from the forces on it", "[coupling]") {
+  Rail rail(Way::midpoint, 0.8, 0.1, 500);
+  double impulse = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    rail.step(0.7);
+    impulse += tick * (0.7 + rail.response.mean[0]);
+    expect_near(mass * rail.body.velocity[0], impulse, 1e-13 * (i + 1), "momentum");
+  }
+}
+
+TEST_CASE("A block on a slope does not creep", "[coupling]") {
+  // Two thirds of the kinetic force; a step is 1 ms. At rest the equation's only solution is to stay.
+  for (const Way way : {Way::predictor, Way::midpoint}) {
+    Rail rail(way, 0.8, 0.2, 500);
+    const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
+    for (int i = 0; i < 2000; ++i) rail.step(push);
+    const double settled = rail.x;
+    CHECK(settled > 0.3 * dbar);  // bent by 0.36 dbar at the least
+    CHECK(settled < 3.0 * dbar);
+    for (std::uint32_t i = 0; i < test_size(200000); ++i) rail.step(push);
+    // Forces are solved to 1e-10 of themselves; a rest that is off by that much does not add up.
+    CHECK(std::abs(rail.x - settled) < 1e-8 * dbar);
+  }
+}
+
+TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
+  // At rest relative to a belt: ground velocity enters the slip. Friction accelerates until both are equal.
+  PatchBatch batch;
+  Motion motion;
+  motion.id = batch.add(Material{}.with_bristle_damping(0.05).with_stribeck_velocity(1e6),
+                        PatchOptions{}.with_outputs(Outputs::mean));
+  motion.normal_load = 1.0;
+  for (const Way way : {Way::predictor, Way::midpoint}) {
+    bristle::MovingBody<2> body;
+    body.mass *= 0.1;
+    bristle::BodyContact<2> contact;
+    contact.ground_velocity = Eigen::Vector2d(0.3, -0.2);
+    const bristle::BodyVector<2> none = Eigen::Vector2d::Zero();
+    Response response;
+    for (int i = 0; i < 3000; ++i) {
+      if (way == Way::predictor) {
+        bristle::predict_displacements(batch, tick, body, none, {&contact, 1}, {&motion, 1});
+      } else {
+        bristle::solve_displacements(batch, tick, body, none, {&contact, 1}, {&motion, 1});
+      }
+      batch.step(tick, {&motion, 1}, {&response, 1});
+      if (way == Way::predictor) {
+        bristle::apply_end_forces(tick, body, none, {&contact, 1}, {&response, 1});
+      } else {
+        bristle::apply_mean_forces(tick, body, none, {&contact, 1}, {&response, 1});
+      }
+    }
+    CHECK((body.velocity - contact.ground_velocity).norm() < 1e-6);
+  }
+}
+
+TEST_CASE("The example in the documentation is the one that is compiled, and holds below the limit",
+          "[coupling]") {
+  const auto text_of = [](const std::string& path) {
+    std::ifstream in(path);
+    REQUIRE(in);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string source = text_of(data_folder() + "/../coupling_example.cpp");
+  const auto begin = source.find("// begin\n") + 9;
+  const std::string lines = source.substr(begin, source.find("// end") - begin);
+  REQUIRE(lines.size() > 500);
+  CHECK(text_of(data_folder() + "/../../core/MODEL.md").find(lines) != std::string::npos);
+  // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. Held, it bends by less than the longest bristle; past the
+  // limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 over a second.
+  CHECK(pushed_plate(0.5) < 15e-6);
+  CHECK(pushed_plate(0.5) > 1e-6);
+  CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));
+}

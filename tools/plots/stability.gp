@@ -1,0 +1,42 @@
+# Draws what `bristle stability --csv` wrote: for each scheme what the simulation does over k and c, and the limit
+# of linear theory as a line.
+#   gnuplot -e "csv='stability.csv'; png='stability.png'" stability.gp
+if (!exists("csv")) { print "stability.gp: needs csv='FILE'"; exit status 2 }
+if (!exists("png")) png = "stability.png"
+
+array scheme[9] = [0, 1, 2, 6, 7, 8, 9, 3, 4]
+array name[9] = ["explicit Euler", "semi-implicit, end force", "semi-implicit, mean force", \
+  "zero-order hold, true velocity", "zero-order hold, backward difference", \
+  "device, damping b, encoder", "device, damping b, mean force", \
+  "coupling, clipped predictor", "coupling, midpoint solve"]
+# Told apart by everybody, and by lightness in print.
+settles = "#A6D8F5"; grows = "#F0E442"; rings = "#D55E00"; runs = "#333333"
+
+cells(s, verdict, unbounded) = sprintf("< awk -F, '$1 == \"cell\" && $2 == %d && $6 == %d && $7 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, verdict, unbounded, csv)
+limit(s) = sprintf("< awk -F, '$1 == \"limit\" && $2 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, csv)
+# A cell is as large as the grid is fine.
+columns = int(system(sprintf("awk -F, '$1 == \"cell\" && $2 == 0 { k[$3] } END { n = 0; for (i in k) n++; print n }' '%s'", csv)))
+size = 1.75 * 25.0 / columns
+
+set terminal pngcairo size 1800,1800 font "DejaVu Sans,17" linewidth 1.5
+set output png
+set multiplot layout 3,3 title "A mass on one patch in closed loop: simulation (colour) and the limit of linear theory (line)" font ",22"
+set logscale xy
+set format xy "10^{%T}"
+set xrange [8e-4:1.3e2]
+set yrange [8e-4:1.3e1]
+set border 3 linecolor "#555555"
+set tics nomirror
+set xlabel "k = K T^2/m  [1]"
+set bmargin 4
+do for [i=1:9] {
+  set title name[i] font ",18"
+  set ylabel (scheme[i] >= 8 ? "{/Symbol b} = b T/m  [1]" : "c = C T/m  [1]")
+  if (i == 9) { set key at graph 0.97, 0.97 right top opaque box linecolor "#BBBBBB" samplen 1 } else { unset key }
+  plot cells(scheme[i], 0, 0) with points pointtype 5 pointsize size linecolor rgb settles title "settles", \
+       cells(scheme[i], 1, 0) with points pointtype 5 pointsize size linecolor rgb grows title "grows", \
+       cells(scheme[i], 2, 0) with points pointtype 5 pointsize size linecolor rgb rings title "rings", \
+       cells(scheme[i], 1, 1) with points pointtype 5 pointsize size linecolor rgb runs title "grows without bound", \
+       limit(scheme[i]) with points pointtype 7 pointsize 0.45 linecolor rgb "#000000" title "linear limit"
+}
+unset multiplot
