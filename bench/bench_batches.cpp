@@ -15,7 +15,7 @@ void add_batch_benchmark(const std::string& name, const char* label,
     add_benchmark(full, [=](benchmark::State& state) {
       auto& scene =
           keep_while_named<MeasuredScene>(full, [&] { return make(BatchOptions{}.with_threads(threads)); });
-      measure(state, scene.bristles(), 0.0, [&] { scene.step(); });
+      measure(state, scene.bristles(), 0.0, [&] { return scene.step(); });
       state.SetLabel(label);
     });
   }

@@ -15,6 +15,7 @@ void register_long_motion() {
   std::vector<Case> cases = {{"keep/uniform", SnapRule::keep, usual_law()}};
   if (!BRISTLE_MINIMAL) {
     cases.push_back({"redraw/uniform", SnapRule::redraw, usual_law()});
+    cases.push_back({"redraw/normal_cv0.2", SnapRule::redraw, SnapLength::normal(dbar, 0.2 * dbar)});
     cases.push_back({"redraw/lognormal_cv0.1", SnapRule::redraw, SnapLength::lognormal(dbar, 0.1)});
     cases.push_back({"redraw/lognormal_cv0.3", SnapRule::redraw, SnapLength::lognormal(dbar, 0.3)});
     cases.push_back({"redraw/lognormal_cv1", SnapRule::redraw, SnapLength::lognormal(dbar, 1.0)});

@@ -84,7 +84,16 @@ class WithRatios : public benchmark::BenchmarkReporter {
     for (const Run& run : runs) {
       const std::string& name = run.run_name.function_name;
       const auto slash = name.rfind('/');
-      if (run.run_type != Run::RT_Iteration || run.error_occurred || name.rfind("rivals/", 0) != 0) continue;
+      if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
+      if (name.rfind("threads/share/", 0) == 0) {
+        auto& shared = shares_[name.substr(14, slash - 14)];
+        for (const char* key : {"p50_us", "p99_us"}) {
+          const double time = run.counters.at(key);
+          const auto [entry, fresh] = shared.try_emplace(name.substr(slash + 1) + key, time);
+          if (!fresh) entry->second = std::min(entry->second, time);
+        }
+      }
+      if (name.rfind("rivals/", 0) != 0) continue;
       auto& group = groups_[name.substr(7, slash - 7)];
       const double time = run.GetAdjustedRealTime();
       const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
@@ -94,6 +103,7 @@ class WithRatios : public benchmark::BenchmarkReporter {
   void Finalize() override {
     inner_->Finalize();
     print();
+    print_shares();
   }
 
  private:
@@ -121,8 +131,30 @@ class WithRatios : public benchmark::BenchmarkReporter {
     }
   }
 
+  void print_shares() const {
+    if (shares_.empty()) return;
+    std::fprintf(stderr, "\nTime of the step alone over that of the shared one (above 1: sharing pays)\n");
+    std::fprintf(stderr, "%-28s %12s %12s %12s %12s\n", "pacing/bristles", "free p50", "free p99",
+                 "bound p50", "bound p99");
+    for (const auto& [name, times] : shares_) {
+      std::fprintf(stderr, "%-28s", name.c_str());
+      for (const char* who : {"shared", "bound"}) {
+        for (const char* key : {"p50_us", "p99_us"}) {
+          const auto alone = times.find(std::string("alone") + key), its = times.find(std::string(who) + key);
+          if (alone == times.end() || its == times.end()) {
+            std::fprintf(stderr, " %12s", "-");
+          } else {
+            std::fprintf(stderr, " %12.2f", alone->second / its->second);
+          }
+        }
+      }
+      std::fprintf(stderr, "\n");
+    }
+  }
+
   std::unique_ptr<BenchmarkReporter> inner_;
   std::map<std::string, std::map<std::string, double>> groups_;
+  std::map<std::string, std::map<std::string, double>> shares_;
 };
 
 void add_context() {
@@ -150,7 +182,10 @@ int main(int argc, char** argv) {
     register_batches();
     register_scaling();
     register_long_motion();
+    register_presliding();
     register_rivals();
+    register_targets();
+    register_threads();
     WithRatios reporter{
         std::unique_ptr<benchmark::BenchmarkReporter>(benchmark::CreateDefaultDisplayReporter())};
     benchmark::RunSpecifiedBenchmarks(&reporter);

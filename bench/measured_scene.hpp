@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -128,11 +129,12 @@ class MeasuredScene {
     responses_.clear();
   }
 
-  void step() {
+  bristle::StepReport step() {
     const bristle::StepReport report = batch_.step(tick, back_ ? backward_ : forward_, responses_);
     back_ = !back_;
     benchmark::DoNotOptimize(report);
     benchmark::ClobberMemory();
+    return report;
   }
 
   std::uint64_t bristles() const { return bristles_; }
@@ -172,17 +174,27 @@ inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precisi
 }
 
 /// Runs `step` and sets the counters. The same ones everywhere: the CSV reporter stops at a row with others.
+/// `visited` is the share of bristles that a kernel looked at, where `step` returns a StepReport.
 /// Timed here once more, for Google Benchmark's own rate counters come out as "per second" whatever they are.
 template <class Step>
 void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_bristle, Step step) {
   const auto start = std::chrono::steady_clock::now();
-  for (auto _ : state) step();
+  double visited = 0.0;
+  for (auto _ : state) {
+    if constexpr (std::is_same_v<decltype(step()), bristle::StepReport>) {
+      visited += static_cast<double>(step().bristles_visited);
+    } else {
+      step();
+      visited += static_cast<double>(bristles);
+    }
+  }
   const std::chrono::duration<double, std::nano> elapsed = std::chrono::steady_clock::now() - start;
   const double steps = static_cast<double>(state.iterations());
   const double n = static_cast<double>(bristles);
   const double ns_per_bristle = elapsed.count() / (steps * n);
   state.counters["ns_per_bristle"] = ns_per_bristle;
   state.counters["bristles_per_ms"] = 1e6 / ns_per_bristle;
+  state.counters["visited"] = visited / (steps * n);
   if (bytes_per_bristle > 0.0) {
     state.SetBytesProcessed(static_cast<std::int64_t>(steps * n * bytes_per_bristle));
   }
@@ -221,7 +233,7 @@ inline void add_one_patch_benchmark(const std::string& name, const OnePatchCase&
       return made;
     });
     measure(state, scene.bristles(), least_bytes(what.regime, what.rule, what.axes, what.precision),
-            [&] { scene.step(); });
+            [&] { return scene.step(); });
     state.SetLabel(what.regime.motion);
   });
 }

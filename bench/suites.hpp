@@ -7,6 +7,9 @@ void register_kernels();
 void register_batches();
 void register_scaling();
 void register_long_motion();
+void register_presliding();
 void register_rivals();
+void register_targets();
+void register_threads();
 
 }  // namespace bristle_bench

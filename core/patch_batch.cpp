@@ -15,6 +15,7 @@
 #include "hashing.hpp"
 #include "patch_state.hpp"
 #include "range_check.hpp"
+#include "sharing.hpp"
 #include "state_io.hpp"
 #include "workers.hpp"
 
@@ -24,13 +25,6 @@ using namespace detail;
 
 namespace {
 
-// A step with fewer bristles to visit than this stays on the calling thread: waking a worker costs
-// about as much as stepping these.
-constexpr std::uint64_t parallel_from = 60000;
-// A piece of work is no smaller than this, in bristles.
-constexpr std::uint64_t smallest_piece = 8192;
-// What a patch costs beside its bristles, in bristles.
-constexpr std::uint64_t patch_overhead = 100;
 constexpr Totals no_totals{};
 constexpr int max_tasks = 512;
 constexpr int max_split = 64;
@@ -96,7 +90,7 @@ const char* kernel_name(const PatchState& p) noexcept {
 struct PatchBatch::Impl {
   explicit Impl(const BatchOptions& options)
       : kernels(choose_kernels(options.isa)),
-        workers(check_threads(options.threads)),
+        workers(check_threads(options.threads), check_core(options.servo_core)),
         skips(!options.eager),
         table(new SlotTable(64)) {
     kernel_names();
@@ -106,9 +100,14 @@ struct PatchBatch::Impl {
     if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");
     return threads;
   }
+  static int check_core(int core) {
+    if (core < -1 || core > 1023) refuse("BatchOptions", "servo_core", core, "0 to 1023, or -1 for none");
+    return core;
+  }
 
   const KernelTable& kernels;
   Workers workers;
+  const Sharing sharing = chosen_sharing();
   const bool skips;
   CommandList commands;
 
@@ -138,6 +137,7 @@ struct PatchBatch::Impl {
     std::uint32_t first = 0, last = 0;
     Totals totals;
     std::uint64_t visited = 0;
+    const void* thread = nullptr;  ///< who did it
     std::uint32_t stepped = 0;
     Status status = Status::ok;
   };
@@ -270,6 +270,8 @@ struct PatchBatch::Impl {
   static void run_task(void* self, int index) {
     Impl& impl = *static_cast<Impl*>(self);
     Task& task = impl.tasks[static_cast<std::size_t>(index)];
+    static thread_local char here;
+    task.thread = &here;
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
@@ -313,14 +315,15 @@ struct PatchBatch::Impl {
       else
         cost += cost_of(*p, in[i]);
     }
-    if (!serial && cost < parallel_from)
+    if (!serial && cost < sharing.parallel_from)
       for (std::size_t i = 0; i < n; ++i)
         if (!has(out[i].status, refusals)) step_one(i, alone);
-    if (serial || cost < parallel_from) {
+    if (serial || cost < sharing.parallel_from) {
       report.status = report.status | alone.status;
       report.patches_stepped = alone.stepped;
       report.bristles_visited = alone.visited;
       report.tasks = 1;
+      report.threads = 1;
       return report;
     }
     split_and_run(cost, report);
@@ -345,16 +348,16 @@ struct PatchBatch::Impl {
     return step_all();
   }
 
-  static std::uint64_t cost_of(const PatchState& p, const Motion& motion) noexcept {
+  std::uint64_t cost_of(const PatchState& p, const Motion& motion) const noexcept {
     const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
     const std::uint64_t contact = motion.normal_load == p.normal_load ? p.in_contact() : p.bristles;
-    return patch_overhead + (moves ? contact : 0);
+    return sharing.patch_overhead + (moves ? contact : 0);
   }
 
   void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
     const auto n = in.size();
-    const std::uint64_t piece =
-        std::max<std::uint64_t>(cost / (static_cast<std::uint64_t>(workers.count()) * 4), smallest_piece);
+    const std::uint64_t piece = std::max<std::uint64_t>(
+        cost / (static_cast<std::uint64_t>(workers.count()) * 4), sharing.smallest_piece);
     int task_count = 0;
     int split_count = 0;
     std::uint32_t group_first = 0;
@@ -365,7 +368,7 @@ struct PatchBatch::Impl {
       const std::uint64_t patch_cost = cost_of(p, in[i]);
       // Large patches go by ranges of blocks, as long as there is room for their tasks.
       const auto pieces = static_cast<int>(std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64));
-      if (patch_cost > 2 * smallest_piece && pieces > 1 && split_count < max_split &&
+      if (patch_cost > 2 * sharing.smallest_piece && pieces > 1 && split_count < max_split &&
           task_count + pieces < max_tasks / 2) {
         Split& split = splits[static_cast<std::size_t>(split_count)];
         p.split_step = step_number;
@@ -414,6 +417,18 @@ struct PatchBatch::Impl {
       ++report.patches_stepped;
     }
     report.tasks = static_cast<std::uint32_t>(task_count);
+    report.threads = count_threads(task_count);
+  }
+
+  std::uint32_t count_threads(int task_count) const noexcept {
+    std::array<const void*, max_tasks> seen;
+    std::uint32_t count = 0;
+    for (int t = 0; t < task_count; ++t) {
+      const void* thread = tasks[static_cast<std::size_t>(t)].thread;
+      if (std::find(seen.begin(), seen.begin() + count, thread) == seen.begin() + count)
+        seen[count++] = thread;
+    }
+    return count;
   }
 };
 
@@ -706,6 +721,7 @@ std::size_t PatchBatch::patch_count() const noexcept {
 }
 
 int PatchBatch::threads() const noexcept { return impl_->workers.count(); }
+int PatchBatch::unbound_workers() const noexcept { return impl_->workers.unbound(); }
 const char* PatchBatch::isa() const noexcept { return impl_->kernels.name; }
 
 Span<const IsaInfo> instruction_sets() noexcept {

@@ -1,4 +1,6 @@
 // The only file that names TBB.
+#include <sched.h>
+
 #include <atomic>
 #include <optional>
 #include <thread>
@@ -7,6 +9,7 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/partitioner.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_scheduler_observer.h>
 
 #include "workers.hpp"
 
@@ -23,25 +26,68 @@ static char fork_tag, join_tag;
 
 namespace bristle::detail {
 
+namespace {
+
+thread_local bool steps_here = false;  // this thread called step: it belongs to the host
+
+bool bind_off(int core) noexcept {
+  // All cores but one; the system takes away those that the process may not use.
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  for (int i = 0; i < CPU_SETSIZE; ++i)
+    if (i != core) CPU_SET(i, &cores);
+  return sched_setaffinity(0, sizeof cores, &cores) == 0;
+}
+
+/// Binds each worker that comes to the arena, once. It stays bound when it leaves: given back the servo core,
+/// it would be woken there at the next tick, and moving a thread costs more than a small step.
+class KeepOff final : public tbb::task_scheduler_observer {
+ public:
+  KeepOff(tbb::task_arena& arena, int core) : tbb::task_scheduler_observer(arena), core_(core) {
+    __tsan_release(&fork_tag);
+    observe(true);
+  }
+  ~KeepOff() override { observe(false); }
+
+  void on_scheduler_entry(bool is_worker) override {
+    __tsan_acquire(&fork_tag);
+    static thread_local int tried = -1;
+    if (!is_worker || steps_here || tried == core_) return;
+    tried = core_;
+    if (!bind_off(core_)) unbound_.fetch_add(1, std::memory_order_relaxed);
+  }
+  int unbound() const noexcept { return unbound_.load(std::memory_order_relaxed); }
+
+ private:
+  const int core_;
+  std::atomic<int> unbound_{0};
+};
+
+}  // namespace
+
 struct Workers::Impl {
   // TBB runs no more threads than cores unless told so; tests ask for more.
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
+  std::optional<KeepOff> keep_off;
 
-  explicit Impl(int threads) : arena(threads) {
+  Impl(int threads, int servo_core) : arena(threads) {
     if (threads > tbb::this_task_arena::max_concurrency())
       more_threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     arena.initialize();
+    if (servo_core >= 0) keep_off.emplace(arena, servo_core);
   }
 };
 
-Workers::Workers(int threads)
+Workers::Workers(int threads, int servo_core)
     : count_(threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency())) {
   if (count_ < 1) count_ = 1;
-  if (count_ > 1) impl_ = std::make_unique<Impl>(count_);
+  if (count_ > 1) impl_ = std::make_unique<Impl>(count_, servo_core);
 }
 
 Workers::~Workers() = default;
+
+int Workers::unbound() const noexcept { return impl_ && impl_->keep_off ? impl_->keep_off->unbound() : 0; }
 
 void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   if (!impl_ || tasks <= 1) {
@@ -55,10 +101,12 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     __tsan_release(&join_tag);
   };
   __tsan_release(&fork_tag);
+  steps_here = true;
   impl_->arena.execute([&] {
     // Isolated: a thread that waits here must not pick up a host's unrelated work.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, tasks, body, tbb::simple_partitioner{}); });
   });
+  steps_here = false;
   __tsan_acquire(&join_tag);
 }
 

@@ -459,6 +459,29 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
 }
 
+TEST_CASE("Capacity tells what each feature of a kernel costs", "[cli]") {
+  const Folder folder;
+  const json report = run_report(folder, "capacity --features --quick");
+  CHECK(report["capacities"].empty());
+  CHECK(report["targets"].empty());
+  REQUIRE(report["features"].size() % 3 == 0);  // three motions
+  REQUIRE(report["features"].size() >= 18);
+  for (const json& row : report["features"]) {
+    INFO(row.dump());
+    CHECK(row["ns_per_bristle"] > 0.0);
+    if (row["feature"] == "none") {
+      CHECK(row["kernel"] == "1 axis, keep, end, single");
+      CHECK(row["bytes_per_bristle"] == 8);  // deflection and snap length
+      CHECK(row["time_over_least"] == 1.0);
+    }
+    // A column more for an axis; first and present snap length and draws for redraw; twice for double.
+    if (row["feature"] == "second axis") CHECK(row["bytes_per_bristle"] == 12);
+    if (row["feature"] == "redraw") CHECK(row["bytes_per_bristle"] == 16);
+    if (row["feature"] == "mean force" || row["feature"] == "energy") CHECK(row["bytes_per_bristle"] == 8);
+    if (row["feature"] == "double precision") CHECK(row["bytes_per_bristle"] == 16);
+  }
+}
+
 TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles that fit", "[cli]") {
   const Folder folder;
   const json report = run_report(

@@ -128,20 +128,33 @@ void capacity_command(const CapacityOptions& options) {
   if (!options.csv.empty()) csv.emplace(open_for_writing(options.csv));
 
   CapacityResult result;
-  result.isa =
-      CapacitySubject(CapacityCase{Regime::rest, SnapRule::keep, Outputs::end, 1}, 256, options.isa).isa();
+  {
+#if BRISTLE_MINIMAL
+    const CapacityCase fixed{Regime::sliding, SnapRule::keep, Outputs::end, 1};
+#else
+    const CapacityCase fixed{Regime::one_snap, SnapRule::redraw, Outputs::mean};
+#endif
+    const CapacitySubject subject(fixed, 900, options.isa);
+    result.isa = subject.isa();
+    result.state_hash = subject.state_hash();
+  }
   result.plain_loops_run = bristle::plain::plain_loops_run_here();
   std::vector<CapacityCase> cases;
   const std::vector<int> threads = thread_counts(options);
-  for (std::size_t i = 0; i < threads.size(); ++i) {
+  const bool everything = !options.targets && !options.features;
+  for (std::size_t i = 0; everything && i < threads.size(); ++i) {
     for (const CapacityCase& c : cases_of(threads[i], i == 0, options.quick)) cases.push_back(c);
   }
   {
     Progress progress("capacity");
 #if !BRISTLE_MINIMAL
     progress.update(0.0, "comparing loops");
-    if (result.plain_loops_run) result.comparisons = compare_loops(options);
+    if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
 #endif
+    const Report report = [&](const std::string& what) { progress.update(0.05, what.c_str()); };
+    if (options.features || (everything && !options.quick))
+      result.features = measure_features(options, report);
+    if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const CapacityCase& c = cases[i];
       progress.update(static_cast<double>(i + 1) / static_cast<double>(cases.size() + 1),

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,8 @@ namespace cli {
 struct CapacityOptions {
   double deadline_s = 1e-3;
   bool quick = false;
+  bool targets = false;      ///< the table of targets alone
+  bool features = false;     ///< the table of what each feature costs alone
   std::vector<int> threads;  ///< empty: 1, and all cores
   std::string isa;           ///< empty: the library's choice
   std::string json;          ///< report; empty: none, "-": stdout
@@ -41,6 +45,10 @@ struct CapacityCase {
   bristle::Precision precision = bristle::Precision::single;
   std::uint32_t patch_bristles = 0;  ///< 0: one patch of all
   int threads = 1;
+  std::optional<double> step = {};              ///< mean snap lengths, in place of the regime's
+  std::optional<bristle::SnapLength> law = {};  ///< in place of uniform
+  bool eager = false;
+  int servo_core = -1;
 
   std::string kernel_name() const;  ///< "2 axes, keep, end + mean, single"
   std::string layout_name() const;  ///< "one patch", "patches of 100"
@@ -66,16 +74,56 @@ struct CapacityRow {
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
-  double ns_per_bristle = 0.0;                            ///< median over the rounds
+  double ns_per_bristle = 0.0, ns_low = 0.0, ns_high = 0.0;  ///< median over the rounds, and quartiles
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;  ///< its time over bristle's: median and quartiles
+};
+
+/// A target of the library's and what was measured here.
+struct TargetRow {
+  std::string name, what;
+  double measured = 0.0, low = 0.0, high = 0.0;  ///< median and quartiles, but for p99
+  double limit = 0.0;
+  bool at_least = false;  ///< the limit is a lower one
+  std::string unit;
+  bool met() const noexcept { return at_least ? measured >= limit : measured <= limit; }
+};
+
+/// What a feature adds to the least kernel: one axis, keep, end force, single.
+struct FeatureRow {
+  std::string regime, feature, kernel;
+  unsigned bytes_per_bristle = 0;
+  double ns_per_bristle = 0.0;
+  double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;  ///< time over the least kernel's: median, quartiles
 };
 
 struct CapacityResult {
   std::string isa;
+  std::uint64_t state_hash = 0;  ///< of a fixed scene: where it differs, other things were computed
   bool plain_loops_run = false;
   std::vector<ComparisonRow> comparisons;
   std::vector<CapacityRow> rows;
+  std::vector<TargetRow> targets;
+  std::vector<FeatureRow> features;
 };
+
+/// One of the things that are run in turn, so that what the machine does meanwhile strikes all alike.
+struct Contestant {
+  std::string name;
+  std::function<double()> step;  ///< returns something of the result, so that no step is optimised away
+  std::vector<double> ns;        ///< per bristle and step, one value a round
+};
+/// A row for each; ratios to the first. capacity_compare.cpp
+std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const std::string& regime,
+                                   std::uint64_t bristles, std::uint64_t rounds);
+Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
+Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
+
+/// Called with what is measured next.
+using Report = std::function<void(const std::string& what)>;
+/// capacity_targets.cpp
+std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
+/// capacity_features.cpp
+std::vector<FeatureRow> measure_features(const CapacityOptions& options, const Report& report);
 
 /// capacity_search.cpp
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options);

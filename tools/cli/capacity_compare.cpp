@@ -17,13 +17,6 @@ namespace {
 
 using bristle::DeadlineMonitor;
 
-// The first contestant is bristle.
-struct Contestant {
-  std::string name;
-  std::function<double()> step;  // returns something of the result, so that no step is optimised away
-  std::vector<double> ns;        // per bristle and step, one value a round
-};
-
 double sink = 0.0;
 
 double seconds_of(Contestant& contestant, std::uint64_t steps) {
@@ -40,6 +33,8 @@ double quantile(std::vector<double> values, double share) {
   const double next = values[std::min(i + 1, values.size() - 1)];
   return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
 }
+
+}  // namespace
 
 std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const std::string& regime,
                                    std::uint64_t bristles, std::uint64_t rounds) {
@@ -61,8 +56,8 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
     std::vector<double> ratios;
     for (std::uint64_t round = 0; round < rounds; ++round)
       ratios.push_back(c.ns[round] / contestants[0].ns[round]);
-    rows.push_back({regime, c.name, bristles, quantile(c.ns, 0.5), quantile(ratios, 0.5),
-                    quantile(ratios, 0.25), quantile(ratios, 0.75)});
+    rows.push_back({regime, c.name, bristles, quantile(c.ns, 0.5), quantile(c.ns, 0.25), quantile(c.ns, 0.75),
+                    quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75)});
   }
   return rows;
 }
@@ -76,6 +71,8 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
           },
           {}};
 }
+
+namespace {
 
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
@@ -100,6 +97,8 @@ Contestant plain_loop(const char* name, const CapacityCase& what, std::uint64_t 
   return {name, [loop, d] { return loop->step(0.8 * d, 0.6 * d).end[0]; }, {}};
 }
 
+}  // namespace
+
 Contestant stream_loop(const CapacityCase& what, std::uint64_t n) {
   const bool redraw = what.rule == bristle::SnapRule::redraw;
   const int read = redraw ? 4 : 3;
@@ -107,8 +106,6 @@ Contestant stream_loop(const CapacityCase& what, std::uint64_t n) {
   auto loop = std::make_shared<bristle::plain::StreamLoop>(n, read, written);
   return {"streaming the same bytes", [loop] { return loop->step(); }, {}};
 }
-
-}  // namespace
 
 std::vector<ComparisonRow> compare_loops(const CapacityOptions& options) {
   using bristle::Outputs;

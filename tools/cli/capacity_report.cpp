@@ -88,18 +88,58 @@ std::string rows_table(const CapacityResult& result) {
   return table.text();
 }
 
+std::string targets_table(const CapacityResult& result) {
+  TextTable table({"<target", "measured", "<", "spread", "limit", "<", "<what"});
+  for (const TargetRow& row : result.targets) {
+    table.add({row.name, fmt::format("{:.3g}", row.measured), row.unit,
+               fmt::format("{:.3g} to {:.3g}", row.low, row.high),
+               fmt::format("{} {:.3g}", row.at_least ? ">=" : "<=", row.limit), row.met() ? "met" : "MISSED",
+               row.what});
+  }
+  return table.text();
+}
+
+std::string features_table(const CapacityResult& result) {
+  TextTable table(
+      {"<motion", "<feature", "<kernel", "bytes per bristle", "ns per bristle", "time / least", "quartiles"});
+  std::string last;
+  for (const FeatureRow& row : result.features) {
+    table.add({row.regime == last ? "" : row.regime, row.feature, row.kernel,
+               fmt::format("{}", row.bytes_per_bristle), ns_text(row.ns_per_bristle),
+               fmt::format("{:.2f}", row.ratio),
+               fmt::format("{:.2f} to {:.2f}", row.ratio_low, row.ratio_high)});
+    last = row.regime;
+  }
+  return table.text();
+}
+
 }  // namespace
 
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
   const Conditions c = conditions();
   std::string text = fmt::format(
-      "bristle {}, commit {}, {}, {} kernels\n{}, {} cores\ndeadline {}, dt {}, snap lengths uniform on 5 to "
+      "bristle {}, commit {}, {}, {} kernels\n{}, {} cores, state hash of a fixed scene {:016x}\ndeadline "
+      "{}, dt {}, snap lengths uniform on 5 to "
       "15 um, "
       "motion along (0.8, 0.6)\n",
-      c.version, c.commit, c.flags, result.isa, c.cpu, c.cores, time_text(options.deadline_s),
-      time_text(capacity_dt_s));
+      c.version, c.commit, c.flags, result.isa, c.cpu, c.cores, result.state_hash,
+      time_text(options.deadline_s), time_text(capacity_dt_s));
   for (const Motion& m : motions) text += fmt::format("  {:<11} {}\n", to_string(m.regime), m.meaning);
   text += '\n';
+  if (!result.features.empty()) {
+    text +=
+        "What each feature adds to the least kernel: 14,400 bristles, one thread, interleaved. A kernel "
+        "holds "
+        "the\ncode of its own features only.\n\n" +
+        features_table(result) + '\n';
+  }
+  if (!result.targets.empty()) {
+    text +=
+        "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
+        "p99.\n\n" +
+        targets_table(result) + '\n';
+  }
+  if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {
     text +=
         "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
@@ -121,6 +161,7 @@ std::string capacity_json(const CapacityOptions& options, const CapacityResult& 
   Json report = {{"schema", "bristle-capacity-1"}};
   report["conditions"] = to_json(conditions());
   report["conditions"]["isa"] = result.isa;
+  report["state_hash"] = fmt::format("{:016x}", result.state_hash);
   report["deadline_s"] = options.deadline_s;
   report["dt_s"] = capacity_dt_s;
   report["mean_snap_length_m"] = mean_snap_length_m;
@@ -134,6 +175,27 @@ std::string capacity_json(const CapacityOptions& options, const CapacityResult& 
                                  {"meaning", m.meaning}});
   }
   report["paper"] = {{"bristles", 900}, {"deadline_s", 1e-3}, {"machine", "1 GHz Pentium III, 2004"}};
+  report["targets"] = Json::array();
+  for (const TargetRow& row : result.targets) {
+    report["targets"].push_back({{"name", row.name},
+                                 {"what", row.what},
+                                 {"measured", row.measured},
+                                 {"spread", {row.low, row.high}},
+                                 {"limit", row.limit},
+                                 {"at_least", row.at_least},
+                                 {"unit", row.unit},
+                                 {"met", row.met()}});
+  }
+  report["features"] = Json::array();
+  for (const FeatureRow& row : result.features) {
+    report["features"].push_back({{"motion", row.regime},
+                                  {"feature", row.feature},
+                                  {"kernel", row.kernel},
+                                  {"bytes_per_bristle", row.bytes_per_bristle},
+                                  {"ns_per_bristle", row.ns_per_bristle},
+                                  {"time_over_least", row.ratio},
+                                  {"quartiles", {row.ratio_low, row.ratio_high}}});
+  }
   report["comparisons"] = Json::array();
   for (const ComparisonRow& row : result.comparisons) {
     report["comparisons"].push_back({{"bristles", row.bristles},

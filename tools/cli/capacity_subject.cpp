@@ -12,10 +12,13 @@ namespace {
 
 constexpr double sliding_before = 32.0;  // mean snap lengths: the law of the deflections is then steady
 
-bristle::PatchBatch make_batch(int threads, const std::string& isa) {
+bristle::PatchBatch make_batch(const CapacityCase& what, const std::string& isa) {
   try {
-    return bristle::PatchBatch(
-        bristle::BatchOptions{}.with_threads(threads).with_isa(isa.empty() ? nullptr : isa.c_str()));
+    return bristle::PatchBatch(bristle::BatchOptions{}
+                                   .with_threads(what.threads)
+                                   .with_isa(isa.empty() ? nullptr : isa.c_str())
+                                   .with_eager(what.eager)
+                                   .with_servo_core(what.servo_core));
   } catch (const bristle::Error& error) {
     throw UserError(error.what());
   }
@@ -24,14 +27,14 @@ bristle::PatchBatch make_batch(int threads, const std::string& isa) {
 }  // namespace
 
 CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa)
-    : batch_(make_batch(what.threads, isa)) {
+    : batch_(make_batch(what, isa)) {
   const std::uint64_t per_patch = what.patch_bristles ? what.patch_bristles : bristles;
   const std::uint64_t patches = std::max<std::uint64_t>(1, bristles / per_patch);
   bristles_ = patches * per_patch;
-  const auto material =
-      bristle::Material{}
-          .with_snap_length(bristle::SnapLength::uniform(0.5 * mean_snap_length_m, 1.5 * mean_snap_length_m))
-          .with_snap_rule(what.rule);
+  const auto material = bristle::Material{}
+                            .with_snap_length(what.law.value_or(bristle::SnapLength::uniform(
+                                0.5 * mean_snap_length_m, 1.5 * mean_snap_length_m)))
+                            .with_snap_rule(what.rule);
   for (std::uint64_t i = 0; i < patches; ++i) {
     bristle::Motion motion;
     motion.normal_load = 1.0;
@@ -52,7 +55,7 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
   for (const int turn : {0, 1}) set_displacement(turn, what, 1.6 * mean_snap_length_m);
   for (int i = 0; i < static_cast<int>(sliding_before / 1.6); ++i) step();
   turn_ = 0;
-  const double d = step_length(what.regime) * mean_snap_length_m;
+  const double d = what.step.value_or(step_length(what.regime)) * mean_snap_length_m;
   set_displacement(0, what, d);
   set_displacement(1, what, what.regime == Regime::tremor ? -d : d);
   for (int i = 0; i < 10; ++i) step();

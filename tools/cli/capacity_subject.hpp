@@ -28,6 +28,8 @@ class CapacitySubject {
 
   std::uint64_t bristles() const noexcept { return bristles_; }
   const char* isa() const noexcept { return batch_.isa(); }
+  std::uint64_t state_hash() const noexcept { return batch_.state_hash(); }
+  bristle::PatchInfo info() const noexcept { return batch_.info(motions_[0].front().id); }
 
  private:
   void set_displacement(int turn, const CapacityCase& what, double metres);

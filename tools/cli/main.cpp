@@ -114,6 +114,8 @@ int run(int argc, char** argv) {
   capacity_app->add_option("--deadline", deadline, "Time for a step, e.g. 1ms or 250us")
       ->capture_default_str();
   capacity_app->add_flag("--quick", capacity_options.quick, "Fewer rows, shorter runs");
+  capacity_app->add_flag("--targets", capacity_options.targets, "Only the library's speed targets");
+  capacity_app->add_flag("--features", capacity_options.features, "Only what each feature of a kernel costs");
   capacity_app->add_option("--threads", capacity_options.threads, "Thread counts, e.g. 1,2")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));

@@ -15,6 +15,7 @@ struct BatchOptions {
   int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
   const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA or the best here
   bool eager = false;         ///< visit every bristle in every step: the same bits, slower; for comparison
+  int servo_core = -1;        ///< workers keep off this core; -1 = they run where the system puts them
 
   BatchOptions& with_threads(int count) {
     threads = count;
@@ -28,6 +29,16 @@ struct BatchOptions {
     eager = value;
     return *this;
   }
+  /// Workers are bound to the other cores (numbered from 0, as in sched_setaffinity). For a loop that steps
+  /// once a millisecond on a thread of its own core: a worker that sleeps between ticks is often woken on the
+  /// core of the thread that waits for it, and then takes no work. Bind the stepping thread to `core`
+  /// yourself. oneTBB shares its workers with the host; those that have worked here stay off that core. Where
+  /// the system does not allow it, work goes on unbound: see PatchBatch::unbound_workers. Bits do not depend
+  /// on it, and with one thread it means nothing.
+  BatchOptions& with_servo_core(int core) {
+    servo_core = core;
+    return *this;
+  }
 };
 
 /// What a step did as a whole.
@@ -35,6 +46,7 @@ struct StepReport {
   Status status = Status::ok;          ///< all responses' flags together
   std::uint32_t patches_stepped = 0;   ///< motions that were carried out
   std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = nothing to do
+  std::uint32_t threads = 0;           ///< threads that took a piece of work, the caller included
   std::uint64_t bristles_visited = 0;  ///< bristles that a kernel looked at
 };
 
@@ -105,6 +117,8 @@ class PatchBatch {
 
   std::size_t patch_count() const noexcept;
   int threads() const noexcept;
+  /// Workers that should keep off the servo core and could not be bound, so far. May be called by anyone.
+  int unbound_workers() const noexcept;
   const char* isa() const noexcept;  ///< instruction set in use; lives for ever
 
   struct Impl;

@@ -1,0 +1,191 @@
+// Sharing a step: what it costs to wake a worker once a millisecond, from where it pays, in what pieces, and
+// what two threads give in steps back to back and in a paced 1 kHz loop.
+//
+// Each row is the same number of steps, timed one by one; p50 and p99 are counters. "bound": workers kept off
+// the core that the stepping thread is bound to (BatchOptions::with_servo_core).
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+
+#include "bench/paced_loop.hpp"
+#include "core/workers.hpp"
+#include "measured_scene.hpp"
+#include "suites.hpp"
+
+namespace bristle_bench {
+
+namespace {
+
+constexpr int timed_steps = 600;
+
+enum class Pacing { back_to_back, paced };
+const char* name_of(Pacing pacing) { return pacing == Pacing::paced ? "paced" : "back_to_back"; }
+
+/// Times single calls of `step`, which returns how many threads took part, and sets the counters.
+template <class Step>
+void measure_steps(benchmark::State& state, Pacing pacing, std::uint64_t bristles, Step step) {
+  std::vector<double> seconds;
+  double threads = 0.0;
+  for (int i = 0; i < 20; ++i) step();
+  PacedLoop pace;
+  for (auto _ : state) {
+    if (pacing == Pacing::paced) pace.wait();
+    const double start = bristle::DeadlineMonitor::wall_now();
+    threads += step();
+    seconds.push_back(bristle::DeadlineMonitor::wall_now() - start);
+    state.SetIterationTime(seconds.back());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  const auto percentile = [&](double share) {
+    return seconds[static_cast<std::size_t>(share * static_cast<double>(seconds.size() - 1))];
+  };
+  state.counters["ns_per_bristle"] = bristles ? percentile(0.5) * 1e9 / static_cast<double>(bristles) : 0.0;
+  state.counters["p50_us"] = percentile(0.5) * 1e6;
+  state.counters["p99_us"] = percentile(0.99) * 1e6;
+  state.counters["threads"] = threads / static_cast<double>(seconds.size());
+}
+
+template <class Function>
+void add_timed_benchmark(const std::string& name, Function function) {
+  benchmark::RegisterBenchmark(name.c_str(), std::move(function))
+      ->UseManualTime()
+      ->Iterations(timed_steps)
+      ->Unit(benchmark::kMicrosecond);
+}
+
+/// Tasks that do nothing, or wait until a second thread has come (5 ms at most).
+struct Meeting {
+  bool wait = false;
+  long number = 0;  ///< of the fork
+  std::atomic<int> come{0};
+
+  static void attend(void* self, int) {
+    Meeting& meeting = *static_cast<Meeting*>(self);
+    static thread_local long attended = 0;
+    if (!meeting.wait) return;
+    if (attended != meeting.number) {
+      attended = meeting.number;
+      ++meeting.come;
+    }
+    const double start = bristle::DeadlineMonitor::wall_now();
+    while (meeting.come < 2 && bristle::DeadlineMonitor::wall_now() - start < 5e-3) {
+    }
+  }
+};
+
+/// A fork and join of eight tasks that do nothing: what sharing costs the caller. And of tasks that wait
+/// until a worker has come: how long it takes to wake one.
+void register_fork_join() {
+  for (bool wait : {false, true}) {
+    for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
+      for (bool bound : {false, true}) {
+        const std::string name =
+            std::string(wait ? "threads/worker_comes/" : "threads/fork_join/") + name_of(pacing);
+        add_timed_benchmark(name + (bound ? "/bound" : "/free"), [=](benchmark::State& state) {
+          bristle::detail::Workers workers(2, bound ? servo_core : -1);
+          workers.warm_up();
+          std::optional<BoundThread> here;
+          if (bound) here.emplace();
+          static long forks = 0;
+          Meeting meeting;
+          meeting.wait = wait;
+          measure_steps(state, pacing, 0, [&] {
+            meeting.number = ++forks;
+            meeting.come = 0;
+            workers.run(8, &Meeting::attend, &meeting);
+            return wait ? static_cast<double>(meeting.come) : 1.0;
+          });
+        });
+      }
+    }
+  }
+}
+
+struct SharedStep {
+  Pacing pacing = Pacing::back_to_back;
+  bool shared = true, bound = false;
+  Regime regime = all_snap;
+  std::uint32_t bristles = 200000;
+  std::uint32_t patches = 1;
+  std::uint32_t piece = 0;  ///< smallest piece of work; 0 = the library's own rules, threshold included
+};
+
+void add_shared_step(const std::string& name, const SharedStep& what) {
+  add_timed_benchmark(name, [what](benchmark::State& state) {
+    BatchOptions options = BatchOptions{}.with_threads(what.shared ? 2 : 1);
+    if (what.bound) options.with_servo_core(servo_core);
+    // Shared whatever the size, to find from where it pays.
+    if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
+    MeasuredScene scene(options);
+    unsetenv("BRISTLE_SHARING");
+    for (std::uint32_t i = 0; i < what.patches; ++i) {
+      scene.add(plain_material(usual_law(), SnapRule::keep),
+                plain_options(what.bristles / what.patches, usual_axes, Precision::single, usual_outputs())
+                    .with_seed(i + 1),
+                what.regime);
+    }
+    scene.settle();
+    std::optional<BoundThread> here;
+    if (what.bound) here.emplace();
+    measure_steps(state, what.pacing, what.bristles,
+                  [&] { return static_cast<double>(scene.step().threads); });
+  });
+}
+
+/// Alone, shared, and shared with bound threads: from how many bristles does sharing pay, and how much?
+void register_share() {
+  for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
+    for (std::uint32_t n : {10000u, 20000u, 40000u, 60000u, 100000u, 200000u, 400000u, 1000000u}) {
+      const std::string group =
+          std::string("threads/share/") + name_of(pacing) + '/' + std::to_string(n) + '/';
+      SharedStep what;
+      what.pacing = pacing;
+      what.bristles = n;
+      what.piece = 4096;
+      what.shared = false;
+      add_shared_step(group + "alone", what);
+      what.shared = true;
+      add_shared_step(group + "shared", what);
+      what.bound = true;
+      add_shared_step(group + "bound", what);
+    }
+  }
+}
+
+/// The same work in pieces of different size, as one patch and as many.
+void register_grain() {
+  for (std::uint32_t patches : {1u, 2000u}) {
+    for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {
+      SharedStep what;
+      what.bound = true;
+      what.patches = patches;
+      what.piece = piece;
+      add_shared_step("threads/grain/" + std::to_string(patches) + "patches/" + std::to_string(piece), what);
+    }
+  }
+}
+
+/// Ten thousand patches of a few bristles, on one thread: the cost of a patch beside its bristles.
+void register_patches() {
+  for (std::uint32_t size : {1u, 16u, 64u, 256u}) {
+    SharedStep what;
+    what.shared = false;
+    what.patches = 10000;
+    what.bristles = 10000 * size;
+    add_shared_step("threads/patch_overhead/10000x" + std::to_string(size), what);
+  }
+}
+
+}  // namespace
+
+void register_threads() {
+  register_patches();
+  if (!BRISTLE_WITH_TBB) return;
+  register_fork_join();
+  register_share();
+  register_grain();
+}
+
+}  // namespace bristle_bench

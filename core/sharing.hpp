@@ -1,0 +1,38 @@
+// When a step is shared among threads, and in what pieces.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+
+namespace bristle::detail {
+
+/// Measured by `bristle_bench --benchmark_filter=threads/`; see bench/README.md for figures.
+struct Sharing {
+  /// A step with fewer bristles to visit than this stays on the calling thread: waking a worker costs about
+  /// as much as stepping these.
+  std::uint64_t parallel_from = 60000;
+  /// A piece of work is no smaller than this, in bristles.
+  std::uint64_t smallest_piece = 8192;
+  /// What a patch costs beside its bristles, in bristles.
+  std::uint64_t patch_overhead = 100;
+};
+
+/// The values above, or what BRISTLE_SHARING says: "parallel_from,smallest_piece,patch_overhead", for
+/// measuring. Anything else in it is ignored. Bits do not depend on it.
+inline Sharing chosen_sharing() noexcept {
+  Sharing sharing;
+  const char* text = std::getenv("BRISTLE_SHARING");
+  if (text == nullptr) return sharing;
+  char* end = nullptr;
+  const std::uint64_t from = std::strtoull(text, &end, 10);
+  if (end == text || *end != ',') return sharing;
+  text = end + 1;
+  const std::uint64_t piece = std::strtoull(text, &end, 10);
+  if (end == text || *end != ',' || piece == 0) return sharing;
+  text = end + 1;
+  const std::uint64_t patch = std::strtoull(text, &end, 10);
+  if (end == text || *end != 0 || patch == 0) return sharing;
+  return {from, piece, patch};
+}
+
+}  // namespace bristle::detail

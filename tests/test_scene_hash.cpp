@@ -1,0 +1,90 @@
+// The state hash of each scene in tools/scenes is the one on record, on every instruction set and number of
+// threads. A changed hash means changed bits, or a changed scene. Where that is meant, record anew:
+//   BRISTLE_RECORD_GOLDEN=1 bristle_tests "Each scene*"
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "reference_table.hpp"
+#include "scenes.hpp"
+#include "tools/cli/run.hpp"
+#include "tools/cli/scene.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(BRISTLE_SCENES))
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+cli::Scene read(const std::string& name) {
+  return cli::read_scene(std::string(BRISTLE_SCENES) + "/" + name + ".toml");
+}
+
+/// Steps of a scene whose hash is taken: enough for contact, sliding and reversal where they come early, and
+/// short where a step is long.
+std::uint64_t steps_of(const cli::Scene& scene) {
+  std::uint64_t bristles = 0;
+  for (const cli::ScenePatch& patch : scene.patches)
+    bristles += std::uint64_t{patch.count} * patch.options.bristles;
+  const std::uint64_t affordable = 1500000 / std::max<std::uint64_t>(bristles, 1000);
+  return std::clamp<std::uint64_t>(affordable, 8, 1500);
+}
+
+std::string hash_of(const cli::Scene& scene, std::uint64_t steps, const char* isa, int threads) {
+  cli::RunOptions options;
+  options.steps = steps;
+  options.isa = isa;
+  options.threads = threads;
+  char text[20];
+  std::snprintf(text, sizeof text, "%016" PRIx64, cli::run_scene(scene, options).state_hash);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("Each scene has its state hash on record, whatever steps it", "[determinism][scenes]") {
+  const std::string file = "golden_scene_hash.csv";
+  if (std::getenv("BRISTLE_RECORD_GOLDEN")) {
+    std::ofstream out(data_folder() + "/" + file);
+    out << "scene,steps,state_hash\n";
+    for (const std::string& name : scene_names()) {
+      const cli::Scene scene = read(name);
+      out << name << ',' << steps_of(scene) << ',' << hash_of(scene, steps_of(scene), "scalar", 1) << '\n';
+    }
+    REQUIRE(out.flush());
+    std::printf("recorded tests/data/%s\n", file.c_str());
+  }
+  const std::vector<Row> record = read_table(file);
+  for (const std::string& name : scene_names()) {
+    const auto row =
+        std::find_if(record.begin(), record.end(), [&](const Row& r) { return r.at("scene") == name; });
+    if (row == record.end()) {
+      FAIL_CHECK("scene " << name << " has no hash on record: see the top of test_scene_hash.cpp");
+      continue;
+    }
+    const auto steps = static_cast<std::uint64_t>(number(*row, "steps"));
+    const cli::Scene scene = read(name);
+    for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+      if (!isa.usable) continue;
+      INFO(name << ", " << steps << " steps, " << isa.name);
+      CHECK(hash_of(scene, steps, isa.name, 1) == row->at("state_hash"));
+    }
+    for (int threads : {2, 3, 8}) {
+      INFO(name << ", " << steps << " steps, " << threads << " threads");
+      CHECK(hash_of(scene, steps, "", threads) == row->at("state_hash"));
+    }
+  }
+}

@@ -1,0 +1,188 @@
+// Who takes part in a step: as many threads as asked for in a large one, the caller alone in a small one, and
+// workers off the servo core.
+#include <catch2/catch.hpp>
+
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+#if BRISTLE_WITH_TBB
+
+/// Patches whose step takes some tens of milliseconds of slow kernels: where threads are more than cores,
+/// eight of them get their turn only in pieces of work that take about a millisecond each (measured).
+struct LongStep {
+  PatchBatch batch;
+  std::vector<Motion> motions;
+  std::vector<Response> responses;
+
+  explicit LongStep(const BatchOptions& options) : batch(BatchOptions(options).with_isa("scalar")) {
+    const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
+    for (std::uint32_t size : {140000u, 60000u, 3000u, 3000u}) {
+      Motion motion;
+      motion.id = batch.add(material, plain_options(size).with_seed(size + 7));
+      motion.normal_load = size;
+      motion.displacement[0] = 8.0 * dbar;
+      motion.displacement[1] = 5.0 * dbar;
+      motions.push_back(motion);
+    }
+    responses.resize(motions.size());
+    batch.warm_up();
+  }
+  bristle::StepReport step() { return batch.step(tick, motions, responses); }
+};
+
+/// Other threads of this process, by number, with a line of their status in /proc.
+std::map<int, std::string> other_threads(const char* key) {
+  std::map<int, std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
+    const int thread = std::stoi(entry.path().filename().string());
+    if (thread == static_cast<int>(syscall(SYS_gettid))) continue;
+    std::ifstream status(entry.path() / "status");
+    for (std::string line; std::getline(status, line);)
+      if (line.rfind(key, 0) == 0) found[thread] = line.substr(std::strlen(key));
+  }
+  return found;
+}
+
+/// How often each other thread has been put on a core and taken off again.
+std::map<int, std::string> switches() {
+  std::map<int, std::string> found = other_threads("voluntary_ctxt_switches:");
+  for (const auto& [thread, count] : other_threads("nonvoluntary_ctxt_switches:")) found[thread] += count;
+  return found;
+}
+
+#endif
+
+}  // namespace
+
+#if BRISTLE_WITH_TBB
+
+TEST_CASE("As many threads as asked for take part in a long step, and the bits stay those of one",
+          "[determinism][threads]") {
+  constexpr int steps = 3;
+  std::uint64_t expected = 0;
+  for (int threads : {1, 2, 3, 8}) {
+    LongStep scene(BatchOptions{}.with_threads(threads));
+    std::uint32_t most = 0;
+    for (int k = 0; k < steps; ++k) most = std::max(most, scene.step().threads);
+    if (threads == 1) expected = scene.batch.state_hash();
+    INFO(threads << " threads");
+    CHECK(scene.batch.state_hash() == expected);
+    // A busy machine may leave a thread without a core for the whole of a step: look at more of them.
+    for (int k = 0; k < 60 && most < static_cast<std::uint32_t>(threads); ++k)
+      most = std::max(most, scene.step().threads);
+    CHECK(most == static_cast<std::uint32_t>(threads));
+  }
+}
+
+TEST_CASE("A small step wakes no worker", "[threads]") {
+  PatchBatch batch(BatchOptions{}.with_threads(2));
+  const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw);
+  // The paper's patch, and a scene of some small ones.
+  std::vector<Motion> small;
+  for (std::uint32_t size : std::vector<std::uint32_t>{900, 100, 100, 100, 100, 100, 100, 100, 100, 100}) {
+    Motion motion;
+    motion.id = batch.add(material, plain_options(size));
+    motion.normal_load = size;
+    motion.displacement[0] = 1.3 * dbar;
+    small.push_back(motion);
+  }
+  std::vector<Response> responses(small.size());
+  Motion large = small[0];
+  large.id = batch.add(material, plain_options(400000));
+  large.normal_load = 400000.0;
+  batch.warm_up();
+
+  // Other threads sleep when nobody has been put on a core for 20 ms.
+  const auto wait_for_sleep = [] {
+    for (int i = 0; i < 200; ++i) {
+      const auto before = switches();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      if (switches() == before) return true;
+    }
+    return false;
+  };
+  Response response;
+  const bristle::StepReport shared = batch.step(tick, {&large, 1}, {&response, 1});
+  CHECK(shared.tasks > 1);
+#if defined(__SANITIZE_THREAD__)
+  std::printf("skipped: the thread sanitizer has a thread of its own that never sleeps\n");
+  return;
+#endif
+  REQUIRE(wait_for_sleep());
+  const auto before = switches();
+  REQUIRE(!before.empty());  // the worker is there
+  for (int k = 0; k < 2000; ++k) {
+    const bristle::StepReport report = batch.step(tick, small, responses);
+    expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
+  }
+  CHECK(switches() == before);
+  // The same of a step that is large but rests: it costs as little.
+  large.displacement[0] = 0.0;
+  for (int k = 0; k < 200; ++k) batch.step(tick, {&large, 1}, {&response, 1});
+  CHECK(switches() == before);
+  // And the count would have told: a large step does wake one.
+  large.displacement[0] = 1.3 * dbar;
+  for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
+  CHECK(switches() != before);
+}
+
+TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]") {
+  LongStep free_scene(BatchOptions{}.with_threads(2));
+  LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(0));
+  for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
+  }
+  if (std::thread::hardware_concurrency() < 2) {
+    std::printf("skipped: one core only, no other to keep to\n");
+    CHECK(scene.batch.unbound_workers() > 0);  // told, and stepped all the same
+    return;
+  }
+  CHECK(scene.batch.unbound_workers() == 0);
+  CHECK(free_scene.batch.unbound_workers() == 0);
+  int kept_off = 0;
+  for (const auto& [thread, cores] : other_threads("Cpus_allowed_list:")) {
+    const std::string list = cores.substr(cores.find_first_not_of(" \t"));
+    kept_off += list.rfind("0", 0) != 0;
+  }
+  CHECK(kept_off >= 1);
+}
+
+TEST_CASE("Where workers run does not change the bits", "[threads]") {
+  LongStep free_scene(BatchOptions{}.with_threads(2));
+  LongStep bound_scene(BatchOptions{}.with_threads(2).with_servo_core(0));
+  for (int k = 0; k < 4; ++k) {
+    free_scene.step();
+    bound_scene.step();
+  }
+  CHECK(free_scene.batch.state_hash() == bound_scene.batch.state_hash());
+}
+
+#endif
+
+TEST_CASE("A servo core that cannot be is refused by name", "[threads]") {
+  for (int core : {-2, 1024, 5000}) {
+    const std::string message = message_of([&] { PatchBatch batch(BatchOptions{}.with_servo_core(core)); });
+    CHECK_THAT(message, Catch::Matchers::Contains("servo_core") &&
+                            Catch::Matchers::Contains(std::to_string(core)) &&
+                            Catch::Matchers::Contains("0 to 1023"));
+  }
+  // With one thread there are no workers to bind.
+  CHECK(PatchBatch(BatchOptions{}.with_servo_core(0)).unbound_workers() == 0);
+}
