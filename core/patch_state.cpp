@@ -291,9 +291,11 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
 
   const std::uint32_t padded = static_cast<std::uint32_t>(rows);
   if (p.is_double())
-    fill_first_lengths(*p.material, options.seed, Span<double>(static_cast<double*>(p.first), padded));
+    fill_first_lengths(*p.material, options.sampling, options.seed,
+                       Span<double>(static_cast<double*>(p.first), padded));
   else
-    fill_first_lengths(*p.material, options.seed, Span<float>(static_cast<float*>(p.first), padded));
+    fill_first_lengths(*p.material, options.sampling, options.seed,
+                       Span<float>(static_cast<float*>(p.first), padded));
   if (redraw) {
     std::memcpy(p.delta, p.first, rows * number);
     fill_draw_states(options.seed, Span<std::uint32_t>(p.draw, padded));

@@ -1,8 +1,10 @@
-// The representatives of a patch: first snap lengths whose every prefix is stratified, and draw keys.
+// The representatives of a patch: first snap lengths whose every prefix is stratified (or random), and draw
+// keys.
 #pragma once
 
 #include <cstdint>
 
+#include "bristle/patch.hpp"
 #include "bristle/span.hpp"
 #include "kernel_law.hpp"
 
@@ -12,9 +14,14 @@ namespace bristle::detail {
 /// 1/k over the unit interval, so any active prefix is a stratified sample (DESIGN.md 2.1).
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
+/// u_i in (0, 1): independent numbers, a hash of seed and i (Sampling::random).
+double random_share(std::uint32_t seed, std::uint32_t i) noexcept;
+
 /// Q(u_i), scaled, for i = 0 .. size - 1.
-void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths);
-void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths);
+void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
+                        Span<float> lengths);
+void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
+                        Span<double> lengths);
 
 /// First draw state of each bristle: a bijection of its index, keyed by the seed.
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;

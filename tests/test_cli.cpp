@@ -482,6 +482,15 @@ TEST_CASE("Capacity tells what each feature of a kernel costs", "[cli]") {
   }
 }
 
+TEST_CASE("accuracy refuses errors that make no sense, and two reports on one stdout", "[cli]") {
+  const Folder folder;
+  const std::string scene = "accuracy " + scene_path("fingertip");
+  check_refused(folder, scene + " --error 0%", {"--error is '0%'", "allowed: 0.0001% to 100%"});
+  check_refused(folder, scene + " --error good", {"--error is 'good'"});
+  check_refused(folder, scene + " --json - --csv -", {"only one can have stdout"});
+  check_refused(folder, "accuracy nowhere.toml", {"nowhere.toml", "cannot be read"});
+}
+
 TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles that fit", "[cli]") {
   const Folder folder;
   const json report = run_report(

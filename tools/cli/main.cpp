@@ -14,6 +14,7 @@
 #include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
 
+#include "tools/cli/accuracy.hpp"
 #include "tools/cli/capacity.hpp"
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/fit.hpp"
@@ -68,6 +69,20 @@ double parse_time(const std::string& text) {
         fmt::format("--deadline is '{}'; allowed: 1us to 10s, as a number with s, ms or us", text));
   }
   return seconds;
+}
+
+// "1%", "1 %", "0.01".
+double parse_share(const std::string& text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  auto [rest, error] = std::from_chars(text.data(), end, value);
+  while (rest != end && *rest == ' ') ++rest;
+  const std::string unit(rest, end);
+  if (unit == "%") value /= 100.0;
+  if (error != std::errc() || !(unit.empty() || unit == "%") || !(value >= 1e-6 && value <= 1.0)) {
+    throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, as 1% or 0.01", text));
+  }
+  return value;
 }
 
 // CLI11 itself would only say that a subcommand is missing.
@@ -166,6 +181,22 @@ int run(int argc, char** argv) {
   stability_app->add_option("--json", stability_options.json,
                             "Write the report to this JSON file (- for stdout)");
   stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)");
+  cli::AccuracyOptions accuracy_options;
+  std::string wanted_error;
+  CLI::App* accuracy_app = app.add_subcommand(
+      "accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out");
+  accuracy_app->add_option("SCENE", accuracy_options.scene, "Scene file, TOML (tools/README.md)")->required();
+  accuracy_app->add_option("--error", wanted_error, "Wanted error of the force, rms, e.g. 1%");
+  accuracy_app->add_option("--write", accuracy_options.write,
+                           "Write the scene with the recommended setting to this TOML file");
+  accuracy_app->add_flag("--quick", accuracy_options.quick, "Fewer settings, less than a minute");
+  accuracy_app->add_option("--seconds", accuracy_options.seconds, "Time to spend, about")
+      ->check(CLI::Range(0.5, 1e5));
+  accuracy_app->add_option("--isa", accuracy_options.isa, "Instruction set: see bristle --version");
+  accuracy_app->add_option("--json", accuracy_options.json,
+                           "Write the report to this JSON file (- for stdout)");
+  accuracy_app->add_option("--csv", accuracy_options.csv,
+                           "Write the settings to this CSV file (- for stdout)");
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -180,6 +211,10 @@ int run(int argc, char** argv) {
     return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
   }
   if (run_app->parsed()) cli::run_command(run_options);
+  if (accuracy_app->parsed()) {
+    if (!wanted_error.empty()) accuracy_options.error = parse_share(wanted_error);
+    cli::accuracy_command(accuracy_options);
+  }
   if (capacity_app->parsed()) {
     capacity_options.deadline_s = parse_time(deadline);
     cli::capacity_command(capacity_options);

@@ -1,6 +1,7 @@
 #include "tools/cli/prescribed_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tools/cli/waveform.hpp"
 
@@ -74,6 +75,28 @@ double PrescribedMotion::highest_load() const noexcept {
     for (const MotionRow& row : rows) highest = std::max(highest, row.load);
   }
   return highest;
+}
+
+bool PrescribedMotion::stays_on_line(double (&direction)[2]) const noexcept {
+  direction[0] = 1.0;
+  direction[1] = 0.0;
+  double far[2] = {velocity[0] + amplitude[0], velocity[1] + amplitude[1]};  // one of the two is zero
+  const auto length = [](double x, double y) { return std::sqrt(x * x + y * y); };
+  for (const MotionRow& row : rows) {
+    const double x = row.x - rows.front().x, y = row.y - rows.front().y;
+    if (length(x, y) > length(far[0], far[1])) {
+      far[0] = x;
+      far[1] = y;
+    }
+  }
+  const double longest = length(far[0], far[1]);
+  if (!(longest > 0.0)) return true;
+  direction[0] = far[0] / longest;
+  direction[1] = far[1] / longest;
+  return std::all_of(rows.begin(), rows.end(), [&](const MotionRow& row) {
+    const double x = row.x - rows.front().x, y = row.y - rows.front().y;
+    return std::fabs(x * direction[1] - y * direction[0]) <= 1e-12 * longest;
+  });
 }
 
 double load_at(const std::vector<LoadStep>& steps, double t) noexcept {

@@ -46,6 +46,8 @@ struct PrescribedMotion {
   /// Whether the second axis is needed.
   bool moves_along_y() const noexcept;
   double highest_load() const noexcept;
+  /// Whether copy 0 moves to and fro on one straight line; then its direction, a unit vector.
+  bool stays_on_line(double (&direction)[2]) const noexcept;
 };
 
 /// Value of load steps at time t; 0 before the first.

@@ -6,25 +6,19 @@
 
 #include <fmt/format.h>
 
-#include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
 
 #include "tools/cli/force_file.hpp"
 #include "tools/cli/progress.hpp"
+#include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
-#include "tools/cli/waveform.hpp"
 
 namespace cli {
 namespace {
 
-// A copy of a [[patch]]: one contact patch of the batch.
-struct Copy {
-  std::size_t patch = 0;  // index into Scene::patches
-  std::string name;
-  double delay = 0.0;                 // s
-  double cosine = 1.0, sine = 0.0;    // of the turn of its directions
-  Position last;                      // of the unturned motion
+// How far a copy has come.
+struct Way {
   double x = 0.0, y = 0.0;            // m, moved so far
   double slid_x = 0.0, slid_y = 0.0;  // m, since it last turned back or lost contact
 };
@@ -35,116 +29,40 @@ class SceneRun {
   RunResult run();
 
  private:
-  void add_patches();
-  void add_bodies();
-  void prescribe(double t);
   void step(double t);
   void account(double t);
-  void account_friction(Copy& copy, PatchResult& result, const bristle::Motion& motion,
+  void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                         const bristle::Response& response);
   void finish();
 
   const Scene& scene_;
   const RunOptions& options_;
-  bristle::PatchBatch batch_;
-  std::vector<Copy> copies_;
-  std::vector<bristle::Motion> motions_;
-  std::vector<bristle::Response> responses_;
-  std::vector<BodyMotion> bodies_;
+  SceneStepper stepper_;
+  std::vector<Way> ways_;
   std::optional<ForceFile> force_file_;
   RunResult result_;
 };
 
-bristle::PatchBatch make_batch(const Scene& scene, const RunOptions& options) {
-  try {
-    return bristle::PatchBatch(bristle::BatchOptions{}
-                                   .with_threads(options.threads.value_or(scene.threads))
-                                   .with_isa(options.isa.empty() ? nullptr : options.isa.c_str()));
-  } catch (const bristle::Error& error) {
-    throw UserError(error.what());
-  }
-}
-
-std::uint64_t step_count(const Scene& scene, const RunOptions& options) {
-  if (options.steps) return *options.steps;
-  const double steps = scene.duration.value_or(scene.trace_length()) / scene.dt;
-  if (!(steps < 1e12)) throw UserError(fmt::format("{}: {} steps are too many", scene.file, steps));
-  return static_cast<std::uint64_t>(std::max(1.0, std::floor(steps + 0.5)));
+bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options) {
+  return bristle::BatchOptions{}
+      .with_threads(options.threads.value_or(scene.threads))
+      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
 }
 
 SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
-    : scene_(scene), options_(options), batch_(make_batch(scene, options)) {
+    : scene_(scene),
+      options_(options),
+      stepper_(scene, batch_options(scene, options)),
+      ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
-  add_patches();
-  add_bodies();
   if (!options.out.empty()) {
     const auto any = [&](bristle::Outputs output) {
       return std::any_of(scene.patches.begin(), scene.patches.end(),
                          [&](const ScenePatch& p) { return has(p.options.outputs, output); });
     };
     force_file_.emplace(options.out, any(bristle::Outputs::mean), any(bristle::Outputs::energy));
-    result_.patches_written = std::min<std::size_t>(copies_.size(), scene.out_patches);
-  }
-  batch_.warm_up();
-}
-
-void SceneRun::add_patches() {
-  for (std::size_t p = 0; p < scene_.patches.size(); ++p) {
-    const ScenePatch& patch = scene_.patches[p];
-    for (std::uint32_t i = 0; i < patch.count; ++i) {
-      bristle::PatchOptions copy_options = patch.options;
-      copy_options.seed += i;
-      copy_options.key = copies_.size();
-      bristle::Motion motion;
-      try {
-        motion.id = batch_.add(scene_.materials[patch.material].material, copy_options);
-      } catch (const bristle::Error& error) {
-        throw UserError(fmt::format("{}: {}", patch.where, error.what()));
-      }
-      Copy copy;
-      copy.patch = p;
-      copy.name = patch.count == 1 ? patch.name : fmt::format("{}.{}", patch.name, i);
-      if (patch.motion) {
-        copy.delay = i * patch.motion->delay_per_copy;
-        if (patch.motion->turn_per_copy != 0.0) {
-          copy.cosine = cosine_of_turns(i * patch.motion->turn_per_copy);
-          copy.sine = sine_of_turns(i * patch.motion->turn_per_copy);
-        }
-        copy.last = patch.motion->at(0.0);
-      }
-      copies_.push_back(std::move(copy));
-      motions_.push_back(motion);
-    }
-  }
-  responses_.resize(motions_.size());
-}
-
-void SceneRun::add_bodies() {
-  for (const SceneBody& body : scene_.bodies) {
-    std::vector<std::size_t> places;
-    for (std::size_t c = 0; c < copies_.size(); ++c) {
-      const std::size_t p = copies_[c].patch;
-      if (std::count(body.patches.begin(), body.patches.end(), p)) places.push_back(c);
-    }
-    bodies_.emplace_back(body, std::move(places));
-  }
-}
-
-// Displacements and loads of all patches that no body carries, over the step from t on.
-void SceneRun::prescribe(double t) {
-  for (std::size_t c = 0; c < copies_.size(); ++c) {
-    Copy& copy = copies_[c];
-    const auto& motion = scene_.patches[copy.patch].motion;
-    if (!motion) continue;
-    const double own_t = std::max(t - copy.delay, 0.0);
-    const double own_end = std::max(t + scene_.dt - copy.delay, 0.0);
-    const Position next = motion->at(own_end);
-    const double dx = next.x - copy.last.x, dy = next.y - copy.last.y;
-    copy.last = next;
-    motions_[c].displacement[0] = copy.cosine * dx - copy.sine * dy;
-    motions_[c].displacement[1] = copy.sine * dx + copy.cosine * dy;
-    motions_[c].normal_load = motion->load_over(own_t, own_end - own_t);
+    result_.patches_written = std::min<std::size_t>(ways_.size(), scene.out_patches);
   }
 }
 
@@ -152,34 +70,33 @@ void SceneRun::step(double t) {
   using bristle::DeadlineMonitor;
   const double cpu = DeadlineMonitor::cpu_now();
   const double wall = DeadlineMonitor::wall_now();
-  for (BodyMotion& body : bodies_) body.solve(batch_, t, scene_.dt, motions_);
-  batch_.step(scene_.dt, {motions_.data(), motions_.size()}, {responses_.data(), responses_.size()});
+  stepper_.step(t);
   const double wall_time = DeadlineMonitor::wall_now() - wall;
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
-  for (BodyMotion& body : bodies_) body.finish(scene_.dt, responses_);
 }
 
 // Coefficients from the elastic part: dampers and lubricant are no friction of the bristles. A step counts as
 // sliding when the patch has come ten mean snap lengths since it last turned back or lost contact.
-void SceneRun::account_friction(Copy& copy, PatchResult& result, const bristle::Motion& motion,
+void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                                 const bristle::Response& response) {
+  Way& way = ways_[c];
   const double dx = motion.displacement[0], dy = motion.displacement[1];
   if (!(motion.normal_load > 0.0)) {
-    copy.slid_x = copy.slid_y = 0.0;
+    way.slid_x = way.slid_y = 0.0;
     return;
   }
   ++result.steps_in_contact;
-  if (dx * copy.slid_x + dy * copy.slid_y < 0.0) copy.slid_x = copy.slid_y = 0.0;
-  copy.slid_x += dx;
-  copy.slid_y += dy;
-  const ScenePatch& patch = scene_.patches[copy.patch];
+  if (dx * way.slid_x + dy * way.slid_y < 0.0) way.slid_x = way.slid_y = 0.0;
+  way.slid_x += dx;
+  way.slid_y += dy;
+  const ScenePatch& patch = scene_.patches[stepper_.copies()[c].patch];
   const double fx = response.elastic[0];
   const double fy = patch.options.axes == 2 ? response.elastic[1] : 0.0;
   const double force = std::sqrt(fx * fx + fy * fy);
   if (motion.normal_load >= 0.1 * patch.options.max_normal_load) {
     result.highest_coefficient = std::max(result.highest_coefficient, force / motion.normal_load);
   }
-  const double slid = std::sqrt(copy.slid_x * copy.slid_x + copy.slid_y * copy.slid_y);
+  const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
     result.sliding_force +=
@@ -190,14 +107,15 @@ void SceneRun::account_friction(Copy& copy, PatchResult& result, const bristle::
 }
 
 void SceneRun::account(double t) {
-  for (std::size_t c = 0; c < copies_.size(); ++c) {
-    Copy& copy = copies_[c];
+  for (std::size_t c = 0; c < ways_.size(); ++c) {
+    const SceneCopy& copy = stepper_.copies()[c];
+    Way& way = ways_[c];
     PatchResult& result = result_.patches[copy.patch];
-    const bristle::Motion& motion = motions_[c];
-    const bristle::Response& response = responses_[c];
+    const bristle::Motion& motion = stepper_.motions()[c];
+    const bristle::Response& response = stepper_.responses()[c];
     const bristle::Outputs outputs = scene_.patches[copy.patch].options.outputs;
-    copy.x += motion.displacement[0];
-    copy.y += motion.displacement[1];
+    way.x += motion.displacement[0];
+    way.y += motion.displacement[1];
     result.overload_steps += has(response.status, bristle::Status::overload);
     result.bad_steps += has(response.status, bristle::Status::bad_input);
     result.load.add(motion.normal_load);
@@ -214,44 +132,44 @@ void SceneRun::account(double t) {
       result.contact_loss += response.contact_loss;
       result.damper_work += response.damper_work;
     }
-    account_friction(copy, result, motion, response);
+    account_friction(c, result, motion, response);
     if (c < result_.patches_written) {
-      force_file_->write(t, copy.name, outputs, response, motion.normal_load, batch_.info(motion.id).active,
-                         copy.x, copy.y);
+      force_file_->write(t, copy.name, outputs, response, motion.normal_load,
+                         stepper_.batch().info(motion.id).active, way.x, way.y);
     }
   }
 }
 
 void SceneRun::finish() {
-  for (std::size_t c = 0; c < copies_.size(); ++c) {
-    PatchResult& result = result_.patches[copies_[c].patch];
-    const bristle::PatchInfo info = batch_.info(motions_[c].id);
+  for (std::size_t c = 0; c < ways_.size(); ++c) {
+    PatchResult& result = result_.patches[stepper_.copies()[c].patch];
+    const bristle::PatchInfo info = stepper_.batch().info(stepper_.motions()[c].id);
     if (result.info.bristles == 0) result.info = info;
     result.memory_bytes += info.memory_bytes;
-    result.stored += batch_.stored_energy(motions_[c].id);
+    result.stored += stepper_.batch().stored_energy(stepper_.motions()[c].id);
     result_.bristles += info.bristles;
     result_.memory_bytes += info.memory_bytes;
   }
-  for (const BodyMotion& body : bodies_) {
+  for (const BodyMotion& body : stepper_.bodies()) {
     result_.bodies.push_back({{body.position()[0], body.position()[1]},
                               {body.velocity()[0], body.velocity()[1]},
                               body.highest_speed(),
                               body.statistics()});
   }
-  result_.isa = batch_.isa();
-  result_.threads = batch_.threads();
-  result_.state_hash = batch_.state_hash();
+  result_.isa = stepper_.batch().isa();
+  result_.threads = stepper_.batch().threads();
+  result_.state_hash = stepper_.batch().state_hash();
   if (force_file_) force_file_->finish();
 }
 
 RunResult SceneRun::run() {
-  result_.steps = step_count(scene_, options_);
+  result_.steps = options_.steps.value_or(step_count(scene_));
   const double start = bristle::DeadlineMonitor::wall_now();
   {
     Progress progress("run");
     for (std::uint64_t k = 0; k < result_.steps; ++k) {
       const double t = static_cast<double>(k) * scene_.dt;
-      prescribe(t);
+      stepper_.prescribe(t);
       step(t);
       account(t + scene_.dt);
       if (k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));

@@ -69,7 +69,7 @@ bristle::Material read_bristle_parameters(const SceneTable& table) {
   return m;
 }
 
-bristle::Material read_coefficients(const SceneTable& table) {
+bristle::Coefficients read_coefficients(const SceneTable& table) {
   bristle::Coefficients c;
   c.kinetic = table.number("kinetic", any_positive, c.kinetic);
   c.peak = table.number("peak", any_positive, c.peak);
@@ -81,7 +81,7 @@ bristle::Material read_coefficients(const SceneTable& table) {
   c.damping_per_newton = table.number("damping_per_newton", any_not_negative, c.damping_per_newton);
   c.viscous_friction = table.number("viscous_friction", any_not_negative, c.viscous_friction);
   c.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, c.stribeck_velocity);
-  return bristle::Material::from_coefficients(c);
+  return c;
 }
 
 SceneMaterial read_material(SceneTable table) {
@@ -105,7 +105,8 @@ SceneMaterial read_material(SceneTable table) {
     } else {
       table.allow({"name", "kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "rule",
                    "damping_per_newton", "viscous_friction", "stribeck_velocity", "damper_decay"});
-      result.material = read_coefficients(table);
+      result.coefficients = read_coefficients(table);
+      result.material = bristle::Material::from_coefficients(*result.coefficients);
     }
     result.material.damper_decay =
         static_cast<bristle::DamperDecay>(table.choice("damper_decay", {"exponential", "gaussian"}, 0));
@@ -142,7 +143,7 @@ ScenePatch read_patch(SceneTable table, const Scene& scene) {
   patch.name = table.name();
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
-               "seed", "count"});
+               "sampling", "seed", "count"});
   patch.material = find_name(scene.materials, table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
@@ -159,6 +160,7 @@ ScenePatch read_patch(SceneTable table, const Scene& scene) {
   }
   o.precision = static_cast<bristle::Precision>(table.choice("precision", {"single", "double"}, 0));
   o.step_rule = static_cast<bristle::StepRule>(table.choice("step_rule", {"exact", "literal"}, 0));
+  o.sampling = static_cast<bristle::Sampling>(table.choice("sampling", {"stratified", "random"}, 0));
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 1'000'000, 1));
   return patch;

@@ -16,6 +16,7 @@ namespace cli {
 struct SceneMaterial {
   std::string name;
   bristle::Material material;
+  std::optional<bristle::Coefficients> coefficients;  ///< where the scene gives these
 };
 
 /// Prescribed motion, a body, or both never: one of the two moves a patch.
@@ -23,8 +24,9 @@ struct ScenePatch {
   std::string name;
   std::size_t material = 0;  ///< index into Scene::materials
   bristle::PatchOptions options;
-  std::uint32_t count = 1;  ///< copies; copy i has seed + i and the name "name.i"
-  std::string where;        ///< "file:line: [[patch]] 'name'", for messages
+  std::uint32_t count = 1;   ///< copies; copy i has seed + i and the name "name.i"
+  std::uint32_t stride = 1;  ///< only every so manyth copy: the k-th of `count` is then copy k stride
+  std::string where;         ///< "file:line: [[patch]] 'name'", for messages
   std::optional<PrescribedMotion> motion;
 };
 

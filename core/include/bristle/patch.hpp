@@ -23,6 +23,12 @@ enum class StepRule : unsigned char {
   literal  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot; for comparison.
 };
 
+/// How the first snap lengths of the representatives are spread over their law.
+enum class Sampling : unsigned char {
+  stratified,  ///< evenly, any active prefix of them too: error of order 1/n at first loading. The default.
+  random       ///< drawn one by one, independent: error of order n^-1/2; for comparison
+};
+
 /// What a patch computes beside the force at the end of a step. Combine with |.
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
@@ -45,7 +51,8 @@ struct PatchOptions {
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   StepRule step_rule = StepRule::exact;
-  std::uint32_t seed = 1;  ///< shifts the stratified snap lengths and keys the random draws
+  Sampling sampling = Sampling::stratified;
+  std::uint32_t seed = 1;  ///< shifts the stratified snap lengths, keys what is drawn at random
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
 
   PatchOptions& with_max_normal_load(double newtons) {
@@ -70,6 +77,10 @@ struct PatchOptions {
   }
   PatchOptions& with_step_rule(StepRule rule) {
     step_rule = rule;
+    return *this;
+  }
+  PatchOptions& with_sampling(Sampling value) {
+    sampling = value;
     return *this;
   }
   PatchOptions& with_seed(std::uint32_t value) {

@@ -1,0 +1,273 @@
+// `bristle accuracy`: its error measures against closed forms, its search, and the sampling it compares.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include <bristle/patch_batch.hpp>
+
+#include "tools/cli/accuracy.hpp"
+#include "tools/cli/scene.hpp"
+
+using nlohmann::json;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ramp_scene(const std::string& rule, double velocity) {
+  std::ostringstream text;
+  text << "[scene]\nname = \"ramp\"\ndt = 1e-3\nduration = 0.05\n[[material]]\nname = \"m\"\nsnap_length = { "
+          "law = "
+          "\"uniform\", min = 5e-6, max = 15e-6 }\nrule = \""
+       << rule << "\"\n[[patch]]\nname = \"tip\" # the only one\nmaterial = \"m\"\nmax_normal_load = 1.0\n"
+       << "bristles = 100 # few\n"
+       << "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = " << velocity << "\nload = 1.0\n";
+  return text.str();
+}
+
+struct File {
+  fs::path path;
+  File(const std::string& name, const std::string& text)
+      : path(fs::temp_directory_path() / ("bristle_accuracy_" + std::to_string(getpid()) + "_" + name)) {
+    std::ofstream(path, std::ios::binary) << text;
+  }
+  ~File() {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  }
+};
+
+std::vector<double> snap_lengths(bristle::Sampling sampling, std::uint32_t n, std::uint32_t seed) {
+  bristle::PatchBatch batch;
+  const auto id = batch.add(bristle::Material{},
+                            bristle::PatchOptions{}.with_bristles(n).with_seed(seed).with_sampling(sampling));
+  const bristle::Motion motion{id, {0.0, 0.0}, 1.0, false, {0.0, 0.0}};
+  bristle::Response response;
+  batch.step(1e-3, {&motion, 1}, {&response, 1});
+  std::vector<double> delta(n);
+  REQUIRE(batch.read_bristles(id, {}, {}, {delta.data(), n}) == n);
+  return delta;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+// Relative difference of the force at x mean snap lengths from the virgin curve, rms over seeds.
+double virgin_error(bristle::Sampling sampling, std::uint32_t n, int seeds) {
+  const bristle::Material m = bristle::Material{}.with_snap_rule(bristle::SnapRule::keep);
+  const double dbar = m.snap_length.mean();
+  double squares = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    bristle::PatchBatch batch;
+    const auto id = batch.add(m, bristle::PatchOptions{}
+                                     .with_bristles(n)
+                                     .with_axes(1)
+                                     .with_seed(static_cast<std::uint32_t>(977 * seed))
+                                     .with_sampling(sampling));
+    const bristle::Motion motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}};
+    bristle::Response r;
+    batch.step(1e-3, {&motion, 1}, {&r, 1});
+    // Uniform on 0.5 to 1.5, first pass: x - x^2/2 + 1/8.
+    const double expected = -m.bristles_in_contact(1.0) * m.bristle_stiffness * dbar * (0.8 - 0.32 + 0.125);
+    squares += (r.end[0] / expected - 1.0) * (r.end[0] / expected - 1.0) / seeds;
+  }
+  return std::sqrt(squares);
+}
+
+}  // namespace
+
+TEST_CASE("Random sampling draws independent snap lengths of the law, the same for a seed", "[accuracy]") {
+  const std::uint32_t n = 20'000;
+  std::vector<double> delta = snap_lengths(bristle::Sampling::random, n, 3);
+  CHECK(delta == snap_lengths(bristle::Sampling::random, n, 3));
+  CHECK(delta != snap_lengths(bristle::Sampling::random, n, 4));
+  // Uniform on 5 to 15 um: mean 10, variance 100/12; neighbours uncorrelated. Five standard errors.
+  const double error = 5.0 / std::sqrt(static_cast<double>(n));
+  const double mean = mean_of(delta), deviation = 10e-6 / std::sqrt(12.0);
+  CHECK(std::abs(mean - 10e-6) < error * deviation);
+  double lag = 0.0;
+  for (std::size_t i = 1; i < n; ++i)
+    lag += (delta[i] - mean) * (delta[i - 1] - mean) / (deviation * deviation * n);
+  CHECK(std::abs(lag) < error);
+  // Kolmogorov-Smirnov at 1e-5: 2.47 / sqrt(n). A stratified sample is far closer than any random one.
+  const auto distance = [&](std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    double most = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double share = (values[i] - 5e-6) / 10e-6, before = static_cast<double>(i);
+      most = std::max({most, std::abs(share - before / n), std::abs(share - (before + 1.0) / n)});
+    }
+    return most;
+  };
+  CHECK(distance(delta) < 2.47 / std::sqrt(static_cast<double>(n)));
+  CHECK(distance(delta) > 0.3 / std::sqrt(static_cast<double>(n)));
+  CHECK(distance(snap_lengths(bristle::Sampling::stratified, n, 3)) < 10.0 / n);
+}
+
+TEST_CASE("On the virgin curve random lengths err as n^-1/2, stratified ones as 1/n", "[accuracy]") {
+  // At x = 0.8 a share G = 0.3 has snapped and deflects by x - delta < x: per bristle
+  // f = x - delta [delta < x], Var f = E[delta^2; < x] - E[delta; < x]^2 = 0.129 - 0.195^2.
+  const double per_bristle = std::sqrt(0.129 - 0.195 * 0.195) / (0.8 - 0.32 + 0.125);
+  const int seeds = 200;
+  for (const std::uint32_t n : {100u, 1600u}) {
+    // A variance from `seeds` samples is off by sqrt(2 / seeds), its root by half of that: five of them.
+    CHECK(virgin_error(bristle::Sampling::random, n, seeds) ==
+          Approx(per_bristle / std::sqrt(n)).epsilon(2.5 * std::sqrt(2.0 / seeds)));
+    // Koksma: variation of f over the shares (0.3 x down from x, once: 0.8 up and the slope's 0.3) times the
+    // discrepancy, below (2 + log2 n) / n for the golden ratio.
+    CHECK(virgin_error(bristle::Sampling::stratified, n, 20) < 1.2 / 0.605 * (2.0 + std::log2(n)) / n);
+  }
+}
+
+TEST_CASE("The slope through points of a power law is its exponent, with the error of the scatter",
+          "[accuracy]") {
+  const std::vector<double> x = {30, 100, 300, 1000, 3000};
+  std::vector<double> y;
+  for (const double v : x) y.push_back(0.7 * std::pow(v, -0.5));
+  const cli::Slope exact = cli::fit_slope(x, y);
+  CHECK(exact.points == 5);
+  CHECK(exact.slope == Approx(-0.5).epsilon(1e-12));
+  CHECK(exact.error < 1e-7);
+  // Residuals (a, -a, 0, -a, a) about logarithms -2..2 of x leave the slope and give error a sqrt(4/3/10).
+  const double a = 0.1;
+  std::vector<double> px, py;
+  for (const int i : {-2, -1, 0, 1, 2}) {
+    px.push_back(std::exp(i));
+    py.push_back(std::exp(2.0 * i + a * (i == 0 ? 0.0 : std::abs(i) == 2 ? 1.0 : -1.0)));
+  }
+  const cli::Slope fit = cli::fit_slope(px, py);
+  CHECK(fit.slope == Approx(2.0).epsilon(1e-12));
+  CHECK(fit.error == Approx(a * std::sqrt(4.0 / 3.0 / 10.0)).epsilon(1e-9));
+}
+
+TEST_CASE("The front holds what nothing beats in time and error at once", "[accuracy]") {
+  const std::vector<double> time = {5.0, 1.0, 2.0, 3.0, 2.0, 4.0};
+  const std::vector<double> error = {0.1, 0.9, 0.5, 0.6, 0.4, 0.395};
+  CHECK(cli::pareto_front(time, error) == std::vector<std::size_t>{1, 4, 5, 0});
+  CHECK(cli::pareto_front(time, error, 0.05) == std::vector<std::size_t>{1, 4, 0});
+}
+
+TEST_CASE("A force that is off by a known share has that error, end and mean each on its own", "[accuracy]") {
+  cli::ForceRecord reference;
+  reference.steps = 4;
+  reference.copies = 1;
+  reference.patch_of = {0};
+  for (int k = 1; k <= 4; ++k) {
+    reference.end.insert(reference.end.end(), {3.0 * k, 4.0 * k});
+    reference.mean.insert(reference.mean.end(), {1.0 * k, 0.0});
+  }
+  reference.work_end = {8.0};
+  reference.work_mean = {4.0};
+  cli::ForceRecord coarse;  // of steps twice as long
+  coarse.steps = 2;
+  coarse.copies = 1;
+  coarse.patch_of = {0};
+  coarse.end = {6.0, 8.0, 12.0, 16.0 + 2.0};
+  coarse.mean = {1.5 * 1.1, 0.0, 3.5 * 1.1, 0.0};
+  coarse.work_end = {5.0};
+  coarse.work_mean = {4.4};
+  const cli::PatchError end = cli::compare(coarse, reference, 2, false)[0];
+  CHECK(end.rms == Approx(std::sqrt(4.0 / (100.0 + 400.0))));
+  CHECK(end.max == Approx(2.0 / std::sqrt(250.0)));
+  CHECK(end.energy == Approx(0.25));
+  const cli::PatchError mean = cli::compare(coarse, reference, 2, true)[0];
+  CHECK(mean.rms == Approx(0.1));
+  CHECK(mean.energy == Approx(0.1));
+}
+
+TEST_CASE("A reference's error is half the difference of its halves", "[accuracy]") {
+  cli::ForceRecord run;
+  run.steps = run.copies = 1;
+  run.patch_of = {0};
+  run.work_end = run.work_mean = {1.0};
+  cli::Reference reference;
+  for (const double force : {0.9, 1.1, 0.9, 1.1}) {
+    run.end = run.mean = {force, 0.0};
+    reference.add(run);
+  }
+  reference.finish();
+  CHECK(reference.runs() == 4);
+  CHECK(reference.mean().end[0] == Approx(1.0));
+  CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));  // relative to the second half
+}
+
+TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its scene meets the error",
+          "[accuracy]") {
+  if (!BRISTLE_WITH_DOUBLE) return;
+  const bool keep = GENERATE(true, false);
+  const File file(keep ? "keep.toml" : "redraw.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
+  cli::AccuracyOptions options;
+  options.quick = true;
+  options.seconds = 1.5;
+  options.error = 0.02;
+  const cli::Scene before = cli::read_scene(file.path.string());
+  const cli::AccuracyResult result = cli::study_accuracy(before, options);
+  const json r = json::parse(cli::accuracy_json(before, options, result));
+  CHECK(r["schema"] == "bristle-accuracy-1");
+  // Ten mean snap lengths: reference and closed form agree within the former's own error, five of them, and
+  // what quadrature and rounding leave.
+  const json& reference = r["reference"]["patches"][0];
+  CHECK(reference["rms_to_closed_form"].get<double>() <
+        5.0 * reference["standard_error"].get<double>() + 1e-4);
+  for (const json& slope : r["slopes"]) {
+    INFO(slope.dump());
+    if (slope["slope"].is_null() || slope["points"] < 4) continue;
+    if (slope["against"] == "bristles, random" || (slope["against"] == "bristles, stratified" && !keep)) {
+      CHECK(slope["slope"].get<double>() == Approx(-0.5).margin(0.15));
+    } else if (slope["against"] == "bristles, stratified") {
+      CHECK(slope["slope"].get<double>() < -0.75);
+    }
+  }
+  const json& best = r["recommendation"];
+  REQUIRE(best["found"] == true);
+  CHECK(best["confirmed"]["error"]["rms"].get<double>() <= 0.02);
+  for (const json& s : r["settings"]) {
+    // Nothing on the front is beaten.
+    if (!s["pareto"].get<bool>()) continue;
+    for (const json& other : r["settings"]) {
+      if (!other["usable"].get<bool>()) continue;
+      CHECK_FALSE((other["scene_step_s"] < s["scene_step_s"] && other["error"]["rms"] <= s["error"]["rms"]));
+    }
+  }
+  CHECK(r["features"].size() == 7);
+
+  // The scene written is the same but for the setting, its comments included, and can be read.
+  const std::string text = cli::tuned_scene(before, result, "-");
+  const cli::Scene tuned = cli::parse_scene(text, "tuned");
+  CHECK(tuned.patches[0].options.bristles == best["setting"]["bristles"].get<std::uint32_t>());
+  CHECK(tuned.dt == Approx(best["setting"]["dt_s"].get<double>()));
+  CHECK(text.find("# the only one") != std::string::npos);
+  CHECK(text.find("# few") != std::string::npos);
+  const std::string rows = cli::accuracy_csv(before, result);
+  CHECK(rows.rfind("bristles,dt_s,step_rule", 0) == 0);
+  CHECK(static_cast<std::size_t>(std::count(rows.begin(), rows.end(), '\n')) == r["settings"].size() + 2);
+  CHECK(cli::accuracy_table(before, options, result).find("Cheapest setting") != std::string::npos);
+}
+
+TEST_CASE("A straight motion aside gives the same forces with one axis turned onto it", "[accuracy]") {
+  std::string text = ramp_scene("keep", 2e-3);
+  text.replace(text.find("velocity = 0.002"), 16, "velocity = [1.2e-3, 1.6e-3]\nturn_per_copy = 0.3");
+  text.replace(text.find("bristles = 100"), 14, "count = 3\nbristles = 100");
+  const cli::Scene two = cli::parse_scene(text, "scene");
+  cli::Scene one = two;
+  one.patches[0].options.axes = 1;
+  const cli::ForceRecord a = cli::run_setting(two, 1, "", true).record;
+  const cli::ForceRecord b = cli::run_setting(one, 1, "", true).record;
+  REQUIRE(a.copies == 3);
+  // Single precision: 2^-24 of a deflection per step, 50 steps; a tie may snap a bristle of 100 a step later.
+  for (const cli::PatchError& e : cli::compare(b, a, 1, false)) CHECK(e.rms < 2e-3);
+}

@@ -1,0 +1,72 @@
+# Draws what `bristle accuracy --csv` wrote: error of the force against time per scene step.
+#   gnuplot -e "csv='accuracy.csv'; png='accuracy.png'; title='fingertip'" accuracy.gp
+if (!exists("csv")) { print "accuracy.gp: needs csv='FILE'"; exit status 2 }
+if (!exists("png")) png = "accuracy.png"
+if (!exists("title")) title = csv
+
+# Rows by columns: 2 dt, 3 rule, 4 precision, 5 sampling, 7 as the scene, 8 usable, 9 Pareto, 10 recommended, 11 error,
+# 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference. awk, which every system has.
+pick(condition) = sprintf("awk -F, 'NR > 1 && (%s) { print $19, 100 * $11, 100 * $12 }' '%s'", condition, csv)
+there(condition) = int(system(pick(condition)." | wc -l")) > 0
+cell(what, row) = real(system(sprintf("awk -F, 'NR == %d { print %s }' '%s'", row, what, csv)))
+deadline = cell("$22", 2)
+floor_error = 100 * cell("$23", 2)
+least_x = real(system(sprintf("awk -F, 'NR > 1 && (!m || $19 < m) { m = $19 } END { print m }' '%s'", csv)))
+most_x = real(system(sprintf("awk -F, 'NR > 1 && $19 > m { m = $19 } END { print m }' '%s'", csv)))
+least_y = 100 * real(system(sprintf("awk -F, 'NR > 1 && (!m || $11 < m) { m = $11 } END { print m }' '%s'", csv)))
+most_x = most_x > deadline ? most_x : deadline
+x1 = 0.6 * least_x
+x2 = 2.5 * most_x
+y1 = 0.5 * (least_y < floor_error ? least_y : floor_error)
+y2 = 200
+
+array condition[6]
+array name[6]
+array colour[6] = ["#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#000000"]  # Okabe and Ito
+array mark[6] = [7, 6, 8, 4, 2, 5]
+plain = "!$10 && !$7 && $3 == \"exact\" && $5 == \"stratified\""
+condition[1] = plain." && $8 && $4 == \"single\""
+name[1] = "exact, single, stratified"
+condition[2] = plain." && !$8 && $4 == \"single\""
+name[2] = "  longer steps, or the other force"
+condition[3] = plain." && $4 == \"double\""
+name[3] = "double precision"
+condition[4] = "!$10 && !$7 && $5 == \"random\""
+name[4] = "random sampling"
+condition[5] = "!$10 && !$7 && $3 == \"literal\""
+name[5] = "literal rule of the paper"
+condition[6] = "$7 && !$10"
+name[6] = "the scene as it is"
+
+set terminal pngcairo size 1500,1150 font "DejaVu Sans,17" linewidth 1.8
+set output png
+set title title font ",20" noenhanced
+set border 3 linecolor "#555555"
+set tics nomirror
+set grid linecolor "#DDDDDD"
+set logscale xy
+set xrange [x1:x2]
+set yrange [y1:y2]
+set format x "%g"
+set format y "%g"
+set xlabel "CPU time per step of the scene, one thread  [us]"
+set ylabel "error of the force, rms over rms of the force  [%]"
+set key outside bottom center horizontal Left reverse samplen 3 maxcolumns 2 font ",15"
+set object 1 rectangle from x1, 7 to x2, 10 fillcolor rgb "#EEDD88" fillstyle solid 0.6 noborder behind
+set label 1 "people tell forces apart from 7 to 10 % on" at 0.93 * deadline, 8.35 right textcolor rgb "#665500"
+set arrow 1 from deadline, y1 to deadline, y2 nohead linecolor rgb "#555555" dashtype 2
+set label 2 sprintf("deadline %g us", deadline) at 0.93 * deadline, 0.65 * y2 right textcolor rgb "#555555"
+set arrow 2 from x1, floor_error to x2, floor_error nohead linecolor rgb "#999999" dashtype 3
+set label 3 "error of the reference itself" at 1.2 * x1, 1.12 * floor_error left textcolor rgb "#777777"
+
+# Only what was measured: an empty series would be a warning.
+command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: nothing faster is better"'
+do for [i=1:6] {
+  if (there(condition[i])) {
+    command = command.sprintf(', "< ".pick(condition[%d]) using 1:2:3 with yerrorbars pointtype %d pointsize 1.3 linewidth 0.8 linecolor rgb "%s" title "%s"', i, mark[i], colour[i], name[i])
+  }
+}
+if (there("$10")) {
+  command = command.', "< ".pick("$10") using 1:2 with points pointtype 6 pointsize 4 linewidth 2.5 linecolor rgb "#D55E00" title "recommended, run again"'
+}
+eval command
