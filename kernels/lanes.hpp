@@ -237,24 +237,49 @@ struct DrawStates<float> {
   }
 };
 
+/// A state stands in the lower half of its lane, the upper is 0: shifts and products of 32-bit lanes serve.
 template <>
 struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;
-  alignas(64) std::uint32_t state[size];
+  using Narrow [[gnu::vector_size(4 * size)]] = std::uint32_t;
+  using Wide [[gnu::vector_size(8 * size)]] = std::uint64_t;
+  Wide state;
 
   DrawStates() = default;
-  explicit DrawStates(const std::uint32_t* from) { std::memcpy(state, from, sizeof state); }
-  void store(std::uint32_t* to) const { std::memcpy(to, state, sizeof state); }
+  explicit DrawStates(const std::uint32_t* from) {
+    Narrow narrow;
+    std::memcpy(&narrow, from, sizeof narrow);
+    state = __builtin_convertvector(narrow, Wide);
+  }
+  void store(std::uint32_t* to) const {
+    const Narrow narrow = __builtin_convertvector(state, Narrow);
+    std::memcpy(to, &narrow, sizeof narrow);
+  }
 
   Lanes<double> next(Mask<double> which) {
-    alignas(64) double chosen[size];
-    alignas(64) double share[size];
-    xsimd::select(which, Lanes<double>(1.0), Lanes<double>(0.0)).store_aligned(chosen);
-    for (std::size_t i = 0; i < size; ++i) {
-      state[i] += chosen[i] != 0.0 ? draw_stride : 0u;
-      share[i] = share_of<double>(mix(state[i]));
-    }
-    return load<double>(share);
+    constexpr std::uint64_t low = 0xFFFFFFFFu;
+    const Lanes<double> chosen = xsimd::select(which, from_wide(Wide{} + low), from_wide(Wide{}));
+    state = (state + (to_wide(chosen) & draw_stride)) & low;
+    Wide x = state ^ (state >> 16);
+    x = (x * 0x21F0AAADu) & low;
+    x = x ^ (x >> 15);
+    x = (x * 0x735A2D97u) & low;
+    // 2^52 + h, less 2^52: h as a number.
+    const Lanes<double> h = from_wide((x >> 9) | 0x4330000000000000u) - Lanes<double>(4503599627370496.0);
+    return (h + Lanes<double>(0.5)) * Lanes<double>(1.1920928955078125e-07);  // 2^-23
+  }
+
+ private:
+  static Lanes<double> from_wide(Wide x) {
+    Lanes<double> out;
+    static_assert(sizeof out == sizeof x);
+    std::memcpy(&out, &x, sizeof x);
+    return out;
+  }
+  static Wide to_wide(Lanes<double> x) {
+    Wide out;
+    std::memcpy(&out, &x, sizeof x);
+    return out;
   }
 };
 
