@@ -516,6 +516,67 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       0);
 }
 
+TEST_CASE("An experiment writes its curves, its findings and its picture, and says what it takes", "[cli]") {
+  const Folder folder;
+  const Outcome list = run_cli(folder, "experiment list");
+  CHECK(list.code == 0);
+  for (const char* name : {"drift", "presliding", "break-away", "stick-slip", "friction-lag", "stribeck",
+                           "load-step", "turn", "coulomb", "brush_redraw", "elasto_plastic"}) {
+    CHECK_THAT(list.out, Contains(name));
+  }
+  const Outcome help = run_cli(folder, "experiment drift --help");
+  CHECK(help.code == 0);
+  CHECK_THAT(help.out, Contains("force_high") && Contains("N/m") && Contains("--plot"));
+
+  // Options beat the file, the file beats the defaults; another experiment's table is left alone.
+  const std::string config =
+      folder.write("drift.toml", "[drift]\nload = 1.2\ncycles = 4\n[turn]\nload = 7\n");
+  const json report = run_report(folder, "experiment drift --models lugre,brush_keep --config '" + config +
+                                             "' --set cycles=3 --csv '" + folder.at("drift.csv") + "'");
+  CHECK(report["schema"] == "bristle-experiment-1");
+  const json& one = report["experiments"][0];
+  CHECK(one["parameters"]["load"] == 1.2);
+  CHECK(one["parameters"]["cycles"] == 3);
+  CHECK(one["parameters"]["law"] == "uniform");
+  CHECK(one["findings"].size() == 6);
+  const auto rows = read_csv(folder.at("drift.csv"));
+  CHECK(rows[0] == std::vector<std::string>{"panel", "model", "t[s]", "applied[N]", "friction[N]", "x[m]"});
+  CHECK(rows.size() > 2000);
+
+  if (std::system("command -v gnuplot >/dev/null 2>&1") == 0) {
+    const Outcome plot =
+        run_cli(folder, "experiment drift --models lugre --plot '" + folder.at("drift.png") + "'");
+    INFO(plot.err);
+    CHECK(plot.code == 0);
+    CHECK(read_file(folder.at("drift.png")).substr(1, 3) == "PNG");
+  }
+}
+
+TEST_CASE("A bad experiment is refused in one line that says what is allowed", "[cli]") {
+  const Folder folder;
+  check_refused(folder, "experiment dirft", {"'dirft'", "drift", "all"});
+  check_refused(folder, "experiment drift --set lode=1", {"'lode'", "load"});
+  check_refused(folder, "experiment drift --set load=-1", {"load", "-1", "N"});
+  check_refused(folder, "experiment drift --models lugre,dhal", {"'dhal'", "dahl"});
+  check_refused(folder, "experiment drift --models lugre,lugre", {"twice"});
+  check_refused(folder, "experiment drift --csv - --json -", {"stdout"});
+  check_refused(folder, "experiment drift --csv /nowhere/x.csv", {"/nowhere/x.csv"});
+  check_refused(folder, "experiment drift --plot /nowhere/x.png", {"x.png"});
+  check_refused(folder, "experiment drift --set dt=0.1", {"dt", "0.1", "at most"});
+  check_refused(folder, "experiment friction-lag --set velocity_amplitude=1", {"velocity_amplitude"});
+  check_refused(folder, "experiment stribeck --set speeds=1,1", {"speeds"});
+  check_refused(folder, "experiment break-away --set loads=1,1", {"loads"});
+  check_refused(folder, "experiment all --set load=1", {"EXPERIMENT.KEY=VALUE"});
+  check_refused(folder, "experiment drift --config '" + folder.write("a.toml", "load = \"much\"\n") + "'",
+                {"a.toml:1", "load", "number"});
+  check_refused(folder, "experiment drift --config '" + folder.write("b.toml", "\nlode = 1\n") + "'",
+                {"b.toml:2", "'lode'"});
+  check_refused(folder, "experiment drift --config '" + folder.write("c.toml", "load = [[[[\n") + "'",
+                {"c.toml:1"});
+  check_refused(folder, "experiment drift --config '" + folder.write("d.toml", "[dirft]\nload = 1\n") + "'",
+                {"d.toml:1", "dirft"});
+}
+
 TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a picture", "[cli][fit]") {
   const Folder folder;
   const std::string csv = folder.at("fit.csv"), toml = folder.at("fitted.toml");

@@ -17,6 +17,7 @@
 #include "tools/cli/accuracy.hpp"
 #include "tools/cli/capacity.hpp"
 #include "tools/cli/conditions.hpp"
+#include "tools/cli/experiment_command.hpp"
 #include "tools/cli/fit.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/stability.hpp"
@@ -95,6 +96,42 @@ void check_command(const CLI::App& app, const std::string& name) {
   throw cli::UserError(fmt::format("'{}' is no command; there are: {}", name, known));
 }
 
+// One subcommand per experiment, so that `experiment NAME --help` shows its parameters.
+void add_experiments(CLI::App& app, cli::ExperimentOptions& options) {
+  CLI::App* all =
+      app.add_subcommand("experiment", "Repeat a classic friction experiment, the brush beside its rivals");
+  all->require_subcommand(1);
+  all->footer("bristle experiment list shows all parameters; bristle experiment NAME --help those of one.");
+  const auto add = [&](const std::string& name, const std::string& title) {
+    CLI::App* command = all->add_subcommand(name, title);
+    command->parse_complete_callback([&options, name] { options.name = name; });
+    return command;
+  };
+  const auto add_common = [&](CLI::App* command) {
+    command->add_option("--set", options.set, "A parameter: KEY=VALUE, lists with commas; may be repeated")
+        ->allow_extra_args(false)
+        ->trigger_on_parse(false);
+    command->add_option("--config", options.config, "Parameters from a TOML file (tools/README.md)");
+    command->add_option("--models", options.models, "Only these models, e.g. lugre,brush_redraw")
+        ->delimiter(',');
+    command->add_option("--json", options.json,
+                        "Write parameters and findings to this JSON file (- for stdout)");
+  };
+  for (const cli::Experiment& experiment : cli::experiments()) {
+    CLI::App* command = add(experiment.name, experiment.title);
+    add_common(command);
+    command->add_option("--csv", options.csv, "Write the curves to this CSV file (- for stdout)");
+    command->add_option("--plot", options.plot, "Draw them into this PNG file, by gnuplot");
+    command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
+  }
+  CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
+  add_common(every);
+  every->add_option("--markdown", options.markdown,
+                    "Write the table with its reasons to this page (- for stdout)");
+  every->add_flag("--no-cost", options.no_cost, "Without the time of a step");
+  add("list", "What experiments, models and parameters there are");
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.require_subcommand(1);
@@ -139,6 +176,9 @@ int run(int argc, char** argv) {
                            "Write the report to this JSON file (- for stdout)");
   capacity_app->add_option("--csv", capacity_options.csv,
                            "Write step time against bristles to this CSV file");
+
+  cli::ExperimentOptions experiment_options;
+  add_experiments(app, experiment_options);
 
   cli::FitOptions fit_options;
   CLI::App* fit_app = app.add_subcommand("fit", "A material from measured friction");
@@ -199,6 +239,10 @@ int run(int argc, char** argv) {
                            "Write the settings to this CSV file (- for stdout)");
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
+  if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
+    const std::string name = argv[2];
+    if (name != "all" && name != "list") cli::find_experiment(name);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -211,6 +255,7 @@ int run(int argc, char** argv) {
     return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
   }
   if (run_app->parsed()) cli::run_command(run_options);
+  if (!experiment_options.name.empty()) cli::experiment_command(experiment_options);
   if (accuracy_app->parsed()) {
     if (!wanted_error.empty()) accuracy_options.error = parse_share(wanted_error);
     cli::accuracy_command(accuracy_options);

@@ -1,0 +1,489 @@
+// The experiments of the command line: their numbers against the tables, and their verdicts against the page.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "statistics.hpp"
+#include "tools/cli/experiment_command.hpp"
+#include "tools/cli/user_error.hpp"
+
+using namespace bristle_test;
+using Catch::Matchers::Contains;
+using cli::ExperimentResult;
+using cli::SeriesRow;
+
+namespace {
+
+using Sets = std::vector<std::string>;
+
+ExperimentResult run(const std::string& name, const Sets& sets, const std::vector<std::string>& models) {
+  const cli::Experiment& experiment = cli::find_experiment(name);
+  cli::Settings settings(experiment.parameters);
+  for (const std::string& set : sets) settings.set(set);
+  return cli::run_experiment(experiment, {settings, models});
+}
+
+std::vector<SeriesRow> rows_of(const ExperimentResult& result, const std::string& panel,
+                               const std::string& model) {
+  std::vector<SeriesRow> rows;
+  for (const SeriesRow& row : result.series) {
+    if (row.panel == panel && row.model == model) rows.push_back(row);
+  }
+  REQUIRE(!rows.empty());
+  return rows;
+}
+
+double finding(const ExperimentResult& result, const std::string& phenomenon, const std::string& model) {
+  for (const cli::Finding& f : result.findings) {
+    if (f.phenomenon == phenomenon && f.model == model) return f.value;
+  }
+  FAIL("no finding " << phenomenon << " of " << model);
+  return 0.0;
+}
+
+// The row whose first value is x.
+const SeriesRow* at(const std::vector<SeriesRow>& rows, double x, double within, std::size_t column = 0) {
+  for (const SeriesRow& row : rows) {
+    if (std::abs(row.values[column] - x) <= within) return &row;
+  }
+  return nullptr;
+}
+
+Sets operator+(Sets a, const Sets& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+std::string set(const std::string& key, double value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << key << '=' << value;
+  return text.str();
+}
+
+const char* model_of(const std::string& variant) {
+  return variant == "fixed" ? "brush_keep" : "brush_redraw";
+}
+
+Sets law_of(const std::string& dist) {
+  if (dist == "uniform_0.5_1.5") return {"law=uniform", "cv=0.28867513459481287"};
+  if (dist == "lognormal_cv0.3") return {"law=lognormal", "cv=0.3"};
+  if (dist == "exponential") return {"law=exponential"};
+  return {"law=single"};
+}
+
+// Kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2.
+double kinetic_deflection(const std::string& dist, const std::string& variant) {
+  const Row row = find_row(read_table("summary.csv"), {{"dist", dist}, {"variant", variant}});
+  return number(row, "f_kinetic");
+}
+
+// Five standard deviations of the mean deflection of n independent bristles, in mean snap lengths.
+double sampling(const std::string& dist, const std::string& variant, double n) {
+  const Row row = find_row(read_table("summary.csv"), {{"dist", dist}, {"variant", variant}});
+  return sigmas * std::sqrt(number(row, "var_z_steady_per_bristle") / n);
+}
+
+// Canudas de Wit et al. 1995, cycled at 1 Hz as the table was.
+const Sets canudas_drift = {
+    "load=2.5",        "stiffness=1e5",          "damping=316.22776601683796", "mass=1",
+    "presliding=2e-5", "cv=0.28867513459481287", "bristles_per_newton=360",    "frequency=1"};
+
+}  // namespace
+
+TEST_CASE("LuGre drifts under a block as the table says, elasto-plastic and brush do not", "[experiment]") {
+  for (const Row& row : read_table("drift_lugre.csv")) {
+    const double low = number(row, "Fmin_N"), high = number(row, "Fmax_N");
+    INFO(low << " to " << high << " N");
+    const auto at_step = [&](double dt) {
+      return run(
+          "drift",
+          canudas_drift + Sets{set("dt", dt), set("force_low", low), set("force_high", high), "cycles=4"},
+          {"lugre", "elasto_plastic"});
+    };
+    const ExperimentResult coarse = at_step(2e-3), fine = at_step(1e-3);
+    const double drift = 1e-6 * finding(fine, "drift_per_cycle", "lugre");
+    const double step_error = std::abs(drift - 1e-6 * finding(coarse, "drift_per_cycle", "lugre"));
+    // What halving the step still changes (the fine run is off by a third of it), and the table's own
+    // tolerance of integration, 1e-5 of the 10 um it moves.
+    const double ode = number(row, "lugre_drift_per_cycle_ode_1Hz_m");
+    CHECK(std::abs(drift - ode) <= step_error + 1e-10);
+    CHECK(std::abs(finding(fine, "drift_per_cycle", "elasto_plastic")) < 1e-8);  // um
+  }
+}
+
+TEST_CASE("A brush under a wavering force goes where the table says, and comes back to the same place",
+          "[experiment]") {
+  const double n = test_size(20000);
+  int cases = 0;
+  for (const Row& first : read_table("drift_brush.csv")) {
+    // Positive forces only: there a cycle closes at once. With both signs redraw needs some cycles.
+    if (first.at("cycle") != "1" || number(first, "Fmin_over_Fpeak") < 0.0) continue;
+    const std::string model = model_of(first.at("variant"));
+    INFO(first.at("dist") << ", " << model << ", to " << first.at("Fmax_over_Fpeak") << " of the peak");
+    const double per_length =
+        1.0 / kinetic_deflection(first.at("dist"), first.at("variant"));  // kinetic force 1 N
+    const double peak = number(find_row(read_table("summary.csv"),
+                                        {{"dist", first.at("dist")}, {"variant", first.at("variant")}}),
+                               "f_peak") *
+                        per_length;
+    const double low = number(first, "Fmin_over_Fpeak") * peak,
+                 high = number(first, "Fmax_over_Fpeak") * peak;
+    const ExperimentResult result = run("drift",
+                                        canudas_drift + law_of(first.at("dist")) +
+                                            Sets{set("bristles", n), set("force_low", low),
+                                                 set("force_high", high), "cycles=6", "slope_duration=0.1"},
+                                        {model});
+    double furthest = 0.0;
+    for (const SeriesRow& row : rows_of(result, "fig2", model)) furthest = std::max(furthest, row.values[3]);
+    // The population's sampling error in force over the slope of the virgin curve there (its softening 1 - x
+    // - ...: by the difference quotient of the table's curve), and the block's inertia and damper at 1 Hz: m
+    // w^2 / K and (C w / K)^2 of the swing, 4e-4 each.
+    const double x = number(first, "x_at_Fmax_over_dbar");
+    const double slope = x < 0.5 ? 0.5 : std::max(0.1, 1.0 - x);
+    const double tolerance = sampling(first.at("dist"), first.at("variant"), n) / slope + 1e-3;
+    CHECK(std::abs(furthest / 2e-5 - x) < tolerance);
+    // Nothing, or two bristles that snap late because the block still swings.
+    CHECK(std::abs(finding(result, "drift_per_cycle", model)) <= 2.0 * 20.0 / n / slope);  // um
+    ++cases;
+  }
+  CHECK(cases == 12);
+}
+
+TEST_CASE("Break-away falls with the force rate for LuGre and rises for the brush, as the table says",
+          "[experiment]") {
+  std::string rates;
+  const std::vector<Row> table = read_table("breakaway_rate.csv");
+  for (const Row& row : table) rates += (rates.empty() ? "rates=" : ",") + row.at("force_rate_N_per_s");
+  const auto at_step = [&](double dt) {
+    return run("break-away",
+               {rates, set("dt", dt), set("bristles", test_size(3600)), "loads=2.4,2.5", "rests=0.1"},
+               {"lugre", "brush_keep"});
+  };
+  const ExperimentResult coarse = at_step(4e-4), fine = at_step(2e-4);
+  for (const char* model : {"lugre", "brush_keep"}) {
+    const bool brush = std::string(model) == "brush_keep";
+    const std::vector<SeriesRow> coarse_rows = rows_of(coarse, "rate", model),
+                                 rows = rows_of(fine, "rate", model);
+    REQUIRE(rows.size() == table.size());
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      INFO(model << " at " << rows[i].values[0] << " N/s");
+      const double friction = rows[i].values[3];
+      // Step error by halving. The brush: Koksma's bound, discrepancy of a population of 900 as in the table
+      // (about 1/900) times the variation of z at the peak (1.5 lengths of 2 N each), for half a population
+      // apart.
+      const double step_error = std::abs(friction - coarse_rows[i].values[3]);
+      const double tolerance = 2.0 * step_error + (brush ? 1.5 / 900.0 : 1e-5);
+      const double expected =
+          number(table[i], brush ? "brush_max_friction_N" : "lugre_max_friction_before_v_0.02_N");
+      CHECK(std::abs(friction - expected) < tolerance);
+    }
+  }
+}
+
+TEST_CASE("Stick-slip starts when the table says, and falls back as far", "[experiment]") {
+  struct Case {
+    const char* name;
+    const char* slip;
+    const char* model;
+    Sets sets;
+  };
+  // The table's redraw brush has the stiffness of the other one: kinetic force 13/12 N. Two thousand
+  // bristles.
+  const std::vector<Case> cases = {
+      {"LuGre Canudas95", "1", "lugre", {}},
+      {"brush fixed C=316 vs=1e-3 (exp abs)", "1", "brush_keep", {}},
+      {"brush redraw C=316 vs=1e-3 (exp abs)", "1", "brush_redraw", {"kinetic=0.43333333333333333"}},
+      {"brush fixed C=0", "1", "brush_keep", {"damping=0"}},
+      {"brush fixed sigma2=0", "1", "brush_keep", {"viscous=0"}}};
+  const std::vector<Row> table = read_table("stick_slip.csv");
+  for (const Case& c : cases) {
+    INFO(c.name);
+    const Row row = find_row(table, {{"model", c.name}, {"slip_no", c.slip}});
+    const ExperimentResult result = run(
+        "stick-slip", c.sets + Sets{"duration=10", "dt=1e-3", set("bristles", test_size(2000))}, {c.model});
+    double start = -1.0, force = 0.0, low = INFINITY, fastest = 0.0;
+    for (const SeriesRow& r : rows_of(result, "pull", c.model)) {
+      if (start < 0.0 && r.values[3] > 0.02) {
+        start = r.values[0];
+        force = r.values[1];
+      }
+      if (start > 0.0) low = std::min(low, r.values[1]);
+      fastest = std::max(fastest, r.values[3]);
+    }
+    // Rows are 2 ms apart, the spring gains 0.2 N/s. A brush breaks away where its force is highest:
+    // stratified to 1.5/900 N as above with keep, sampled with redraw; the swing that follows magnifies it by
+    // 1 + 1 (energy).
+    const bool brush = std::string(c.model) != "lugre";
+    const double population = !brush ? 1e-5
+                              : std::string(c.model) == "brush_keep"
+                                  ? 1.5 / 900.0
+                                  : 2.0 * sampling("uniform_0.5_1.5", "redraw", test_size(2000));
+    const double tolerance = population + 0.2 * 2e-3;
+    CHECK(std::abs(start - number(row, "t_slip_start_s")) < tolerance / 0.2);
+    CHECK(std::abs(force - number(row, "spring_force_max_before_N")) < tolerance);
+    CHECK(std::abs(low - number(row, "spring_force_min_after_N")) < 2.0 * tolerance);
+    // v = swing / sqrt(k m)
+    CHECK(std::abs(fastest - number(row, "v_max_m_per_s")) < 2.0 * tolerance / std::sqrt(2.0));
+  }
+}
+
+TEST_CASE("Friction lags with LuGre as the table says, and not with the brush", "[experiment]") {
+  const std::vector<Row> table = read_table("friction_lag.csv");
+  const auto at_step = [&](double dt) { return run("friction-lag", {set("dt", dt), "cycles=2"}, {"lugre"}); };
+  const ExperimentResult coarse = at_step(5e-4), fine = at_step(2.5e-4);
+  const std::vector<SeriesRow> coarse_rows = rows_of(coarse, "width", "lugre"),
+                               rows = rows_of(fine, "width", "lugre");
+  REQUIRE(rows.size() == table.size());
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    INFO("omega = " << rows[i].values[0]);
+    for (const std::size_t side : {1u, 2u}) {
+      const double expected =
+          number(table[i], side == 1 ? "lugre_F_accelerating_at_v1.5mm_N" : "lugre_F_decelerating_N");
+      const double step_error = std::abs(rows[i].values[side] - coarse_rows[i].values[side]);
+      CHECK(std::abs(rows[i].values[side] - expected) < step_error + 1e-7);
+    }
+  }
+  // The brush: zero within what finitely many bristles fluctuate in time, less the cycles averaged over.
+  const double n = test_size(3600), cycles = 20;
+  const ExperimentResult brush = run("friction-lag", {set("bristles", n), "omegas=25", set("cycles", cycles)},
+                                     {"brush_keep", "brush_redraw"});
+  for (const char* variant : {"fixed", "redraw"}) {
+    const Row row = find_row(read_table("summary.csv"), {{"dist", "uniform_0.5_1.5"}, {"variant", variant}});
+    const double sd = number(row, "rel_sd_F_zeta900_in_time") * std::sqrt(900.0 / n);
+    CHECK(std::abs(finding(brush, "lag", model_of(variant))) < 100.0 * sigmas * sd * std::sqrt(2.0 / cycles));
+  }
+}
+
+TEST_CASE("Steady friction over speed follows the tables of both damper decays", "[experiment]") {
+  const std::map<std::string, Sets> surfaces = {
+      {"hand_10um", {"load=1", "presliding=1e-5", "damping=90", "bristles_per_newton=900", "viscous=0.4"}},
+      {"device_1mm",
+       {"load=1", "presliding=1e-3", "damping=0.2", "bristles_per_newton=900", "viscous=0.1",
+        "stribeck_velocity=0.01"}},
+      {"canudas95_scaled", {}}};
+  const double n = test_size(3600), way = 50.0;
+  // Five standard deviations in time over a way of so many mean snap lengths, every second one counted as
+  // fresh.
+  const double relative = sigmas * 0.0216 * std::sqrt(900.0 / n) / std::sqrt(0.5 * way);
+  std::map<std::string, std::string> speeds;
+  for (const Row& row : read_table("steady_force_velocity.csv")) {
+    if (number(row, "v_m_per_s") <= 0.0) continue;
+    std::string& list = speeds[row.at("set")];
+    list += (list.empty() ? "speeds=" : ",") + row.at("v_m_per_s");
+  }
+  for (const auto& [name, sets] : surfaces) {
+    for (const char* decay : {"exponential", "gaussian"}) {
+      const ExperimentResult result = run("stribeck",
+                                          sets + Sets{speeds.at(name), std::string("decay=") + decay,
+                                                      "dt=0.1", set("bristles", n), set("way", way)},
+                                          {"brush_redraw", "brush_keep"});
+      for (const char* model : {"brush_redraw", "brush_keep"}) {
+        const std::vector<SeriesRow> rows = rows_of(result, "lubricated", model);
+        for (const Row& row : read_table("steady_force_velocity.csv")) {
+          if (row.at("set") != name || number(row, "v_m_per_s") <= 0.0) continue;
+          INFO(name << ", " << decay << ", " << model << " at " << row.at("v_m_per_s") << " m/s");
+          const SeriesRow* found = at(rows, number(row, "v_m_per_s"), 1e-12);
+          REQUIRE(found);
+          const double expected =
+              number(row, std::string(decay) == "gaussian" ? "F_exp_gauss_N" : "F_exp_abs_N");
+          expect_near(found->values[1], expected, relative * number(row, "Fk_N"), "steady friction");
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("The first pull of the presliding experiment is the virgin curve of the table", "[experiment]") {
+  const double n = test_size(20000);
+  int points = 0;
+  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3", "exponential"}) {
+    for (const char* variant : {"fixed", "redraw"}) {
+      const std::string model = model_of(variant);
+      const ExperimentResult result =
+          run("presliding", law_of(dist) + Sets{set("bristles", n), "steps_per_length=100"}, {model});
+      const std::vector<SeriesRow> rows = rows_of(result, "virgin", model);
+      for (const Row& row : read_table("virgin_curve.csv")) {
+        if (row.at("dist") != dist || row.at("variant") != variant || row.at("note") == "tie") continue;
+        const double x = number(row, "x_over_dbar");
+        const SeriesRow* found = at(rows, x * 2e-5, 1e-12);
+        if (!found) continue;
+        INFO(dist << ", " << variant << ", x = " << x);
+        expect_near(found->values[1] * kinetic_deflection(dist, variant), number(row, "f_reference"),
+                    sampling(dist, variant, n), "mean deflection");
+        ++points;
+      }
+    }
+  }
+  CHECK(points >= 60);
+}
+
+TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
+  const double n = test_size(20000);
+  int points = 0;
+  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3"}) {
+    for (const char* variant : {"fixed", "redraw"}) {
+      const std::string model = model_of(variant);
+      const ExperimentResult result = run("load-step", law_of(dist) + Sets{set("bristles", n)}, {model});
+      for (const Row& row : read_table("load_jump.csv")) {
+        if (row.at("dist") != dist || row.at("variant") != variant) continue;
+        const bool up = row.at("jump") == "zeta x2";
+        const double x = number(row, "x_over_dbar_after_jump");
+        // Right after a fall: after the first hundredth of a length.
+        const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
+        const SeriesRow* found = at(rows, up ? x : 0.01, 1e-9);
+        if (!found) continue;
+        INFO(dist << ", " << variant << ", " << row.at("jump") << ", x = " << x);
+        // Kinetic friction 1 N before. Fluctuation of the bristles before and of as many new ones.
+        const double tolerance = 2.0 * sampling(dist, variant, n) / kinetic_deflection(dist, variant);
+        expect_near(found->values[1], number(row, "F_over_Fk1_ref"), tolerance, "friction");
+        ++points;
+      }
+    }
+  }
+  CHECK(points >= 40);
+}
+
+TEST_CASE("Turns of the experiment follow the table", "[experiment]") {
+  const double n = test_size(20000);
+  int points = 0;
+  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3"}) {
+    for (const char* variant : {"fixed", "redraw"}) {
+      const std::string model = model_of(variant);
+      const ExperimentResult result =
+          run("turn", law_of(dist) + Sets{set("bristles", n), "settling=40"}, {model});
+      for (const Row& row : read_table("turn_2d.csv")) {
+        if (row.at("dist") != dist || row.at("variant") != variant) continue;
+        const double y = number(row, "y_over_dbar_after_turn"), turn = number(row, "turn_deg");
+        const std::vector<SeriesRow> rows = rows_of(result, "turn", model);
+        const auto found = std::find_if(rows.begin(), rows.end(), [&](const SeriesRow& r) {
+          return r.values[0] == turn && std::abs(r.values[1] - y) < 1e-9;
+        });
+        if (found == rows.end() || y == 0.0) continue;
+        INFO(dist << ", " << variant << ", " << turn << " degrees, y = " << y);
+        const double kinetic = kinetic_deflection(dist, variant), tolerance = sampling(dist, variant, n);
+        expect_near(found->values[2] * kinetic, number(row, "f_parallel_ref"), tolerance, "deflection along");
+        // The old direction lies to the right of a turn to the left.
+        expect_near(-found->values[3] * kinetic, number(row, "f_perp_ref"), tolerance, "deflection across");
+        ++points;
+      }
+    }
+  }
+  CHECK(points >= 80);
+}
+
+namespace {
+
+// Cells of the table of tools/EXPERIMENTS.md, by experiment and phenomenon.
+std::map<std::string, std::vector<std::string>> page_cells() {
+  std::ifstream page(BRISTLE_EXPERIMENTS_PAGE);
+  std::map<std::string, std::vector<std::string>> cells;
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("| ", 0) != 0) continue;
+    std::vector<std::string> parts;
+    std::istringstream fields(line.substr(2));
+    for (std::string part; std::getline(fields, part, '|');) {
+      const auto first = part.find_first_not_of(' '), last = part.find_last_not_of(' ');
+      parts.push_back(first == std::string::npos ? "" : part.substr(first, last - first + 1));
+    }
+    if (parts.size() == 2 + cli::model_names().size()) {
+      cells[parts[0] + ": " + parts[1]] = {parts.begin() + 2, parts.end()};
+    }
+  }
+  return cells;
+}
+
+void check_page(const std::string& name) {
+  const cli::Experiment& experiment = cli::find_experiment(name);
+  const std::vector<std::string> models(cli::model_names().begin(), cli::model_names().end());
+  const ExperimentResult result = run(name, {}, models);
+  const auto cells = page_cells();
+  for (const cli::Phenomenon& p : experiment.phenomena) {
+    INFO(name << ": " << p.title);
+    const auto row = cells.find(name + ": " + p.title);
+    REQUIRE(row != cells.end());
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      const auto found =
+          std::find_if(result.findings.begin(), result.findings.end(),
+                       [&](const cli::Finding& f) { return f.phenomenon == p.id && f.model == models[m]; });
+      REQUIRE(found != result.findings.end());
+      INFO(models[m] << ": the page has '" << row->second[m] << "', the program " << found->value);
+      CHECK_THAT(row->second[m], Catch::Matchers::StartsWith(found->shown ? "**yes**" : "**no**"));
+      CHECK(!cli::reason_of(p.id, models[m], found->shown).empty());
+    }
+  }
+}
+
+}  // namespace
+
+// One case each, so that none takes long. Builds without optimisation do the quick ones.
+TEST_CASE("The page of experiments says what the program finds: drift and presliding", "[experiment]") {
+  check_page("drift");
+  check_page("presliding");
+}
+TEST_CASE("The page of experiments says what the program finds: break-away", "[experiment]") {
+  check_page("break-away");
+}
+TEST_CASE("The page of experiments says what the program finds: load steps and turns", "[experiment]") {
+  check_page("load-step");
+  check_page("turn");
+}
+#if defined(__OPTIMIZE__) && defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+TEST_CASE("The page of experiments says what the program finds: stick-slip", "[experiment]") {
+  check_page("stick-slip");
+}
+TEST_CASE("The page of experiments says what the program finds: lag", "[experiment]") {
+  check_page("friction-lag");
+}
+TEST_CASE("The page of experiments says what the program finds: Stribeck and Coulomb", "[experiment]") {
+  check_page("stribeck");
+  check_page("coulomb");
+}
+#endif
+
+TEST_CASE("Every model is timed for every motion", "[experiment]") {
+  cli::Settings settings(cli::cost_parameters());
+  settings.set("rounds=3");
+  settings.set("steps=50");
+  const std::vector<std::string> models(cli::model_names().begin(), cli::model_names().end());
+  const std::vector<cli::CostRow> cost = cli::measure_cost({settings, models});
+  CHECK(cost.size() == 2 * models.size());
+  for (const cli::CostRow& row : cost) {
+    INFO(row.model << " " << row.motion);
+    CHECK((row.low > 0.0 && row.low <= row.ns && row.ns <= row.high));
+  }
+}
+
+TEST_CASE("A parameter that is unknown, out of range or no number is refused by name", "[experiment]") {
+  const auto refusal = [](const std::string& assignment) {
+    try {
+      run("drift", {assignment}, {"dahl"});
+    } catch (const cli::UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string("(accepted)");
+  };
+  CHECK_THAT(refusal("lode=1"), Contains("'lode'") && Contains("load"));
+  CHECK_THAT(refusal("load=-1"), Contains("load") && Contains("-1") && Contains("1e-06 to 1e+06 N"));
+  CHECK_THAT(refusal("load=nan"), Contains("allowed"));
+  CHECK_THAT(refusal("load=2,5"), Contains("one number"));
+  CHECK_THAT(refusal("load=heavy"), Contains("'heavy'"));
+  CHECK_THAT(refusal("load"), Contains("KEY=VALUE"));
+  CHECK_THAT(refusal("cycles=2.5"), Contains("whole"));
+  CHECK_THAT(refusal("law=cauchy"), Contains("'cauchy'") && Contains("lognormal"));
+  try {
+    run("drift", {"law=uniform", "cv=1"}, {"brush_keep"});
+    FAIL("a uniform law with negative lengths was accepted");
+  } catch (const cli::UserError& error) {
+    CHECK_THAT(error.what(), Contains("drift"));
+  }
+}

@@ -1,0 +1,34 @@
+# Draws `bristle experiment break-away --csv`.
+load folder."/experiment_style.gp"
+set multiplot layout 2,2 title "Break-away: the highest friction of a block under a growing force" font ",17"
+set ylabel "break-away friction  [N]"
+set logscale x
+set title "against the rate of the force"
+set xlabel "force rate  [N/s]"
+set yrange [0.9:1.6]
+unset key
+plot for [m in present] rows("rate", m) using 3:6 with linespoints linetype index_of(m) title name(m)
+set title "against the load"
+set xlabel "normal load  [N]"
+set logscale y
+set autoscale y
+plot for [m in present] rows("load", m) using 4:6 with linespoints linetype index_of(m) title name(m)
+unset logscale y
+set title "against the time at rest"
+set xlabel "time at rest  [s]"
+set yrange [0.9:1.6]
+unset key
+plot for [m in present] rows("rest", m) using 5:6 with linespoints linetype index_of(m) title name(m)
+# The key, alone.
+unset logscale
+unset title
+unset xlabel
+unset ylabel
+unset tics
+unset border
+unset grid
+set xrange [0:1]
+set yrange [0:1]
+set key center center
+plot for [m in present] NaN with linespoints linetype index_of(m) title name(m)
+unset multiplot

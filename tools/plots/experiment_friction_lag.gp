@@ -1,0 +1,15 @@
+# Draws `bristle experiment friction-lag --csv`: friction over speed, a panel for each frequency (at most four).
+wanted = "lugre elasto_plastic gms brush_redraw brush_keep"
+load folder."/experiment_style.gp"
+omegas = system(sprintf("awk -F, '$1 == \"width\" && !seen[$3]++ && n++ < 4 { printf \"%%s \", $3 }' '%s'", csv))
+set multiplot layout 2,2 title "Friction lag: one-way sliding whose speed swings" font ",17"
+set xlabel "speed  [mm/s]"
+set ylabel "friction force  [N]"
+set key top right
+do for [omega in omegas] {
+  set title sprintf("%s rad/s", omega)
+  plot for [m in few] rows("lag", m) using (1e3 * $4):(strcol(3) eq omega ? $5 : NaN) with lines linetype index_of(m) \
+    linewidth 1.6 title name(m)
+  unset key
+}
+unset multiplot

@@ -1,0 +1,31 @@
+# What the pictures of `bristle experiment` share. Loaded by experiment_*.gp, which get csv='FILE' (of --csv), png='FILE'
+# and folder='...' (where this file is).
+if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
+models = "coulomb dahl lugre elasto_plastic maxwell_slip gms brush_redraw brush_keep"
+titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'brush, redraw' 'brush, keep'"
+index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
+name(m) = word(titles, index_of(m))
+# Okabe and Ito: told apart by everybody. The brush is drawn thick.
+set linetype 1 linecolor rgb "#888888" dashtype 3 linewidth 1.4 pointtype 4
+set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 1.4 pointtype 6
+set linetype 3 linecolor rgb "#D55E00" dashtype 1 linewidth 1.4 pointtype 8
+set linetype 4 linecolor rgb "#CC79A7" dashtype 4 linewidth 1.4 pointtype 10
+set linetype 5 linecolor rgb "#009E73" dashtype 5 linewidth 1.4 pointtype 12
+set linetype 6 linecolor rgb "#000000" dashtype 2 linewidth 1.4 pointtype 2
+set linetype 7 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
+set linetype 8 linecolor rgb "#56B4E9" dashtype 1 linewidth 2.6 pointtype 5
+rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
+present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
+is_there(m) = strstrt(" ".present, " ".m." ") > 0
+# Of the models that a script wants to draw, those that the file holds; where it holds none of them, its first one.
+if (!exists("wanted")) wanted = models
+few = ""
+do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
+if (words(few) == 0) few = word(present, 1)
+set datafile separator comma
+set terminal pngcairo size 1200,900 font "DejaVu Sans,13" linewidth 1.2
+set output png
+set border 3 linecolor "#555555"
+set tics nomirror
+set grid linecolor "#DDDDDD"
+set key samplen 2.5 spacing 1.1 noenhanced

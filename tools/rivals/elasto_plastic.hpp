@@ -1,0 +1,27 @@
+// The elasto-plastic model: LuGre whose bristle is purely elastic up to a break-away deflection.
+//
+//   dz/dt = v - alpha(z, v) |v| z / zss(v)        F = sigma0 z + sigma1 dz/dt + sigma2 v
+//   alpha = 0 where z and v oppose or |z| <= zba;  1 where |z| >= zss;
+//           (1 + sin(pi (|z| - (zss + zba)/2) / (zss - zba))) / 2 between
+//
+// Source: Dupont, Hayward, Armstrong, Altpeter, Single state elastoplastic friction models, IEEE TAC 47(5),
+// 2002. zba is a share of the deflection Fs / sigma0 (but below zss(v) at every speed). The elastic ways are
+// exact straight lines; in the plastic band alpha is frozen over pieces of at most an eighth of the band,
+// each an exact exponential cut at zss; where alpha is 1 but for rounding the rest is one exponential: stable
+// at every step length, at bounded cost. In the plane z is a vector, "oppose" means z . v < 0 (our
+// extension). No drift below zba sigma0; no hysteresis either.
+#pragma once
+
+#include "tools/rivals/pair.hpp"
+
+namespace rivals {
+
+struct ElastoPlastic {
+  Surface surface;
+  double elastic_share = 0.9;  ///< zba over Fs / sigma0, 0 to 1
+  Pair z;                      ///< m, deflection
+
+  Force step(Pair displacement, double dt_s, double load_n) noexcept;
+};
+
+}  // namespace rivals

@@ -1,0 +1,51 @@
+#include "tools/rivals/generalised_maxwell_slip.hpp"
+
+#include <algorithm>
+
+#include "tools/rivals/relaxation.hpp"
+
+namespace rivals {
+
+Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n) noexcept {
+  if (!(load_n > 0.0)) {
+    force = {};
+    slips = {};
+    return {};
+  }
+  const Surface& s = surface;
+  const double way = length(displacement);
+  const Pair e = way > 0.0 ? (1.0 / way) * displacement : Pair{};
+  const double steady = s.stribeck_force(way / dt_s, load_n);
+  const double rate = attraction_rate * s.kinetic_coefficient * load_n / steady;
+  const double k = s.stiffness / elements;
+  Pair end, mean;
+  for (int i = 0; i < elements; ++i) {
+    const double limit = steady * (2 * i + 1) / (elements * elements);
+    Pair& f = force[i];
+    Pair element_mean = f;
+    if (!(way > 0.0)) {
+      slips[i] = false;
+    } else {
+      if (dot(f, e) < 0.0) slips[i] = false;
+      double stuck = 0.0;
+      Pair bent = f;
+      if (!slips[i] && (dot(f, e) < 0.0 || length(f) < limit)) {
+        // Where the force is above the limit of this speed and is being unloaded: the way to below it and out
+        // of it on the far side, or, where it passes by the limit, to where it no longer shrinks.
+        stuck = std::min(way, way_to_limit((1.0 / k) * f, e, limit / k));
+        bent = f + k * stuck * e;
+      }
+      slips[i] = slips[i] || stuck < way;
+      const double sliding = way - stuck;
+      const Relaxed slid = relax(bent, limit * e, rate * dt_s * sliding / way);
+      element_mean = (1.0 / way) * (stuck * (f + 0.5 * k * stuck * e) + sliding * slid.mean);
+      f = sliding > 0.0 ? slid.end : bent;
+    }
+    end = end + f;
+    mean = mean + element_mean;
+  }
+  const Pair viscous = (s.viscous_friction / dt_s) * displacement;
+  return {-(end + viscous), -(mean + viscous)};
+}
+
+}  // namespace rivals

@@ -1,0 +1,56 @@
+#include "tools/rivals/maxwell_slip.hpp"
+
+#include <algorithm>
+
+#include "tools/rivals/relaxation.hpp"
+
+namespace rivals {
+namespace {
+
+// A spring of length `limit` drags its block over `way` along e. Its angle a to e obeys da/ds =
+// -sin(a)/limit.
+Relaxed drag(Pair z, Pair e, double limit, double way) noexcept {
+  const Pair aside_axis{-e.y, e.x};
+  const double ahead = dot(z, e), aside = dot(z, aside_axis);
+  const double t0 = aside / (limit + ahead);  // tan(a/2), |a| <= 90 degrees
+  const double t1 = t0 * std::exp(-way / limit);
+  const auto on_circle = [&](double along, double across) { return along * e + across * aside_axis; };
+  const Pair end = on_circle(limit * (1.0 - t1 * t1) / (1.0 + t1 * t1), limit * 2.0 * t1 / (1.0 + t1 * t1));
+  if (!(way > 0.0)) return {end, end};
+  const double share = limit / way;
+  const Pair mean = on_circle(limit * (1.0 - share * std::log((1.0 + t0 * t0) / (1.0 + t1 * t1))),
+                              limit * share * 2.0 * (std::atan(t0) - std::atan(t1)));
+  return {end, mean};
+}
+
+}  // namespace
+
+Force MaxwellSlip::step(Pair displacement, double /*dt_s*/, double load_n) noexcept {
+  if (!(load_n > 0.0)) {
+    z = {};
+    return {};
+  }
+  const double way = length(displacement);
+  const Pair e = way > 0.0 ? (1.0 / way) * displacement : Pair{};
+  const double longest = 2.0 * surface.kinetic_coefficient * load_n / surface.stiffness;
+  Pair end, mean;
+  for (int i = 0; i < elements; ++i) {
+    const double limit = longest * (i + 0.5) / elements;
+    const double size = length(z[i]);
+    if (size > limit) z[i] = (limit / size) * z[i];
+    Pair element_mean = z[i];
+    if (way > 0.0) {
+      const double stuck = std::min(way, way_to_limit(z[i], e, limit));
+      const Pair bent = z[i] + stuck * e;
+      const Relaxed slid = stuck < way ? drag(bent, e, limit, way - stuck) : Relaxed{bent, bent};
+      element_mean = (1.0 / way) * (stuck * (z[i] + 0.5 * stuck * e) + (way - stuck) * slid.mean);
+      z[i] = slid.end;
+    }
+    end = end + z[i];
+    mean = mean + element_mean;
+  }
+  const double k = surface.stiffness / elements;
+  return {-k * end, -k * mean};
+}
+
+}  // namespace rivals

@@ -1,0 +1,30 @@
+// dz/dt = (target - z) rate, solved exactly over a step.
+#pragma once
+
+#include <cmath>
+
+#include "tools/rivals/pair.hpp"
+
+namespace rivals {
+
+struct Relaxed {
+  Pair end, mean;  ///< at the end of the step, and averaged over it
+};
+
+/// `q` = rate times duration, >= 0. Ends between z and target for any q: stable at every step length.
+inline Relaxed relax(Pair z, Pair target, double q) noexcept {
+  const double lost = -std::expm1(-q);                           // 1 - exp(-q)
+  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t)
+  const Pair away = z - target;
+  return {z - lost * away, target + mean_left * away};
+}
+
+/// How far z can move along the unit vector `along` before it leaves the disc |z| <= limit; where it
+/// passes the disc by, to the point closest to it.
+inline double way_to_limit(Pair z, Pair along, double limit) noexcept {
+  const double s = dot(z, along);
+  const double aside = z.x * along.y - z.y * along.x;
+  return std::fmax(std::sqrt(std::fmax(limit * limit - aside * aside, 0.0)) - s, 0.0);
+}
+
+}  // namespace rivals
