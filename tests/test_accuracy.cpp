@@ -12,6 +12,7 @@
 
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <bristle/patch_batch.hpp>
@@ -256,6 +257,33 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   CHECK(rows.rfind("bristles,dt_s,step_rule", 0) == 0);
   CHECK(static_cast<std::size_t>(std::count(rows.begin(), rows.end(), '\n')) == r["settings"].size() + 2);
   CHECK(cli::accuracy_table(before, options, result).find("Cheapest setting") != std::string::npos);
+}
+
+TEST_CASE("A tuned scene can be read however its tables are written, and names in any letters stay",
+          "[accuracy]") {
+  cli::AccuracyResult result;  // as a study would leave it
+  result.scene_parts = 2;
+  result.reference_dt_s = 1.0 / 3000.0;
+  result.recommendation.setting.bristles = 76;
+  result.recommendation.setting.parts = 1;
+  const File motion("m\xC3\xBC.csv", "t,x,load\n0,0,1\n1,1e-3,1\n");
+  const std::string scene =
+      "scene = { name = \"s\", dt = " + fmt::format("{}", 2.0 / 3000.0) +
+      ", duration = 0.05 }\nmaterial = [ { name = \"m\" } ]\npatch = [ { bristles = 100, name = \"tip\", "
+      "precision = \"double\", material = \"m\", max_normal_load = 1.0 } ]\nmotion = [ { file = \"" +
+      motion.path.filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
+  const File file("inline.toml", scene);
+  const cli::Scene before = cli::read_scene(file.path.string());
+  // Written to another folder: the motion file is named from there.
+  const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
+  CAPTURE(text);
+  CHECK(text.find(motion.path.string().substr(1) + "\", patch") != std::string::npos);
+  CHECK(text.find("# mine") != std::string::npos);
+  const File tuned("tuned.toml", cli::tuned_scene(before, result, "-"));
+  const cli::Scene after = cli::read_scene(tuned.path.string());
+  CHECK(after.patches[0].options.bristles == 76);
+  CHECK(after.patches[0].options.precision == bristle::Precision::single);
+  CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // twelve digits
 }
 
 TEST_CASE("A straight motion aside gives the same forces with one axis turned onto it", "[accuracy]") {

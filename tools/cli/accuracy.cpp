@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <bristle/deadline_monitor.hpp>
+#include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
 
 #include "tools/cli/conditions.hpp"
@@ -50,9 +51,13 @@ void check_record(const AccuracyStudy& study) {
 }
 
 std::string isa_of(const AccuracyOptions& options) {
-  return bristle::PatchBatch(
-             bristle::BatchOptions{}.with_isa(options.isa.empty() ? nullptr : options.isa.c_str()))
-      .isa();
+  try {
+    return bristle::PatchBatch(
+               bristle::BatchOptions{}.with_isa(options.isa.empty() ? nullptr : options.isa.c_str()))
+        .isa();
+  } catch (const bristle::Error& error) {
+    throw UserError(error.what());
+  }
 }
 
 }  // namespace

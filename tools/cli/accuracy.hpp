@@ -15,7 +15,7 @@ namespace cli {
 struct AccuracyOptions {
   std::string scene;
   bool quick = false;
-  double seconds = 0.0;  ///< to spend, about; 0: 45 with `quick`, else 240
+  double seconds = 0.0;  ///< to spend, about; 0: 40 with `quick`, else 220
   std::optional<double>
       error;  ///< wanted: root mean square, relative; none: the first of 1, 2, 5, 10 % that can be had
   std::string write;      ///< scene file with the recommended setting; empty: none

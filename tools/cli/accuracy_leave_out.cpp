@@ -11,6 +11,7 @@
 
 #include "tools/cli/accuracy.hpp"
 #include "tools/cli/conditions.hpp"
+#include "tools/cli/quantile.hpp"
 #include "tools/cli/scene_stepper.hpp"
 
 namespace cli {
@@ -183,14 +184,6 @@ Trial threads_trial(const Scene& scene) {
   t.wall = true;
   t.note = "time by the clock on the wall";
   return t;
-}
-
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto i = static_cast<std::size_t>(place);
-  const double next = values[std::min(i + 1, values.size() - 1)];
-  return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
 }
 
 double time_of(const Scene& scene, int threads, bool wall, std::uint64_t steps, const AccuracyStudy& study) {

@@ -11,6 +11,7 @@
 #include <bristle/deadline_monitor.hpp>
 
 #include "tools/cli/accuracy.hpp"
+#include "tools/cli/quantile.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/scene_stepper.hpp"
 
@@ -23,15 +24,6 @@ constexpr double above_floor = 3.0;  // points of a slope lie this much above wh
 constexpr double literal_limit =
     0.7;  // mean snap lengths a step; beyond, most friction is gone and no law holds
 constexpr std::uint32_t search_rounds = 100'000, confirm_rounds = 200'000;  // seeds of their own
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto i = static_cast<std::size_t>(place);
-  const double next = values[std::min(i + 1, values.size() - 1)];
-  return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
-}
 
 // What the theory says of more bristles. DESIGN: stratified lengths help until the bristles have forgotten
 // them.

@@ -1,8 +1,10 @@
 // The recommended setting as TOML: a fragment to paste, or the whole scene file.
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -33,37 +35,68 @@ double tuned_deadline(const Scene& scene, const AccuracyResult& r) {
   return scene.deadline * r.recommendation.setting.parts / r.scene_parts;
 }
 
-// Replaces values of a TOML text where they stand and adds keys after a table's name, so that its comments
+// Replaces values of a TOML text where they stand and adds keys beside a table's name, so that its comments
 // stay.
 class TomlEditor {
  public:
   explicit TomlEditor(const std::string& text) {
     std::istringstream in(text);
-    for (std::string line; std::getline(in, line);) lines_.push_back(line);
-    added_.resize(lines_.size());
+    for (std::string line; std::getline(in, line);) lines_.push_back({line, {}, {}});
   }
 
   void set(const toml::table& table, const char* key, const std::string& value) {
-    const toml::node* old = table.get(key);
-    if (old == nullptr) {
-      const std::size_t line = table.get("name")->source().begin.line - 1;
-      added_[line] += fmt::format("{} = {}\n", key, value);
+    if (const toml::node* old = table.get(key)) {
+      replace(old->source().begin, old->source().end, value);
       return;
     }
-    const toml::source_region& at = old->source();
-    std::string& line = lines_[at.begin.line - 1];
-    // A key has one value on its line here: its place counts from the left, whatever was replaced before.
-    line.replace(at.begin.column - 1, at.end.column - at.begin.column, value);
+    const toml::source_region& name = table.get("name")->source();
+    if (table.is_inline()) {
+      replace(name.end, name.end, fmt::format(", {} = {}", key, value));
+    } else {
+      lines_[name.begin.line - 1].added += fmt::format("{} = {}\n", key, value);
+    }
   }
 
   std::string text() const {
     std::string all;
-    for (std::size_t i = 0; i < lines_.size(); ++i) all += lines_[i] + '\n' + added_[i];
+    for (const Line& line : lines_) {
+      std::string changed = line.text;
+      // From the right, so that places further left stay what they are.
+      for (auto edit = line.edits.rbegin(); edit != line.edits.rend(); ++edit)
+        changed.replace(edit->first, edit->second.length, edit->second.value);
+      all += changed + '\n' + line.added;
+    }
     return all;
   }
 
  private:
-  std::vector<std::string> lines_, added_;
+  struct Edit {
+    std::size_t length;  // of what goes
+    std::string value;
+  };
+  struct Line {
+    std::string text;
+    std::multimap<std::size_t, Edit> edits;  // by place
+    std::string added;                       // below
+  };
+
+  void replace(const toml::source_position& begin, const toml::source_position& end, std::string value) {
+    Line& line = lines_[begin.line - 1];
+    const std::size_t at = place(line.text, begin.column);
+    line.edits.insert({at, {place(line.text, end.column) - at, std::move(value)}});
+  }
+
+  // Columns count characters from 1, strings bytes from 0.
+  static std::size_t place(const std::string& line, std::size_t column) {
+    std::size_t at = 0;
+    for (std::size_t left = column - 1; at < line.size(); ++at) {
+      const bool continues = (static_cast<unsigned char>(line[at]) & 0xC0u) == 0x80u;
+      if (!continues && left-- == 0) break;
+    }
+    return at;
+  }
+
+  std::vector<Line> lines_;
 };
 
 std::string quoted(const std::string& text) {
@@ -88,7 +121,8 @@ std::string moved_file(const std::string& file, const std::string& scene, const 
 std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
   std::string text;
   if (dt_changes(r)) {
-    text += fmt::format("[scene]\ndt = {:g}\ndeadline = {:g}\n\n", tuned_dt(r), tuned_deadline(scene, r));
+    text +=
+        fmt::format("[scene]\ndt = {:.12g}\ndeadline = {:.12g}\n\n", tuned_dt(r), tuned_deadline(scene, r));
   }
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     const bristle::PatchOptions o = tuned_options(scene, r, p);
@@ -107,8 +141,8 @@ std::string tuned_scene(const Scene& scene, const AccuracyResult& r, const std::
   TomlEditor editor(text);
   if (dt_changes(r)) {
     const toml::table& head = *root["scene"].as_table();
-    editor.set(head, "dt", fmt::format("{:g}", tuned_dt(r)));
-    editor.set(head, "deadline", fmt::format("{:g}", tuned_deadline(scene, r)));
+    editor.set(head, "dt", fmt::format("{:.12g}", tuned_dt(r)));
+    editor.set(head, "deadline", fmt::format("{:.12g}", tuned_deadline(scene, r)));
   }
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     const bristle::PatchOptions o = tuned_options(scene, r, p);

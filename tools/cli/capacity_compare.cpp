@@ -11,6 +11,7 @@
 
 #include "tools/cli/capacity.hpp"
 #include "tools/cli/capacity_subject.hpp"
+#include "tools/cli/quantile.hpp"
 
 namespace cli {
 namespace {
@@ -23,15 +24,6 @@ double seconds_of(Contestant& contestant, std::uint64_t steps) {
   const double start = DeadlineMonitor::wall_now();
   for (std::uint64_t i = 0; i < steps; ++i) sink = sink + contestant.step();
   return DeadlineMonitor::wall_now() - start;
-}
-
-// Linear between order statistics.
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto i = static_cast<std::size_t>(place);
-  const double next = values[std::min(i + 1, values.size() - 1)];
-  return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
 }
 
 }  // namespace

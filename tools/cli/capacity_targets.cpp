@@ -13,6 +13,7 @@
 
 #include "tools/cli/capacity.hpp"
 #include "tools/cli/capacity_subject.hpp"
+#include "tools/cli/quantile.hpp"
 
 namespace cli {
 namespace {
@@ -28,11 +29,6 @@ using bristle_bench::servo_core;
 constexpr std::uint64_t in_cache = 14'400;
 constexpr std::uint64_t a_million = 1'000'000;
 constexpr std::uint64_t out_of_cache = 4'000'000;
-
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
-}
 
 class Targets {
  public:

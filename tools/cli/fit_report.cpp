@@ -1,14 +1,15 @@
 // What `bristle fit` tells: table, JSON, CSV, TOML, picture. Schema: tools/README.md.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
+#include <sys/wait.h>
 
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/fit.hpp"
@@ -79,18 +80,24 @@ std::string quoted(const std::string& text) {
   }() + "'";
 }
 
-/// Runs gnuplot on the script that was built in; the samples go through a file beside the picture.
+/// Runs gnuplot on the script that was built in, the samples in it.
 void draw(const FitData& data, const FitResult& result, const std::string& picture) {
-  const std::string csv = picture + ".csv";
-  write_file(csv, fit_csv(data, result));
-  std::FILE* pipe = popen("gnuplot", "w");
+  open_for_writing(picture);  // says why it cannot be written, which gnuplot does in several lines
+  std::FILE* pipe = popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
   if (pipe == nullptr) throw UserError("--plot: gnuplot cannot be started");
-  const std::string script = fmt::format("csv={}\npng={}\ntitle={}\n{}", quoted(csv), quoted(picture),
-                                         quoted(data.columns.name), fit_plot_script);
+  const std::string script =
+      fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\ntitle={}\n{}", fit_csv(data, result),
+                  quoted(picture), quoted(data.columns.name), fit_plot_script);
+  // Where nobody reads it, the write shall fail instead of ending this program.
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
   std::fwrite(script.data(), 1, script.size(), pipe);
   const int status = pclose(pipe);
-  unlink(csv.c_str());
-  if (status != 0) throw UserError("--plot: gnuplot failed; it is in the package gnuplot-nox");
+  std::signal(SIGPIPE, before);
+  if (status == 0) return;
+  std::remove(picture.c_str());
+  throw UserError(WIFEXITED(status) && WEXITSTATUS(status) == 127
+                      ? "--plot: gnuplot is not there; install the package gnuplot-nox"
+                      : "--plot: gnuplot failed on " + picture);
 }
 
 }  // namespace
@@ -249,6 +256,9 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
 }
 
 void fit_command(const FitOptions& options) {
+  const auto to_stdout = [](const std::string& path) { return path == "-"; };
+  if (to_stdout(options.json) + to_stdout(options.csv) + to_stdout(options.write) > 1)
+    throw UserError("--json -, --csv -, --write -: only one can have stdout");
   const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),
                                         options.sign, options.load);
   const FitResult result = fit_material(data, options);
@@ -256,7 +266,6 @@ void fit_command(const FitOptions& options) {
   if (!options.csv.empty()) write_file(options.csv, fit_csv(data, result));
   if (!options.plot.empty()) draw(data, result, options.plot);
   if (!options.json.empty()) write_file(options.json, fit_json(data, options, result));
-  const auto to_stdout = [](const std::string& path) { return path == "-"; };
   if (!to_stdout(options.json) && !to_stdout(options.csv) && !to_stdout(options.write)) {
     fmt::print("{}", fit_table(data, options, result));
   }

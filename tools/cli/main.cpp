@@ -4,9 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <new>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -94,6 +95,23 @@ void check_command(const CLI::App& app, const std::string& name) {
     known += (known.empty() ? "" : ", ") + command->get_name();
   }
   throw cli::UserError(fmt::format("'{}' is no command; there are: {}", name, known));
+}
+
+/// An option that takes one of some words. (CLI11's own refusal shows the words as pairs with nothing.)
+template <class T>
+void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
+                const std::string& description) {
+  std::string allowed;
+  for (const auto& [word, value] : words) allowed += (allowed.empty() ? "" : ", ") + word;
+  const auto choose = [option, words = std::move(words), allowed, &chosen](const std::string& text) {
+    for (const auto& [word, value] : words) {
+      if (word != text) continue;
+      chosen = value;
+      return;
+    }
+    throw cli::UserError(fmt::format("{} is '{}'; allowed: {}", option, text, allowed));
+  };
+  app->add_option_function<std::string>(option, choose, description + ": " + allowed);
 }
 
 // One subcommand per experiment, so that `experiment NAME --help` shows its parameters.
@@ -186,26 +204,23 @@ int run(int argc, char** argv) {
       ->required();
   fit_app->add_option("--load", fit_options.load, "Normal load, N, in place of a column")
       ->check(CLI::Range(1e-9, 1e9));
-  fit_app
-      ->add_option(
-          "--sign", fit_options.sign,
-          "Whose force: on the body (opposes the motion) or by the body; default: found from the data")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, cli::ForceSign>{{"auto", cli::ForceSign::automatic},
-                                                                        {"on", cli::ForceSign::on_body},
-                                                                        {"by", cli::ForceSign::by_body}}));
-  fit_app->add_option("--law", fit_options.law, "Family of snap lengths (default lognormal)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, bristle::SnapLaw>{{"lognormal", bristle::SnapLaw::lognormal},
-                                                  {"normal", bristle::SnapLaw::normal},
-                                                  {"uniform", bristle::SnapLaw::uniform},
-                                                  {"exponential", bristle::SnapLaw::exponential}}));
-  fit_app->add_option("--rule", fit_options.rule, "What a bristle does after a snap (default redraw)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bristle::SnapRule>{
-          {"redraw", bristle::SnapRule::redraw}, {"keep", bristle::SnapRule::keep}}));
-  fit_app->add_option("--decay", fit_options.decay, "Decay of the damper with speed (default exponential)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bristle::DamperDecay>{
-          {"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}}));
+  add_choice(
+      fit_app, "--sign",
+      {{"auto", cli::ForceSign::automatic}, {"on", cli::ForceSign::on_body}, {"by", cli::ForceSign::by_body}},
+      fit_options.sign,
+      "Whose force: on the body (opposes the motion) or by the body; default: found from the data");
+  add_choice(fit_app, "--law",
+             {{"lognormal", bristle::SnapLaw::lognormal},
+              {"normal", bristle::SnapLaw::normal},
+              {"uniform", bristle::SnapLaw::uniform},
+              {"exponential", bristle::SnapLaw::exponential}},
+             fit_options.law, "Family of snap lengths (default lognormal)");
+  add_choice(fit_app, "--rule", {{"redraw", bristle::SnapRule::redraw}, {"keep", bristle::SnapRule::keep}},
+             fit_options.rule, "What a bristle does after a snap (default redraw)");
+  add_choice(
+      fit_app, "--decay",
+      {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
+      fit_options.decay, "Decay of the damper with speed (default exponential)");
   fit_app->add_option("--write", fit_options.write,
                       "Write the material, in a scene that replays the data, TOML");
   fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)");

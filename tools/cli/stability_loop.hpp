@@ -83,8 +83,6 @@ struct LoopResult {
   double highest_speed = 0.0;   ///< m/s, of the last quarter
   double energy_ratio = 0.0;    ///< highest energy of the last quarter over that of the quarter before
   double distance_m = 0.0;      ///< the farthest along the first axis
-  double steps_run = 0.0;
-  double worst_residual = 0.0;  ///< of the midpoint solve
 };
 
 /// Steps the loop. Throws bristle::Error on parameters that the library refuses.

@@ -9,9 +9,10 @@
 //
 // Two ways to find the displacements; the velocity always follows from the forces that then acted:
 //
-//   predict_displacements   F_i = F_i(now) - (K_i T + C_i) s_i(u1), its elastic part clipped at the force
-//                           limit: implicit Euler, linear. Cheap: one look at each patch. Needs no output but
-//                           the end force; finish with apply_end_forces.
+//   predict_displacements   F_i = F_i(now) - (K_i T + C_i) s_i, its elastic part clipped at the force limit:
+//                           linear; s_i between the old velocity and the new, halfway without dampers and
+//                           nearer the new with them. Cheap: one look at each patch. Needs no output but the
+//                           end force; finish with apply_end_forces.
 //   solve_displacements     F_i = mean force over the step at d_i = T s_i((u0 + u1) / 2), solved by
 //                           PatchBatch::find_force: the midpoint rule, which neither adds nor takes energy
 //                           beside what the bristles do. Needs Outputs::mean; finish with apply_mean_forces.
