@@ -1,6 +1,7 @@
 #include "tools/cli/conditions.hpp"
 
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -20,16 +21,29 @@ std::string cpu_model() {
   return "unknown";
 }
 
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
 }  // namespace
 
 Conditions conditions() {
-  return {bristle::library_version(), BRISTLE_GIT_COMMIT, BRISTLE_BUILD_FLAGS, cpu_model(),
-          static_cast<int>(std::thread::hardware_concurrency())};
+  return {bristle::library_version(),
+          BRISTLE_GIT_COMMIT,
+          BRISTLE_BUILD_FLAGS,
+          cpu_model(),
+          static_cast<int>(std::thread::hardware_concurrency()),
+          utc_now()};
 }
 
 nlohmann::ordered_json to_json(const Conditions& c) {
-  return {
-      {"version", c.version}, {"commit", c.commit}, {"flags", c.flags}, {"cpu", c.cpu}, {"cores", c.cores}};
+  return {{"version", c.version}, {"commit", c.commit}, {"flags", c.flags},
+          {"cpu", c.cpu},         {"cores", c.cores},   {"time", c.time}};
 }
 
 std::string time_text(double seconds) {

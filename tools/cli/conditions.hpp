@@ -13,6 +13,7 @@ struct Conditions {
   std::string flags;  ///< compiler and its flags
   std::string cpu;
   int cores = 1;
+  std::string time;  ///< now, UTC, as 2026-01-31T12:00:00Z
 };
 
 Conditions conditions();

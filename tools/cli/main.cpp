@@ -20,6 +20,7 @@
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/experiment_command.hpp"
 #include "tools/cli/fit.hpp"
+#include "tools/cli/report.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/stability.hpp"
 #include "tools/cli/user_error.hpp"
@@ -252,6 +253,15 @@ int run(int argc, char** argv) {
                            "Write the report to this JSON file (- for stdout)");
   accuracy_app->add_option("--csv", accuracy_options.csv,
                            "Write the settings to this CSV file (- for stdout)");
+  cli::ReportOptions report_options;
+  CLI::App* report_app = app.add_subcommand(
+      "report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures");
+  report_app
+      ->add_option("FILE", report_options.files,
+                   "JSON reports, and pictures (PNG, SVG): capacity.png belongs to capacity.json")
+      ->required();
+  report_app->add_option("--out", report_options.out, "Write the page to this file (- for stdout)")
+      ->capture_default_str();
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
@@ -280,6 +290,7 @@ int run(int argc, char** argv) {
     cli::capacity_command(capacity_options);
   }
   if (fit_app->parsed()) cli::fit_command(fit_options);
+  if (report_app->parsed()) cli::report_command(report_options);
   if (stability_app->parsed()) cli::stability_command(stability_options);
   return exit_done;
 }

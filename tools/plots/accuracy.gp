@@ -51,6 +51,7 @@ set format x "%g"
 set format y "%g"
 set xlabel "CPU time per step of the scene, one thread  [us]"
 set ylabel "error of the force, rms over rms of the force  [%]"
+set bmargin 8
 set key outside bottom center horizontal Left reverse samplen 3 maxcolumns 2 font ",15"
 set object 1 rectangle from x1, 7 to x2, 10 fillcolor rgb "#EEDD88" fillstyle solid 0.6 noborder behind
 set label 1 "people tell forces apart from 7 to 10 % on" at 0.93 * deadline, 8.35 right textcolor rgb "#665500"
