@@ -193,8 +193,7 @@ VirginGrid solve_renewal(const UnitLaw& unit, const std::vector<Atom>& atoms, do
     if (atom_mass[j] == 0.0) atom_nodes.push_back(j);
     atom_mass[j] += atom.mass;
   }
-  double atoms_below = 0.0, all_atoms = 0.0;
-  for (const Atom& atom : atoms) all_atoms += atom.mass;
+  double atoms_below = 0.0;
   for (std::size_t i = 0; i <= n; ++i) {  // P(delta >= node)
     survival[i] = atoms.empty() ? unit.survival(static_cast<double>(i) * step)
                                 : std::max(1.0 - mass[i] - atoms_below, 0.0);

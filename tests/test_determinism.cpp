@@ -144,7 +144,7 @@ TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bri
         m.id = ids[i];
         m.normal_load = k % 50 == 49 ? 1.9 : 1.7;
         const double length = dbar * (k < 12 ? 0.6 : k % 97 == 0 ? 1.5 : 0.03);
-        const double angle = k < 12 ? 0.4 : 0.7 * k + 0.001 * static_cast<double>(i * (k % 13));
+        const double angle = k < 12 ? 0.4 : 0.7 * k + 0.001 * static_cast<double>(i) * (k % 13);
         m.displacement[0] = length * std::cos(angle) + 1e-3 * dbar;
         m.displacement[1] = cases[i].options.axes == 1 ? 0.0 : length * std::sin(angle);
       }

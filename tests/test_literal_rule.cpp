@@ -64,7 +64,7 @@ TEST_CASE("The literal rule loses the friction that the table of its bias says",
           const double m4 = law.law.moment(4) / (dbar * dbar * dbar * dbar);
           const double f = 0.5 * m2;
           const double cycle = std::sqrt(0.25 * m4 - f * m3 + f * f * m2) + h;
-          tolerance += sigmas * 1.3 * cycle / std::sqrt(n * steps * h / (1.0 + h));
+          tolerance += sigmas * 1.3 * cycle / std::sqrt(1.0 * n * steps * h / (1.0 + h));
         }
         expect_near(mean, expected, tolerance, "mean force over zeta sigma0 dbar");
         ++points;

@@ -272,7 +272,7 @@ TEST_CASE("Contact lost forgets the deflections, and contact found again starts 
     for (int k = 0; k < 30; ++k) {
       const Response a = patch.step(0.37 * dbar, 0.2 * dbar, 500.5);
       const Response b = fresh.step(0.37 * dbar, 0.2 * dbar, 500.5);
-      const double tolerance = (k + 1) * n * rounding(precision);
+      const double tolerance = (k + 1.0) * n * rounding(precision);
       expect_near(a.elastic[0], b.elastic[0], tolerance, "force x");
       expect_near(a.elastic[1], b.elastic[1], tolerance, "force y");
     }

@@ -119,6 +119,58 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
   }
 }
 
+#if !BRISTLE_MINIMAL
+TEST_CASE("A way that ends beside the next snap gives the same bits as visiting, up to the last bit",
+          "[skipping]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (Precision precision : {Precision::single, Precision::double_}) {
+      if (precision == Precision::double_ && !BRISTLE_WITH_DOUBLE) continue;
+      for (int axes : {1, 2}) {
+        INFO((rule == SnapRule::keep ? "keep, axes " : "redraw, axes ") << axes);
+        Twins twins(surface(rule, 0), PatchOptions{}
+                                          .with_max_normal_load(2.0)
+                                          .with_bristles(1500)
+                                          .with_axes(axes)
+                                          .with_outputs(Outputs::all)
+                                          .with_precision(precision));
+        std::mt19937 random(11);
+        const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
+        const auto snaps_in = [&twins](double way) {
+          Motion trial;
+          trial.id = twins.id;
+          trial.displacement[0] = way;
+          trial.normal_load = 2.0;
+          return twins.eager.find_force(1e-3, trial).snaps > 0;
+        };
+        int wrong = 0;
+        for (int round = 0; round < 40; ++round) {
+          const double forward = unit() < 0.5 ? 1.0 : -1.0;
+          wrong += !twins.step(forward * mean_length * (0.3 + 2.0 * unit()), 0.0, 2.0);
+          // Small steps, after which every block that a step would visit knows how far it holds.
+          for (int k = 0; k < 3; ++k) wrong += !twins.step(-forward * 1e-6 * mean_length, 0.0, 2.0);
+          // The nearest snap either way; bristles bend along x.
+          double holds[2] = {0.0, 0.0}, snaps[2] = {-2.0 * mean_length, 2.0 * mean_length};
+          for (int side = 0; side < 2; ++side) {
+            for (int k = 0; k < 60; ++k) {
+              const double middle = 0.5 * (holds[side] + snaps[side]);
+              (snaps_in(middle) ? snaps : holds)[side] = middle;
+            }
+          }
+          const int side = std::fabs(snaps[0]) < std::fabs(snaps[1]) ? 0 : 1;
+          // Just short of it, just at it, and beyond by up to a thousandth.
+          const double way = round % 4 == 0   ? holds[side]
+                             : round % 4 == 1 ? snaps[side]
+                                              : snaps[side] * (1.0 + std::pow(10.0, -3.0 - 4.0 * unit()));
+          wrong += !twins.step(way, 0.0, 2.0);
+          wrong += !twins.same_state();
+        }
+        CHECK(wrong == 0);
+      }
+    }
+  }
+}
+#endif
+
 TEST_CASE("Tremor after sliding visits under a hundredth of the bristles once it has settled", "[skipping]") {
   Twins twins(surface(SnapRule::keep, 0),
               PatchOptions{}.with_max_normal_load(2.0).with_bristles(20000).with_axes(1));

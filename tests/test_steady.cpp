@@ -61,11 +61,12 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
         // The step mean has the same average, and work is dissipated at the rate kinetic force x distance.
         const double mean_error = sigmas * f.error() + population;
         expect_near(describe(mean_force).mean, kinetic, mean_error, "average of the step means");
-        expect_near(dissipated / (n * steps * h * dbar), kinetic, mean_error, "dissipated per distance");
+        expect_near(dissipated / (1.0 * n * steps * h * dbar), kinetic, mean_error,
+                    "dissipated per distance");
         // A bristle snaps once per mean length (redraw) or per own length: E[1/delta].
         if (rule == SnapRule::redraw) {
-          expect_near(snaps * dbar / (n * steps * h), 1.0,
-                      sigmas * law.law.cv() / std::sqrt(n * steps * h / dbar) + 1e-3,
+          expect_near(snaps * dbar / (1.0 * n * steps * h), 1.0,
+                      sigmas * law.law.cv() / std::sqrt(1.0 * n * steps * h / dbar) + 1e-3,
                       "snaps per mean length");
         }
       }

@@ -97,10 +97,9 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
 }
 
 void accuracy_command(const AccuracyOptions& options) {
-#if BRISTLE_MINIMAL
-  throw UserError(
-      "accuracy needs the mean force and two axes, which this build leaves out (BRISTLE_MINIMAL)");
-#else
+  if (BRISTLE_MINIMAL)
+    throw UserError(
+        "accuracy needs the mean force and two axes, which this build leaves out (BRISTLE_MINIMAL)");
   if ((options.json == "-") + (options.csv == "-") + (options.write == "-") > 1)
     throw UserError("--json -, --csv -, --write -: only one can have stdout");
   const Scene scene = read_scene(options.scene);
@@ -126,7 +125,6 @@ void accuracy_command(const AccuracyOptions& options) {
     const FilePointer file = open_for_writing(options.write);
     write_text(file.get(), tuned_scene(scene, result, options.write), options.write);
   }
-#endif
 }
 
 }  // namespace cli

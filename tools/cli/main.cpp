@@ -55,6 +55,13 @@ std::string version_text() {
                                            : " (not on this machine)");
     separator = ", ";
   }
+  if (BRISTLE_MINIMAL)
+    text +=
+        "\nwithout  two axes, redraw, literal rule, mean, energy, double precision, TBB (BRISTLE_MINIMAL)";
+  else if (!BRISTLE_WITH_DOUBLE || !BRISTLE_WITH_TBB)
+    text +=
+        fmt::format("\nwithout {}{}", BRISTLE_WITH_DOUBLE ? "" : " double precision (BRISTLE_WITH_DOUBLE)",
+                    BRISTLE_WITH_TBB ? "" : " threads (BRISTLE_WITH_TBB)");
   return text + '\n';
 }
 

@@ -212,19 +212,20 @@ std::vector<double> redraw_force(const std::vector<PathPoint>& path, const SnapL
                                  StartState start) {
   const LawTable table(law);
   const double forgetting = forgetting_path(law, table.reach()), mean = law.mean();
-  const auto [least, most] =
+  const auto extremes =
       std::minmax_element(path.begin(), path.end(), [](auto& a, auto& b) { return a.load < b.load; });
+  const double lowest = extremes.first->load, highest = extremes.second->load;
   // One layer for the load that is always there, the others for what comes and goes.
   std::vector<double> floors{0.0};
-  const double varying = most->load - least->load;
+  const double varying = highest - lowest;
   if (varying > 0.0) {
-    for (int i = 0; i < load_layers; ++i) floors.push_back(least->load + varying * i / load_layers);
+    for (int i = 0; i < load_layers; ++i) floors.push_back(lowest + varying * i / load_layers);
   }
   if (floors.size() > 1 && floors[1] == 0.0) floors.erase(floors.begin());
   std::vector<Layer> layers(floors.size(), Layer(table, fitting_stride(law), forgetting));
   const auto set_load = [&](double load, double x) {
     for (std::size_t i = 0; i < layers.size(); ++i) {
-      const double top = i + 1 < floors.size() ? floors[i + 1] : most->load;
+      const double top = i + 1 < floors.size() ? floors[i + 1] : highest;
       layers[i].set_load(std::clamp(load, floors[i], top) - floors[i], x);
     }
   };

@@ -236,6 +236,9 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
 }
 
 void stability_command(const StabilityOptions& options) {
+  if (BRISTLE_MINIMAL)
+    throw UserError(
+        "stability needs the mean force, energies and redraw, which this build leaves out (BRISTLE_MINIMAL)");
   if (options.json == "-" && options.csv == "-")
     throw UserError("--json - and --csv -: only one can have stdout");
   // Opened before the run: a path that cannot be written must not cost the result.
@@ -247,7 +250,7 @@ void stability_command(const StabilityOptions& options) {
   try {
     result = measure(options);
   } catch (const bristle::Error& error) {
-    throw UserError(error.what());  // a build without redraw or mean, BRISTLE_ISA
+    throw UserError(error.what());  // BRISTLE_ISA asks for what is not there
   }
   result.seconds_taken = bristle::DeadlineMonitor::wall_now() - start;
   if (options.json != "-" && options.csv != "-") {
