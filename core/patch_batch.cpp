@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
 #include "command_list.hpp"
 #include "float_mode.hpp"
@@ -108,6 +109,7 @@ struct PatchBatch::Impl {
   const KernelTable& kernels;
   Workers workers;
   const Sharing sharing = chosen_sharing();
+  double last_sizable_step = -1.0;  ///< when the last step ended that may be worth sharing, s
   const bool skips;
   CommandList commands;
 
@@ -315,18 +317,21 @@ struct PatchBatch::Impl {
       else
         cost += cost_of(*p, in[i]);
     }
-    if (!serial && cost < sharing.parallel_from)
+    const bool sizable = !serial && cost >= sharing.parallel_from;
+    const bool shared = sizable && (cost >= sharing.parallel_from_paused ||
+                                    DeadlineMonitor::wall_now() - last_sizable_step < sharing.awake);
+    if (!serial && !shared)
       for (std::size_t i = 0; i < n; ++i)
         if (!has(out[i].status, refusals)) step_one(i, alone);
-    if (serial || cost < sharing.parallel_from) {
+    if (shared) split_and_run(cost, report);
+    if (sizable) last_sizable_step = DeadlineMonitor::wall_now();
+    if (!shared) {
       report.status = report.status | alone.status;
       report.patches_stepped = alone.stepped;
       report.bristles_visited = alone.visited;
       report.tasks = 1;
       report.threads = 1;
-      return report;
     }
-    split_and_run(cost, report);
     return report;
   }
 

@@ -8,13 +8,18 @@ namespace bristle::detail {
 
 /// Measured by `bristle_bench --benchmark_filter=threads/`; see bench/README.md for figures.
 struct Sharing {
-  /// A step with fewer bristles to visit than this stays on the calling thread: waking a worker costs about
-  /// as much as stepping these.
-  std::uint64_t parallel_from = 60000;
+  /// A step with fewer bristles to visit than this stays on the calling thread. Steps back to back: a worker
+  /// that has just worked comes in a microsecond (measured break-even below 20,000 bristles).
+  std::uint64_t parallel_from = 20000;
+  /// The same after a pause, as between the ticks of a servo loop: a worker that sleeps comes after 30 us,
+  /// in which the calling thread steps some 100,000 bristles alone (measured break-even 200,000).
+  std::uint64_t parallel_from_paused = 200000;
+  /// Workers are taken to sleep this long after the last step, s. They spin for some ten microseconds.
+  double awake = 20e-6;
   /// A piece of work is no smaller than this, in bristles.
   std::uint64_t smallest_piece = 8192;
   /// What a patch costs beside its bristles, in bristles.
-  std::uint64_t patch_overhead = 100;
+  std::uint64_t patch_overhead = 280;
 };
 
 /// The values above, or what BRISTLE_SHARING says: "parallel_from,smallest_piece,patch_overhead", for
@@ -32,7 +37,7 @@ inline Sharing chosen_sharing() noexcept {
   text = end + 1;
   const std::uint64_t patch = std::strtoull(text, &end, 10);
   if (end == text || *end != 0 || patch == 0) return sharing;
-  return {from, piece, patch};
+  return {from, from, 0.0, piece, patch};
 }
 
 }  // namespace bristle::detail
