@@ -42,7 +42,7 @@ class Stepper {
   static constexpr std::uint32_t parts = Row<T>::parts;
 
   /// Redraw: below this share of bristles that snap in a step most vectors are left out.
-  static constexpr double few_snap = 0.05;
+  static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
 
   template <bool is>
