@@ -21,21 +21,22 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
   Pair end, mean;
   for (int i = 0; i < elements; ++i) {
     const double limit = steady * (2 * i + 1) / (elements * elements);
-    Pair& f = force[i];
+    const auto at = static_cast<std::size_t>(i);
+    Pair& f = force[at];
     Pair element_mean = f;
     if (!(way > 0.0)) {
-      slips[i] = false;
+      slips[at] = false;
     } else {
-      if (dot(f, e) < 0.0) slips[i] = false;
+      if (dot(f, e) < 0.0) slips[at] = false;
       double stuck = 0.0;
       Pair bent = f;
-      if (!slips[i] && (dot(f, e) < 0.0 || length(f) < limit)) {
+      if (!slips[at] && (dot(f, e) < 0.0 || length(f) < limit)) {
         // Where the force is above the limit of this speed and is being unloaded: the way to below it and out
         // of it on the far side, or, where it passes by the limit, to where it no longer shrinks.
         stuck = std::min(way, way_to_limit((1.0 / k) * f, e, limit / k));
         bent = f + k * stuck * e;
       }
-      slips[i] = slips[i] || stuck < way;
+      slips[at] = slips[at] || stuck < way;
       const double sliding = way - stuck;
       const Relaxed slid = relax(bent, limit * e, rate * dt_s * sliding / way);
       element_mean = (1.0 / way) * (stuck * (f + 0.5 * k * stuck * e) + sliding * slid.mean);

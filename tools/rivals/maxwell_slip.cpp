@@ -35,18 +35,19 @@ Force MaxwellSlip::step(Pair displacement, double /*dt_s*/, double load_n) noexc
   const double longest = 2.0 * surface.kinetic_coefficient * load_n / surface.stiffness;
   Pair end, mean;
   for (int i = 0; i < elements; ++i) {
+    Pair& element = z[static_cast<std::size_t>(i)];
     const double limit = longest * (i + 0.5) / elements;
-    const double size = length(z[i]);
-    if (size > limit) z[i] = (limit / size) * z[i];
-    Pair element_mean = z[i];
+    const double size = length(element);
+    if (size > limit) element = (limit / size) * element;
+    Pair element_mean = element;
     if (way > 0.0) {
-      const double stuck = std::min(way, way_to_limit(z[i], e, limit));
-      const Pair bent = z[i] + stuck * e;
+      const double stuck = std::min(way, way_to_limit(element, e, limit));
+      const Pair bent = element + stuck * e;
       const Relaxed slid = stuck < way ? drag(bent, e, limit, way - stuck) : Relaxed{bent, bent};
-      element_mean = (1.0 / way) * (stuck * (z[i] + 0.5 * stuck * e) + (way - stuck) * slid.mean);
-      z[i] = slid.end;
+      element_mean = (1.0 / way) * (stuck * (element + 0.5 * stuck * e) + (way - stuck) * slid.mean);
+      element = slid.end;
     }
-    end = end + z[i];
+    end = end + element;
     mean = mean + element_mean;
   }
   const double k = surface.stiffness / elements;
