@@ -71,10 +71,9 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
 
   // k renewals at once.
   const double cv = length.cv();
-  law.many = cv < 0.2 ? 1 : 0;
   law.deviation = std::sqrt(variance);
   law.square_mean = m[2];
-  if (law.many) {
+  if (cv < 0.2) {
     const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
     const double fourth =
         m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];

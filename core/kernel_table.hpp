@@ -75,7 +75,6 @@ struct KernelLaw {
   double count_offset;                          ///< cv^2: expected renewals in a jump of D are D / m1 + cv^2
 
   // Jumps of k renewals at once for small spread (Cornish-Fisher).
-  std::int32_t many;          ///< 1 = cv < 0.2: jump k renewals; 0 = stationary law
   double jump_from;           ///< remaining path above which a lane jumps
   double stationary_from;     ///< remaining path from which the stationary law holds to 1e-3
   double deviation;           ///< standard deviation of delta

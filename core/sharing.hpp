@@ -6,7 +6,7 @@
 
 namespace bristle::detail {
 
-/// Measured by `bristle_bench --benchmark_filter=threads/`; see bench/README.md for figures.
+/// Measured by `bristle_bench --benchmark_filter='^threads/'`; see bench/README.md for figures.
 struct Sharing {
   /// A step with fewer bristles to visit than this stays on the calling thread. Steps back to back: a worker
   /// that has just worked comes in a microsecond (measured break-even below 20,000 bristles).

@@ -18,7 +18,7 @@ template <class T, int axes, Rule rule, bool mean, bool energy>
 class Stepper {
  public:
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
-      : patch(the_patch), advance(the_advance), totals(the_totals) {}
+      : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
 
   /// Advances blocks [first, last); `first` begins a group.
   void run(std::uint32_t first, std::uint32_t last) {
@@ -53,6 +53,7 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
+  const std::uint32_t rounds;  ///< redraw: draws that most vectors need, where they are short and few; else 0
 
   /// Bristles of a block that are in contact: whole rows, then a row in which weights differ.
   struct Extent {
@@ -111,8 +112,7 @@ class Stepper {
                           displacement(advance.from[1], block.position[1])};
     const double q1[2] = {displacement(advance.to[0], block.position[0]),
                           displacement(advance.to[1], block.position[1])};
-    // In a step that snaps every bristle the position stays; any far end says so.
-    const T p1x = advance.all ? T(1e15) : static_cast<T>(q1[0]);
+    const T p1x = static_cast<T>(q1[0]);
     const T p1y = static_cast<T>(q1[1]);
     const BlockMotion<T, axes> motion{patch.zx,
                                       patch.zy,
@@ -255,12 +255,12 @@ class Stepper {
         });
         sums[part] = sum;
       }
-    } else if (const std::uint32_t rounds = foreseen_rounds(); rounds > 0) {
+    } else if (rounds > 0) {
       for (std::uint32_t part = 0; part < parts; ++part) {
         if (rounds > 2)
-          walk_side_by_side<8>(motion, output, extent, part * width, rounds, sums[part]);
+          walk_side_by_side<8>(motion, output, extent, part * width, sums[part]);
         else
-          walk_side_by_side<4>(motion, output, extent, part * width, rounds, sums[part]);
+          walk_side_by_side<4>(motion, output, extent, part * width, sums[part]);
       }
     } else {
       noise = rewrite_by_rounds(motion, output, extent, sums);
@@ -270,7 +270,7 @@ class Stepper {
 
   template <std::uint32_t together>
   void walk_side_by_side(const BlockMotion<T, axes>& block_motion, const BlockOutput<T>& output,
-                         const Extent& extent, std::uint32_t k, std::uint32_t rounds, RowSums<T>& sums) {
+                         const Extent& extent, std::uint32_t k, RowSums<T>& sums) {
     const BlockMotion<T, axes> motion = block_motion;
     RowSums<T> sum;
     const std::uint32_t at = extent.start + k;
@@ -287,8 +287,8 @@ class Stepper {
     sums = sum;
   }
 
-  /// Redraw: how many draws most vectors need, where they are short and few; else 0.
   std::uint32_t foreseen_rounds() const {
+    if constexpr (!redraw || literal) return 0;
     const KernelLaw& law = *patch.law;
     if (law.kind != law_uniform || !(advance.length < law.jump_from)) return 0;
     if (advance.length < few_snap * law.mean) return 0;
