@@ -89,6 +89,17 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where,
   return header;
 }
 
+void require_later(double t, double last_t, const std::string& where) {
+  if (t > last_t) return;
+  throw UserError(
+      fmt::format("{}: column t: {} s does not come after {} s of the row before", where, t, last_t));
+}
+
+void require_load(double load_n, std::string_view cell, const std::string& where) {
+  if (load_n < 0.0)
+    throw UserError(fmt::format("{}: column load: {} is negative; allowed: 0 or more", where, cell));
+}
+
 double parse_number(std::string_view cell, std::string_view column, const std::string& where) {
   const auto fail = [&](std::string_view why) -> double {
     throw UserError(fmt::format("{}: column {}: '{}' {}", where, column, cell, why));

@@ -40,6 +40,10 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where, std::
 
 std::string_view trim(std::string_view text);
 
+/// What every such file asks of a row: time goes on, no load is negative. Throw UserError.
+void require_later(double t, double last_t, const std::string& where);
+void require_load(double load_n, std::string_view cell, const std::string& where);
+
 /// A finite number, the whole cell. Throws UserError naming `where`, column and reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
 

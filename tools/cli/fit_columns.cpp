@@ -1,12 +1,7 @@
 // The reader of measured friction.
-#include <limits>
-
-#define CSV_IO_NO_THREAD
-#include <libfccp/csv.h>
-
 #include <fmt/format.h>
 
-#include "tools/cli/csv_columns.hpp"
+#include "tools/cli/csv_rows.hpp"
 #include "tools/cli/fit_data.hpp"
 #include "tools/cli/user_error.hpp"
 
@@ -68,9 +63,8 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
   data.name = name;
   std::size_t header_line = 1;
   text = skip_to_header(text, name, expected, header_line);
-  const std::size_t header_end = std::min(text.find('\n'), text.size());
   const std::string header_where = fmt::format("{}:{}", name, header_line);
-  const std::string_view line = text.substr(0, header_end);
+  const std::string_view line = text.substr(0, text.find('\n'));
   const CsvHeader header = read_csv_header(line, header_where, kinds);
   const Choice choice = choose(header, line, header_where);
   data.has_x = header.present[column_x];
@@ -78,51 +72,26 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
   data.replayable = data.has_x || choice.v == column_vx;
   data.ignored_columns = header.other_columns;
 
-  std::string canonical = header.canonical;
-  canonical += text.substr(header_end);
-  if (!canonical.ends_with('\n')) canonical += '\n';
-  using Reader = io::CSVReader<column_count, io::trim_chars<' ', '\t'>, io::no_quote_escape<','>,
-                               io::throw_on_overflow, io::single_line_comment<'#'>>;
-  Reader reader(name, canonical.data(), canonical.data() + canonical.size());
-  reader.set_file_line(static_cast<unsigned>(header_line - 1));
-  const auto where = [&] { return fmt::format("{}:{}", name, reader.get_file_line()); };
-  try {
-    reader.read_header(io::ignore_extra_column | io::ignore_missing_column, "t", "x", "v", "vx", "load",
-                       "force", "fx", "friction");
-    char* cells[column_count] = {};
-    while (reader.read_row(cells[0], cells[1], cells[2], cells[3], cells[4], cells[5], cells[6], cells[7])) {
-      const auto value = [&](unsigned c) {
-        return parse_number(cells[c], kinds[c].name, where()) / header.per_si[c];
-      };
-      const double t = value(column_t);
-      if (!data.t.empty() && !(t > data.t.back())) {
-        throw UserError(fmt::format("{}: column t: {} s does not come after {} s of the row before", where(),
-                                    t, data.t.back()));
-      }
-      if (choice.v != column_count) data.v.push_back(value(choice.v));
-      if (data.has_x) {
-        data.x.push_back(value(column_x));
-      } else {
-        const std::size_t n = data.t.size();
-        data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
-      }
-      if (data.has_load) {
-        data.load.push_back(value(column_load));
-        if (data.load.back() < 0.0) {
-          throw UserError(fmt::format("{}: column load: {} is negative; allowed: 0 or more", where(),
-                                      cells[column_load]));
-        }
-      }
-      data.force.push_back(value(choice.force));
-      data.t.push_back(t);
+  for_csv_rows(text, name, header_line, header, kinds, [&](const auto& cells, const auto& where) {
+    const auto value = [&](unsigned c) {
+      return parse_number(cells[c], kinds[c].name, where()) / header.per_si[c];
+    };
+    const double t = value(column_t);
+    if (!data.t.empty()) require_later(t, data.t.back(), where());
+    if (choice.v != column_count) data.v.push_back(value(choice.v));
+    if (data.has_x) {
+      data.x.push_back(value(column_x));
+    } else {
+      const std::size_t n = data.t.size();
+      data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
     }
-  } catch (const io::error::too_few_columns&) {
-    throw UserError(fmt::format("{}: fewer cells than the header has columns", where()));
-  } catch (const io::error::too_many_columns&) {
-    throw UserError(fmt::format("{}: more cells than the header has columns", where()));
-  } catch (const io::error::base& error) {
-    throw UserError(fmt::format("{}: {}", where(), error.what()));
-  }
+    if (data.has_load) {
+      data.load.push_back(value(column_load));
+      require_load(data.load.back(), cells[column_load], where());
+    }
+    data.force.push_back(value(choice.force));
+    data.t.push_back(t);
+  });
   return data;
 }
 
