@@ -150,6 +150,26 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   CHECK(switches() != before);
 }
 
+TEST_CASE("A step of middle size is shared only while workers are awake", "[threads]") {
+  PatchBatch batch(BatchOptions{}.with_threads(2));
+  Motion motion;
+  motion.id = batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
+                        plain_options(100000));
+  motion.normal_load = 100000.0;
+  motion.displacement[0] = 1.3 * dbar;
+  Response response;
+  batch.warm_up();
+  // As in a servo loop: a pause before every step.
+  for (int k = 0; k < 20; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    expect(batch.step(tick, {&motion, 1}, {&response, 1}).tasks == 1, "after a pause the caller steps alone");
+  }
+  // Back to back. The machine may stop the caller between two steps, but not each time.
+  int shared = 0;
+  for (int k = 0; k < 200; ++k) shared += batch.step(tick, {&motion, 1}, {&response, 1}).tasks > 1;
+  CHECK(shared > 0);
+}
+
 TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]") {
   LongStep free_scene(BatchOptions{}.with_threads(2));
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(0));
