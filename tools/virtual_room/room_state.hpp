@@ -1,0 +1,100 @@
+// What the haptic loop and the graphic loop tell each other: plain data, copied whole (exchange.hpp).
+//
+// World axes: x along the floor (the way the block is pushed), y to the left, z up; the origin is the middle
+// of the floor, which slopes about y. SI units.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace room {
+
+enum class FrictionModel : unsigned char { brush, lugre, coulomb };
+
+/// What a person can change while the loops run. The graphic loop sends it whole; the haptic loop takes the
+/// newest at the start of a tick.
+struct Settings {
+  FrictionModel model = FrictionModel::brush;
+  double kinetic = 0.40, peak = 0.46;  ///< friction over load
+  double presliding_length = 1e-3;     ///< m, mean snap length
+  double damping_per_newton = 0.0;     ///< s/m
+  double viscous_friction = 0.0;       ///< N s/m, lubrication
+  double stribeck_velocity = 1e-3;     ///< m/s
+  bool keep = false;                   ///< SnapRule::keep instead of redraw
+  std::uint32_t bristles = 4096;       ///< representatives of one patch under the block
+  double mass = 0.25;                  ///< kg, of the block
+  double extra_load = 0.0;             ///< N, pressed down on the block beside its weight
+  double slope = 0.0;                  ///< rad, of the floor about y
+  double tapping = 0.0;                ///< N, amplitude of a disturbance along the slope
+  double hand_stiffness = 400.0;       ///< N/m, virtual spring between device and tool
+  double hand_damping = 2.0;           ///< N s/m
+};
+
+enum class Act : unsigned char { none, pause, run, single_step, reset, record, stop_recording, replay };
+
+inline constexpr std::size_t most_contacts = 32;
+inline constexpr std::size_t bristles_shown = 400;
+
+/// Where two bodies touch.
+enum class Between : unsigned char { block_floor, block_wall, block_roof, block_tool };
+
+/// One contact patch, as it is drawn.
+struct ContactView {
+  std::uint64_t key = 0;
+  Between between = Between::block_floor;
+  double point[3] = {0, 0, 0}, normal[3] = {0, 0, 1};  ///< m; unit, out of the other body into the block
+  double along[3] = {1, 0, 0}, aside[3] = {0, 1, 0};   ///< the patch's axes in the world
+  double load = 0.0;                                   ///< N
+  double friction[3] = {0, 0, 0};                      ///< N, on the block
+  double limit = 0.0;                                  ///< N, highest elastic force under this load
+};
+
+/// Some bristles of one patch, for the magnifying glass. Deflections in the patch's axes.
+struct BristleView {
+  std::uint64_t key = 0;  ///< of their contact; 0 = none
+  std::size_t count = 0;
+  float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};  ///< m
+};
+
+struct LoopStatistics {
+  std::uint64_t ticks = 0, late_ours = 0, late_machine = 0;
+  double deadline = 1e-3, p50 = 0.0, p99 = 0.0, max = 0.0;      ///< s, computing time of a tick
+  double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< s, from tick to tick
+};
+
+/// The room at the end of a tick.
+struct Snapshot {
+  std::uint64_t tick = 0;
+  double time = 0.0;  ///< s, simulated
+  bool paused = false, recording = false;
+  double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
+  double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};            ///< m/s, rad/s
+  double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};  ///< m: the sphere that touches; the hand that pulls it
+  double applied[3] = {0, 0, 0};                      ///< N, of the tool on the block
+  double friction[3] = {0, 0, 0};      ///< N, of all patches on the block, those of the tool left out
+  double device_force[3] = {0, 0, 0};  ///< N, to the hand
+  bool device_lost = false;
+  std::size_t contacts = 0;
+  ContactView contact[most_contacts];
+  BristleView bristles;
+  std::uint64_t bristles_total = 0;
+  double kinetic_coefficient = 0.0, presliding_length = 0.0;  ///< as they follow from the settings
+  Settings settings;                                          ///< those in force
+  char message[128] = {};                                     ///< one line for the person, or empty
+  LoopStatistics loop;
+};
+
+/// A point of the plots: one per tick.
+struct PlotPoint {
+  float time = 0.0f, displacement = 0.0f, friction = 0.0f, applied = 0.0f;  ///< s, m, N, N along the floor
+  float step_time = 0.0f;                                                   ///< s
+};
+
+/// The room's fixed measures, m.
+struct RoomMeasures {
+  double length = 0.60, width = 0.40, height = 0.30;  ///< x, y, z; walls at x = length/2 and y = +-width/2
+  double block[3] = {0.10, 0.08, 0.06};
+  double tool_radius = 0.008;
+};
+
+}  // namespace room
