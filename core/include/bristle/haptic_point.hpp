@@ -41,6 +41,10 @@ class WindowedVelocity {
  public:
   static constexpr int longest = 32;  ///< ticks that are looked back
 
+  WindowedVelocity() noexcept {
+    for (Eigen::Vector3d& place : places_) place.setZero();
+  }
+
   /// The end of a tick of dt_s (s) at `position` (m). `resolution_m`: half the width of the band that noise
   /// keeps within, an encoder's count. Returns the velocity, m/s.
   Eigen::Vector3d update(double dt_s, const Eigen::Vector3d& position, double resolution_m) noexcept {
