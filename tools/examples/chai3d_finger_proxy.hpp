@@ -46,13 +46,13 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
 
   void updateForce() override {
     cAlgorithmFingerProxy::updateForce();
-    const Eigen::Vector3d position = from(m_deviceGlobalPos), spring = from(m_lastGlobalForce);
-    bool rough = m_numCollisionEvents > 0 && spring.squaredNorm() > 0.0;
+    // On a face the wall pushes along its normal; what else the spring has there is a proxy that lags. In an
+    // edge or a corner the spring of a proxy without friction is the force of the contact as a whole.
+    const Eigen::Vector3d wall = from(m_numCollisionEvents == 1 ? m_normalForce : m_lastGlobalForce);
+    bool rough = m_numCollisionEvents > 0 && wall.squaredNorm() > 0.0;
     for (unsigned int i = 0; rough && i < m_numCollisionEvents; ++i)
       rough = m_collisionEvents[i]->m_object->m_material->getUseHapticFriction();
-    // The spring of a proxy without friction pulls along the normal of the surface, in an edge or corner
-    // along that of the contact as a whole.
-    point_.prepare(dt_s_, position, spring, rough ? spring.norm() : 0.0, motion_);
+    point_.prepare(dt_s_, from(m_deviceGlobalPos), wall, rough ? wall.norm() : 0.0, motion_);
     batch_.step(dt_s_, {&motion_, 1}, {&response_, 1});
     const Eigen::Vector3d force = point_.finish(response_);
     if (!rough) return;
