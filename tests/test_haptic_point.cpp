@@ -233,6 +233,23 @@ TEST_CASE("With a windowed velocity the damper is steadier and still never works
   CHECK(spread[1] < 0.4 * spread[0]);
 }
 
+TEST_CASE("A windowed velocity that opposes the displacement is taken as none", "[haptic]") {
+  HapticPoint point(HapticOptions{}.with_resolution(20e-6));
+  Motion motion;
+  double x = 0.0;
+  for (int i = 0; i < 20; ++i) {
+    point.prepare(tick, {x, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+    x += 10e-6;
+  }
+  CHECK(std::abs(motion.velocity[0]) + std::abs(motion.velocity[1]) == Approx(0.01));
+  // Back by less than a count, which the slope over many ticks does not see.
+  point.prepare(tick, {x - 15e-6, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+  CHECK(std::abs(motion.displacement[0]) + std::abs(motion.displacement[1]) == Approx(5e-6));
+  CHECK(motion.has_velocity);
+  CHECK(motion.velocity[0] == 0.0);
+  CHECK(motion.velocity[1] == 0.0);
+}
+
 TEST_CASE("Only the damper is cut where it takes a force over the limit", "[haptic]") {
   HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.5));
   Motion motion;
