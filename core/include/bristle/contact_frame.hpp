@@ -15,9 +15,9 @@
 //   (parallel transport). On a curved surface they come back turned by the solid angle that the normal went
 //   round; that is geometry, not an error.
 // - The bodies turn about the normal: a bristle has its root on one and its tip on the other, so the axes
-// turn
-//   by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r), the
-//   slip taken half-way between them: the mean is not a convention. When all turns together, nothing changes.
+//   turn by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r),
+//   the slip taken half-way between them: the mean is not a convention. When all turns together, nothing
+//   changes.
 // - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored energy
 // and
 //   the magnitude of the force stay to the bit, whatever the frame does.
