@@ -85,31 +85,42 @@ bool DeadlineMonitor::snapshot(DeadlineMonitor& to) const noexcept {
 }
 
 void DeadlineMonitor::record(double wall_s, double cpu_s) noexcept {
+  const Step step = judge(0.0, wall_s, cpu_s);
   const Change change(changes_);
-  record_step(0.0, wall_s, cpu_s);
+  record(step);
 }
 
 void DeadlineMonitor::record(const Tick& tick) noexcept {
+  const Step step = judge(tick.start_s - tick.due_s, tick.end_s - tick.start_s, tick.cpu_s);
   const Change change(changes_);
   Numbers& n = numbers_;
   const double last = n.last_start_s.get(), period = n.period_s.get();
   if (last >= 0.0 && period > 0.0) n.jitter.record(std::fabs(tick.start_s - last - period));
   n.last_start_s = tick.start_s;
-  record_step(tick.start_s - tick.due_s, tick.end_s - tick.start_s, tick.cpu_s);
+  record(step);
 }
 
-void DeadlineMonitor::record_step(double started_late_s, double wall_s, double cpu_s) noexcept {
+/// All that needs the system, so that readers find the numbers in change for some nanoseconds only.
+DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
+                                             double cpu_s) const noexcept {
+  Step step;
+  if (started_late_s >= 0.0) step.started_late_s = started_late_s;
+  if (wall_s >= 0.0) step.wall_s = wall_s;  // else a clock that went back, or NaN
+  step.cpu_s = cpu_s;
+  step.end_s = step.started_late_s + step.wall_s;
+  step.late = step.end_s > numbers_.deadline_s.get();
+  step.reads_events = step.late || !numbers_.events_known.get();
+  if (step.reads_events) step.events = ThreadEvents::now();
+  return step;
+}
+
+void DeadlineMonitor::record(const Step& step) noexcept {
   Numbers& n = numbers_;
-  if (!(wall_s >= 0.0)) wall_s = 0.0;  // a clock that went back, or NaN
-  if (!(started_late_s >= 0.0)) started_late_s = 0.0;
-  const double end_s = started_late_s + wall_s;
-  const double deadline = n.deadline_s.get();
-  const bool late = end_s > deadline;
   ThreadEvents events;
-  if (late || !n.events_known.get()) events = take_events();
-  if (late) {
+  if (step.reads_events) events = events_until(step.events);
+  if (step.late) {
     n.misses.add(1);
-    if (!(cpu_s >= 0.0) || cpu_s > deadline) n.misses_ours.add(1);
+    if (!(step.cpu_s >= 0.0) || step.cpu_s > n.deadline_s.get()) n.misses_ours.add(1);
     count_missed(1);
     n.late_events.set(n.late_events.get() + events);
   } else {
@@ -117,22 +128,21 @@ void DeadlineMonitor::record_step(double started_late_s, double wall_s, double c
     events = {};
   }
   const std::uint64_t number = n.steps.count();
-  if (number == 0 || end_s > n.worst_end_s.get()) {
+  if (number == 0 || step.end_s > n.worst_end_s.get()) {
     n.worst_number = number;
-    n.worst_end_s = end_s;
-    n.worst_started_s = started_late_s;
-    n.worst_step_s = wall_s;
-    n.worst_cpu_s = cpu_s;
-    n.worst_late = late;
+    n.worst_end_s = step.end_s;
+    n.worst_started_s = step.started_late_s;
+    n.worst_step_s = step.wall_s;
+    n.worst_cpu_s = step.cpu_s;
+    n.worst_late = step.late;
     n.worst_events.set(events);
   }
-  n.steps.record(wall_s);
+  n.steps.record(step.wall_s);
 }
 
 /// Since the last call; the first one only learns where the counters stand.
-ThreadEvents DeadlineMonitor::take_events() noexcept {
+ThreadEvents DeadlineMonitor::events_until(const ThreadEvents& now) noexcept {
   Numbers& n = numbers_;
-  const ThreadEvents now = ThreadEvents::now();
   const ThreadEvents since = n.events_known.get() ? now - n.last_events.get() : ThreadEvents{};
   n.last_events.set(now);
   n.events_known = true;
@@ -158,8 +168,9 @@ void DeadlineMonitor::pause() noexcept {
 }
 
 void DeadlineMonitor::refresh_events() noexcept {
+  const ThreadEvents now = ThreadEvents::now();
   const Change change(changes_);
-  take_events();
+  events_until(now);
 }
 
 void DeadlineMonitor::reset() noexcept {

@@ -134,8 +134,14 @@ class DeadlineMonitor {
     SharedEvents worst_events;
     TimeHistogram steps, jitter;
   };
-  void record_step(double started_late_s, double wall_s, double cpu_s) noexcept;
-  ThreadEvents take_events() noexcept;
+  struct Step {
+    double started_late_s = 0.0, wall_s = 0.0, end_s = 0.0, cpu_s = -1.0;
+    bool late = false, reads_events = false;
+    ThreadEvents events;  // counters after it
+  };
+  Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
+  void record(const Step& step) noexcept;
+  ThreadEvents events_until(const ThreadEvents& now) noexcept;
   void count_missed(std::uint64_t ticks) noexcept;
 
   Shared<std::uint64_t> changes_;  // odd while numbers are written
