@@ -1,7 +1,10 @@
 #include "tools/cli/realtime.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <string>
 
@@ -22,9 +25,12 @@ RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, d
   return result;
 }
 
-void run_bare_segment(DeadlineMonitor& monitor, std::uint64_t ticks, PacedClock& clock) {
+void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& clock,
+                      const QueueClock& queue) {
+  DeadlineMonitor& monitor = loop.monitor;
   monitor.pause();
   monitor.refresh_events();
+  double queued_s = queue.now();
   clock.start();
   for (std::uint64_t k = 0; k < ticks; ++k) {
     const std::uint64_t left_out = clock.wait();
@@ -33,9 +39,36 @@ void run_bare_segment(DeadlineMonitor& monitor, std::uint64_t ticks, PacedClock&
     const double cpu = DeadlineMonitor::cpu_now();
     const double start = DeadlineMonitor::wall_now();
     const double end = DeadlineMonitor::wall_now();
-    monitor.record(bristle::Tick{clock.due_s(), start, end, DeadlineMonitor::cpu_now() - cpu});
-    monitor.refresh_events();
+    record_tick(loop, {clock.due_s(), start, end, DeadlineMonitor::cpu_now() - cpu}, queue, queued_s);
   }
+}
+
+void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue,
+                 double& queued_s) {
+  const std::uint64_t number = loop.monitor.count();
+  loop.monitor.record(tick);
+  const double queued_now = queue.now();
+  if (loop.monitor.worst().number == number) loop.queued_worst_s = queued_now - queued_s;
+  queued_s = queued_now;
+  loop.monitor.refresh_events();
+}
+
+QueueClock::QueueClock() noexcept : file_(open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC)) {}
+
+QueueClock::~QueueClock() {
+  if (file_ >= 0) close(file_);
+}
+
+double QueueClock::now() const noexcept {
+  // "ns on a core, ns ready without one, number of turns".
+  char text[64];
+  const ssize_t length = file_ >= 0 ? pread(file_, text, sizeof text, 0) : 0;
+  if (length <= 0) return 0.0;
+  const char* const end = text + length;
+  const char* const space = std::find(static_cast<const char*>(text), end, ' ');
+  std::uint64_t ns = 0;
+  if (space != end) std::from_chars(space + 1, end, ns);
+  return 1e-9 * static_cast<double>(ns);
 }
 
 double stolen_now() {

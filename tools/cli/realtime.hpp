@@ -28,6 +28,8 @@ struct PacedLoopResult {
   double seconds = 0.0;
   double stolen_s = 0.0;        ///< taken by the hypervisor, over all cores, in steps of 10 ms
   double stolen_worst_s = 0.0;  ///< in the segment of the worst tick
+  double queued_worst_s =
+      0.0;  ///< from the tick before to the end of the worst one, ready but without a core
 };
 
 struct RealtimeResult {
@@ -42,6 +44,21 @@ struct RealtimeResult {
   bool stopped = false;       ///< by a signal
 };
 
+/// How long this thread has been ready to run while its core did something else, as Linux tells it: what a
+/// busy machine costs. To be made and read on one thread; a read is a system call of about a microsecond.
+class QueueClock {
+ public:
+  QueueClock() noexcept;
+  ~QueueClock();
+  QueueClock(const QueueClock&) = delete;
+  QueueClock& operator=(const QueueClock&) = delete;
+
+  double now() const noexcept;  ///< s since the thread was made; 0 where the system does not tell
+
+ private:
+  int file_;
+};
+
 /// Loops that have not run yet, with what the thread was granted.
 RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, double deadline_s,
                               const RealtimeThread& thread);
@@ -51,7 +68,10 @@ template <class Segment>
 void run_segment(PacedLoopResult& loop, Segment&& segment);
 
 /// Ticks in which nothing is done: what the machine does to any loop.
-void run_bare_segment(bristle::DeadlineMonitor& monitor, std::uint64_t ticks, PacedClock& clock);
+void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& clock, const QueueClock& queue);
+
+/// Records a tick, and how long it was queued if it is the worst so far.
+void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue, double& queued_s);
 
 /// CPU time that the hypervisor has taken from all cores since the system started, s; 0 where it is not told.
 double stolen_now();

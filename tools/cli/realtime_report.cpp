@@ -30,7 +30,7 @@ std::vector<std::string> loop_row(const char* name, const PacedLoopResult& loop)
   add_times(row, m.period_jitter());
   for (std::uint64_t count : {m.misses_ours(), m.misses_machine(), m.skipped(), m.longest_run()})
     row.push_back(count_text(count));
-  row.push_back(time_text(loop.stolen_s));
+  row.push_back(loop.stolen_s > 0.0 ? time_text(loop.stolen_s) : "0");
   return row;
 }
 
@@ -71,6 +71,7 @@ Json loop_json(const PacedLoopResult& loop, int threads) {
             {"cpu_s", worst.cpu},
             {"late", worst.late},
             {"events", events_json(worst.events)},
+            {"queued_s", loop.queued_worst_s},
             {"stolen_in_its_segment_s", loop.stolen_worst_s},
             {"cause", worst_tick_text(loop, threads)}}}};
 }
@@ -104,6 +105,9 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
     causes.push_back(fmt::format("the machine's: off the CPU or waiting for {}",
                                  time_text(worst.step > worst.cpu ? worst.step - worst.cpu : 0.0)));
   }
+  // Below a tenth of the delay it does not explain it.
+  if (loop.queued_worst_s > 0.1 * worst.end_after_due)
+    causes.push_back(fmt::format("ready for {} while others had the core", time_text(loop.queued_worst_s)));
   if (worst.events.involuntary_switches > 0)
     causes.push_back("preempted " + times_text(worst.events.involuntary_switches));
   if (threads > 1 && worst.events.other_switches > 0)
@@ -117,7 +121,8 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
     causes.push_back(fmt::format("the hypervisor took {} in that segment", time_text(loop.stolen_worst_s)));
   if (causes.size() == 1 && worst.cpu <= m.deadline())
     causes.push_back(
-        "no preemption, page fault or steal was counted: an interrupt, or a host that does not tell");
+        "no wait for a core, preemption, page fault or steal was counted: an interrupt, or a host that does "
+        "not tell");
   for (std::size_t i = 0; i < causes.size(); ++i) text += (i == 0 ? "; " : ", ") + causes[i];
   return text;
 }

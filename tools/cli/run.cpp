@@ -33,7 +33,7 @@ class SceneRun {
   void run_back_to_back();
   void run_paced(const RealtimeOptions& realtime);
   std::uint64_t run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
-                                  Progress& progress);
+                                  const QueueClock& queue, Progress& progress);
   void step(double t);
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
@@ -181,35 +181,36 @@ void SceneRun::run_back_to_back() {
 
 // The motion of a tick is made ready before the sleep: what is timed starts when the tick is due.
 std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
-                                          Progress& progress) {
+                                          const QueueClock& queue, Progress& progress) {
   using bristle::DeadlineMonitor;
-  DeadlineMonitor& monitor = result_.realtime->ours.monitor;
+  PacedLoopResult& loop = result_.realtime->ours;
   std::uint64_t k = first;
-  monitor.pause();
-  monitor.refresh_events();
+  loop.monitor.pause();
+  loop.monitor.refresh_events();
+  double queued_s = queue.now();
   clock.start();
-  for (double end = 0.0; k < first + ticks; ++k) {
-    // In time for the next point, and past it now: our accounts are to blame, not the step.
-    const bool held_up =
-        end > 0.0 && end <= clock.next_due_s() && DeadlineMonitor::wall_now() > clock.next_due_s();
+  for (double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(); k < first + ticks; ++k) {
+    // The step was done in time, but what this tool does after it was not: no fault of step or machine.
+    const double slack = clock.next_due_s() - end;
+    const bool held_up = slack >= 0.0 && DeadlineMonitor::cpu_now() - end_cpu > slack;
     const std::uint64_t left_out = clock.wait();
     if (stop_requested()) break;
     if (held_up) {
       result_.realtime->held_up += left_out;
-      monitor.pause();
+      loop.monitor.pause();
     } else if (left_out > 0) {
-      monitor.record_skipped(left_out);
+      loop.monitor.record_skipped(left_out);
     }
     const double t = static_cast<double>(k) * scene_.dt;
     const double cpu = DeadlineMonitor::cpu_now();
     const double start = DeadlineMonitor::wall_now();
     stepper_.step(t);
     end = DeadlineMonitor::wall_now();
-    monitor.record(bristle::Tick{clock.due_s(), start, end, DeadlineMonitor::cpu_now() - cpu});
+    end_cpu = DeadlineMonitor::cpu_now();
+    record_tick(loop, {clock.due_s(), start, end, end_cpu - cpu}, queue, queued_s);
     account(t + scene_.dt);
     stepper_.prescribe(static_cast<double>(k + 1) * scene_.dt);
     progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
-    monitor.refresh_events();
   }
   return k;
 }
@@ -217,7 +218,9 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
 void SceneRun::run_paced(const RealtimeOptions& realtime) {
   const RealtimeThread thread(realtime.thread);
   const StopOnSignal stop;
-  result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
+  const QueueClock queue;
+  RealtimeResult& result =
+      result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
   Progress progress("run --realtime");
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
   // A second each in turn, so that both loops meet the same machine; shorter where the run is.
@@ -227,13 +230,12 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   stepper_.prescribe(0.0);
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
-    run_segment(result_.realtime->ours, [&] { done = run_paced_segment(done, ticks, clock, progress); });
-    run_segment(result_.realtime->bare,
-                [&] { run_bare_segment(result_.realtime->bare.monitor, ticks, clock); });
+    run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
+    run_segment(result.bare, [&] { run_bare_segment(result.bare, ticks, clock, queue); });
   }
-  result_.realtime->stopped = stop_requested();
+  result.stopped = stop_requested();
   result_.steps = done;
-  result_.monitor = result_.realtime->ours.monitor;
+  result_.monitor = result.ours.monitor;
 }
 
 RunResult SceneRun::run() {

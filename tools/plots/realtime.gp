@@ -33,7 +33,10 @@ bare = ticks("bare sleep") > 0
 set multiplot layout 2,1 title title font ",22" noenhanced
 set xlabel "step time  [us]"
 plot bars("bristle", "step") using (sqrt($1 * $2)):3:1:2:(0.5):3 with boxxyerror linecolor rgb "#0072B2" title "bristle"
-unset label 1
+if (deadline_us > 0) {
+  unset label 1
+  unset arrow 1
+}
 set xlabel "jitter: time from start to start, less the period  [us]"
 command = 'plot bars("bristle", "jitter") using (sqrt($1 * $2)):3:1:2:(0.5):3 with boxxyerror linecolor rgb "#0072B2" title "bristle"'
 if (bare) {
