@@ -291,8 +291,8 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
     }
     std::printf("4,000 patches: %.3g s a step steady, %.3g s with 1,000 coming and going\n", steady,
                 changing);
-    check_below(changing / steady, 3.8, "coming and going against steady");
-    check_below(steady / plain_time, 3.0, "steady against a plain loop over as many bristles");
+    check_below(changing / steady, 3.4, "coming and going against steady");
+    check_below(steady / plain_time, 3.5, "steady against a plain loop over as many bristles");
   });
 }
 
@@ -318,6 +318,12 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
           most_threads = std::max(most_threads, shared.report.threads);
         },
         [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); }, 4, 2);
+    // Workers come when the system lets them: not in every step.
+    for (int k = 0; k < 200 && most_threads < 2; ++k) {
+      shared.step(8.0 * dbar, 5.0 * dbar, n);
+      alone.step(8.0 * dbar, 5.0 * dbar, n);
+      most_threads = std::max(most_threads, shared.report.threads);
+    }
     CHECK(shared.hash() == alone.hash());
     CHECK(most_threads > 1);
     // Waiting for a worker that was taken off its core may spin, though not for long.
