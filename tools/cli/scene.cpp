@@ -494,4 +494,9 @@ void replace_motion(Scene& scene, const std::string& motion_path) {
   scene.duration.reset();
 }
 
+void set_bristles(Scene& scene, std::uint32_t bristles) {
+  for (ScenePatch& patch : scene.patches) patch.options.bristles = bristles;
+  check_size(scene);
+}
+
 }  // namespace cli

@@ -9,4 +9,5 @@
 #include "bristle/patch_batch.hpp"
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
+#include "bristle/time_histogram.hpp"
 #include "bristle/version.hpp"
