@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Geometry>
-
 namespace mujoco_example {
 
 using bristle::Motion;
@@ -19,14 +17,8 @@ namespace {
 std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
+bool by_key(const BristleFriction::Contact& a, const BristleFriction::Contact& b) { return a.key < b.key; }
 Eigen::Index row_of(std::size_t contact) { return 3 * static_cast<Eigen::Index>(contact); }
-
-/// Two tangent axes, the first one near `along`, or anywhere where that has no part in the plane.
-void set_axes(BristleFriction::Contact& contact, Vector3d along) {
-  along -= contact.normal.dot(along) * contact.normal;
-  contact.along = along.norm() > 1e-6 ? along.normalized() : contact.normal.unitOrthogonal();
-  contact.aside = contact.normal.cross(contact.along);
-}
 
 }  // namespace
 
@@ -37,18 +29,13 @@ void remove_friction(mjModel& model) {
 
 BristleFriction::BristleFriction(const mjModel& model, const bristle::Coefficients& law,
                                  const FrictionOptions& options)
-    : material_(bristle::Material::from_coefficients(law)),
-      patch_options_(options.patch),
-      kinetic_(material_.kinetic_coefficient()),
-      match_radius_(options.match_radius) {
-  for (int i = 0; i < options.reserved_patches; ++i) {
-    free_.push_back(pool_.size());
-    pool_.push_back(batch_.add(material_, patch_options_));
-  }
+    : kinetic_(law.kinetic),
+      patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
+               bristle::KeyedOptions{}.with_capacity(options.contacts)),
+      matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
+      other_constraints_(VectorXd::Zero(model.nv)),
+      applied_(static_cast<std::size_t>(model.nv)) {
   batch_.warm_up();
-  const auto dofs = static_cast<std::size_t>(model.nv);
-  applied_.resize(dofs);
-  other_constraints_ = VectorXd::Zero(model.nv);
   for (RowMatrix& body : point_jacobian_) body.resize(3, model.nv);
 }
 
@@ -72,62 +59,55 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
 }
 
 void BristleFriction::forget_contacts() {
-  for (const Contact& contact : contacts_) leaving_.push_back(contact.patch);
+  matcher_.clear();
+  patches_.clear();
   contacts_.clear();
   other_constraints_.setZero();
 }
 
-/// Contacts of this step, each with the patch of the nearest one of the same pair a step ago.
+/// Contacts of this step, each with what was known of it a step ago.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
+  std::sort(before_.begin(), before_.end(), by_key);
   contacts_.clear();
-  for (int i = 0; i < data.ncon; ++i) {
-    if (data.contact[i].efc_address >= 0) keep_or_make(model, data, data.contact[i]);
+  found_.clear();
+  points_.clear();
+  for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
+    if (c->efc_address < 0) continue;
+    found_.push_back(c);
+    points_.push_back({pair_of(*c), {c->pos[0], c->pos[1], c->pos[2]}});
   }
-  for (const Contact& gone : before_) leaving_.push_back(gone.patch);
+  keys_.resize(points_.size());
+  matcher_.match(points_, keys_);
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (keys_[i] != bristle::no_contact_key)
+      contacts_.push_back(take_over(model, data, *found_[i], keys_[i]));
+  }
+  patches_.end_step();
 }
 
-void BristleFriction::keep_or_make(const mjModel& model, const mjData& data, const mjContact& found) {
-  const Vector3d point(found.pos[0], found.pos[1], found.pos[2]);
-  auto nearest = before_.end();
-  double least = match_radius_;
-  for (auto old = before_.begin(); old != before_.end(); ++old) {
-    const double distance = (old->point - point).norm();
-    if (old->pair != pair_of(found) || distance > least) continue;
-    least = distance;
-    nearest = old;
-  }
+BristleFriction::Contact BristleFriction::take_over(const mjModel& model, const mjData& data,
+                                                    const mjContact& found, std::uint64_t key) {
   Contact contact;
-  Vector3d along(found.frame[3], found.frame[4], found.frame[5]);
-  if (nearest != before_.end()) {
-    contact = *nearest;
-    before_.erase(nearest);
-    // Bent bristles turn with the mean of both bodies.
-    const int bodies[] = {model.geom_bodyid[found.geom1], model.geom_bodyid[found.geom2]};
-    Vector3d turn = Vector3d::Zero();
-    for (const int body : bodies)
-      turn += 0.5 * model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * body);
-    along = contact.along + turn.cross(contact.along);
+  contact.key = key;
+  const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
+  const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
+  contact.bodies[0] = model.geom_bodyid[found.geom1];
+  contact.bodies[1] = model.geom_bodyid[found.geom2];
+  if (old != before_.end() && old->key == key) {
+    contact = *old;
+    const auto turn = [&](int body) -> Vector3d {
+      return model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * body);
+    };
+    contact.frame.carry(normal, turn(contact.bodies[1]), turn(contact.bodies[0]));
   } else {
-    contact.pair = pair_of(found);
-    contact.patch = free_patch();
+    contact.frame = bristle::ContactFrame(normal, along);
   }
-  contact.point = point;
-  contact.normal = Vector3d(found.frame[0], found.frame[1], found.frame[2]);
+  contact.patch = patches_.find_or_add(key);
+  contact.point = Map<const Vector3d>(found.pos);
   contact.scale = found.friction[0] / kinetic_;
   contact.row = found.efc_address;
-  set_axes(contact, along);
-  contacts_.push_back(contact);
-}
-
-std::size_t BristleFriction::free_patch() {
-  if (free_.empty()) {
-    pool_.push_back(batch_.add(material_, patch_options_));
-    return pool_.size() - 1;
-  }
-  const std::size_t patch = free_.back();
-  free_.pop_back();
-  return patch;
+  return contact;
 }
 
 /// Three rows a contact: velocity of geom2's body against geom1's at the point, along the tangent axes and
@@ -136,13 +116,12 @@ void BristleFriction::set_jacobian(const mjModel& model, const mjData& data) {
   jacobian_.resize(row_of(contacts_.size()), model.nv);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
-    const int geoms[] = {static_cast<int>(contact.pair >> 32), static_cast<int>(contact.pair & 0xffffffff)};
     for (int k = 0; k < 2; ++k) {
-      mj_jac(&model, &data, point_jacobian_[k].data(), nullptr, contact.point.data(),
-             model.geom_bodyid[geoms[k]]);
+      mj_jac(&model, &data, point_jacobian_[k].data(), nullptr, contact.point.data(), contact.bodies[k]);
     }
     Eigen::Matrix3d axes;
-    axes << contact.along.transpose(), contact.aside.transpose(), contact.normal.transpose();
+    axes << contact.frame.along().transpose(), contact.frame.aside().transpose(),
+        contact.frame.normal().transpose();
     point_jacobian_[1] -= point_jacobian_[0];
     jacobian_.middleRows<3>(row_of(i)).noalias() = axes * point_jacobian_[1];
   }
@@ -169,7 +148,7 @@ void BristleFriction::predict(const mjModel& model, mjData& data) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
     const Vector2d slip = jacobian_.middleRows<2>(row_of(i)) * velocity;
-    const Response now = batch_.find_force(dt_s, Motion{pool_[contact.patch],
+    const Response now = batch_.find_force(dt_s, Motion{contact.patch,
                                                         {contact.behind[0], contact.behind[1]},
                                                         contact.normal_load,
                                                         true,
@@ -218,17 +197,14 @@ bool BristleFriction::clip(double dt_s) {
   return clipped;
 }
 
-/// Patches of contacts by what they lag behind and what is to come; those of lost contacts let go of all.
+/// By what the patches lag behind and what is to come.
 void BristleFriction::move_patches(double dt_s) {
   motions_.clear();
   for (const Contact& contact : contacts_) {
     const Vector2d d = contact.behind + dt_s * contact.slip;
-    motions_.push_back(Motion{
-        pool_[contact.patch], {d[0], d[1]}, contact.normal_load, true, {contact.slip[0], contact.slip[1]}});
+    motions_.push_back(
+        Motion{contact.patch, {d[0], d[1]}, contact.normal_load, true, {contact.slip[0], contact.slip[1]}});
   }
-  for (const std::size_t patch : leaving_) motions_.push_back(Motion{pool_[patch], {0.0, 0.0}, 0.0});
-  free_.insert(free_.end(), leaving_.begin(), leaving_.end());
-  leaving_.clear();
   responses_.resize(motions_.size());
   batch_.step(dt_s, motions_, responses_);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {

@@ -26,6 +26,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <bristle/bristle.hpp>
+#include <bristle/contact_frame.hpp>
 
 namespace mujoco_example {
 
@@ -35,8 +36,8 @@ void remove_friction(mjModel& model);
 struct FrictionOptions {
   bristle::PatchOptions patch =
       bristle::PatchOptions{}.with_max_normal_load(10.0).with_bristles(1000);  ///< of each contact point
-  double match_radius = 0.01;  ///< m: a contact point that moves farther in one step is a new one
-  int reserved_patches = 32;   ///< made beforehand; more contacts at once take memory when they come
+  double reach = 0.01;           ///< m: a contact point that moves farther in one step is a new one
+  std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
 };
 
 class BristleFriction {
@@ -54,36 +55,38 @@ class BristleFriction {
 
   /// A contact of the last step.
   struct Contact {
-    std::uint64_t pair = 0;                       ///< geom1 << 32 | geom2
-    Eigen::Vector3d point, along, aside, normal;  ///< m; unit vectors
-    Eigen::Vector2d force = {0, 0};               ///< N along `along` and `aside`, on geom2's body
-    double normal_load = 0.0;                     ///< N, of MuJoCo's solver in this step
-    double scale = 1.0;                           ///< the contact's coefficient over the material's
-    Eigen::Vector2d slip = {0, 0};                ///< m/s, predicted
-    Eigen::Vector2d behind = {0, 0};              ///< m that the bodies went and the patch has yet to
-    std::size_t patch = 0;                        ///< in the pool
-    int row = -1;                                 ///< of its normal force among MuJoCo's constraints
+    std::uint64_t key = 0;
+    bristle::PatchId patch;
+    bristle::ContactFrame frame;        ///< normal from geom1 to geom2
+    Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
+    Eigen::Vector2d force = {0, 0};     ///< N along frame.along() and aside(), on geom2's body
+    double normal_load = 0.0;           ///< N, of MuJoCo's solver in this step
+    double scale = 1.0;                 ///< the contact's coefficient over the material's
+    Eigen::Vector2d slip = {0, 0};      ///< m/s, predicted
+    Eigen::Vector2d behind = {0, 0};    ///< m that the bodies went and the patch has yet to
+    int bodies[2] = {0, 0};             ///< of geom1 and geom2
+    int row = -1;                       ///< of its normal force among MuJoCo's constraints
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
-  const bristle::PatchBatch& batch() const { return batch_; }
+  const bristle::KeyedPatches& patches() const { return patches_; }
 
  private:
   void match(const mjModel& model, const mjData& data);
-  void keep_or_make(const mjModel& model, const mjData& data, const mjContact& found);
+  Contact take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key);
   void set_jacobian(const mjModel& model, const mjData& data);
   void predict(const mjModel& model, mjData& data);
   bool clip(double dt_s);
   void move_patches(double dt_s);
   void learn(const mjModel& model, const mjData& data);
-  std::size_t free_patch();
 
-  bristle::Material material_;
-  bristle::PatchOptions patch_options_;
-  double kinetic_, match_radius_;
+  double kinetic_;
   bristle::PatchBatch batch_;
-  std::vector<bristle::PatchId> pool_;
-  std::vector<std::size_t> free_, leaving_;
-  std::vector<Contact> contacts_, before_;
+  bristle::KeyedPatches patches_;
+  bristle::ContactMatcher matcher_;
+  std::vector<Contact> contacts_, before_;  // before_: by key
+  std::vector<const mjContact*> found_;
+  std::vector<bristle::ContactPoint> points_;
+  std::vector<std::uint64_t> keys_;
   std::vector<bristle::Motion> motions_;
   std::vector<bristle::Response> responses_;
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
