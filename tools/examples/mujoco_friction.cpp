@@ -223,7 +223,7 @@ void BristleFriction::learn(const mjModel& model, const mjData& data) {
     const double load = data.efc_force[contact.row];
     other_constraints_ -= load * jacobian_.row(row_of(i) + 2).transpose();
     // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
-    if (std::fabs(load - contact.normal_load) > 1e-7 * load) contact.normal_load = load;
+    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
   }
 }
 
