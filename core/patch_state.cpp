@@ -13,7 +13,6 @@ namespace bristle::detail {
 namespace {
 
 constexpr std::size_t column_alignment = 64;
-constexpr double highest_load = 1e15;     // N
 constexpr double highest_energy = 1e300;  // J: what overflows reads as this; sums of a few stay finite
 
 /// Fixed-point difference of two positions, which wrap.
@@ -568,6 +567,15 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   if (a.commit) {
     p.pending_dissipated = p.pending_loss = 0.0;
     p.pending_snaps = 0;
+  }
+}
+
+void find_block_sums(PatchState& p) noexcept {
+  for (int axis = 0; axis < 2; ++axis) p.stored[axis] = p.offset[axis] = 0;
+  for (std::uint32_t b = 0; b < p.block_count; ++b) {
+    if (b >= p.active_blocks()) enter_block(p, b);
+    if (b < p.active_blocks()) p.blocks[b].zero = 0;
+    if (b < p.full_blocks()) book_block(p, b, +1);
   }
 }
 

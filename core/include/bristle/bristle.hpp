@@ -8,4 +8,5 @@
 #include "bristle/patch_batch.hpp"
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
+#include "bristle/state_file.hpp"
 #include "bristle/version.hpp"
