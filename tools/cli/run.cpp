@@ -10,18 +10,13 @@
 
 #include "tools/cli/force_file.hpp"
 #include "tools/cli/progress.hpp"
+#include "tools/cli/run_state.hpp"
 #include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
 
 namespace cli {
 namespace {
-
-// How far a copy has come.
-struct Way {
-  double x = 0.0, y = 0.0;            // m, moved so far
-  double slid_x = 0.0, slid_y = 0.0;  // m, since it last turned back or lost contact
-};
 
 class SceneRun {
  public:
@@ -34,6 +29,7 @@ class SceneRun {
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                         const bristle::Response& response);
   void finish();
+  std::uint64_t steps_to_do() const;
 
   const Scene& scene_;
   const RunOptions& options_;
@@ -56,6 +52,8 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
+  if (!options.restore_state.empty())
+    result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
   if (!options.out.empty()) {
     const auto any = [&](bristle::Outputs output) {
       return std::any_of(scene.patches.begin(), scene.patches.end(),
@@ -160,15 +158,26 @@ void SceneRun::finish() {
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
   if (force_file_) force_file_->finish();
+  if (!options_.save_state.empty())
+    save_run(options_.save_state, stepper_, result_.steps_before + result_.steps, scene_.dt, ways_);
+}
+
+std::uint64_t SceneRun::steps_to_do() const {
+  if (options_.steps) return *options_.steps;
+  const std::uint64_t all = step_count(scene_);
+  if (result_.steps_before >= all)
+    throw UserError(fmt::format("{}: was saved after {} steps, and the scene has {}; give --steps to go on",
+                                options_.restore_state, result_.steps_before, all));
+  return all - result_.steps_before;
 }
 
 RunResult SceneRun::run() {
-  result_.steps = options_.steps.value_or(step_count(scene_));
+  result_.steps = steps_to_do();
   const double start = bristle::DeadlineMonitor::wall_now();
   {
     Progress progress("run");
     for (std::uint64_t k = 0; k < result_.steps; ++k) {
-      const double t = static_cast<double>(k) * scene_.dt;
+      const double t = static_cast<double>(result_.steps_before + k) * scene_.dt;
       stepper_.prescribe(t);
       step(t);
       account(t + scene_.dt);
