@@ -10,4 +10,5 @@
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
 #include "bristle/time_histogram.hpp"
+#include "bristle/state_file.hpp"
 #include "bristle/version.hpp"
