@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "bristle/export.hpp"
+
 namespace bristle {
 
 /// Histogram of step times with logarithmic buckets (64 per octave from 1 ns to 64 s: percentiles are
@@ -10,7 +12,7 @@ namespace bristle {
 ///
 /// A late tick is ours when the thread's CPU time in it exceeds the budget; other late ticks are the
 /// machine's (preemption, steal).
-class DeadlineMonitor {
+class BRISTLE_API DeadlineMonitor {
  public:
   explicit DeadlineMonitor(double deadline_s = 1e-3) noexcept;
 
