@@ -36,9 +36,7 @@ constexpr Size sizes[] = {{"Material", &BuildSignature::material_bytes},
                           {"PatchInfo", &BuildSignature::patch_info_bytes},
                           {"BatchOptions", &BuildSignature::batch_options_bytes},
                           {"StepReport", &BuildSignature::step_report_bytes},
-                          {"DeadlineMonitor", &BuildSignature::deadline_monitor_bytes},
-                          {"KeyedOptions", &BuildSignature::keyed_options_bytes},
-                          {"MatcherOptions", &BuildSignature::matcher_options_bytes}};
+                          {"DeadlineMonitor", &BuildSignature::deadline_monitor_bytes}};
 
 }  // namespace
 

@@ -42,6 +42,12 @@ BRISTLE_SAME_PLACE(bristle_response, Response, contact_loss);
 BRISTLE_SAME_PLACE(bristle_response, Response, damper_work);
 BRISTLE_SAME_PLACE(bristle_response, Response, snaps);
 
+static_assert(sizeof(bristle_contact_point) == sizeof(ContactPoint) &&
+              std::is_standard_layout_v<ContactPoint>);
+BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, pair);
+BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, point);
+static_assert(BRISTLE_NO_CONTACT_KEY == no_contact_key);
+
 template <auto c_value, auto cpp_value>
 constexpr bool same_value = static_cast<unsigned>(c_value) == static_cast<unsigned>(cpp_value);
 static_assert(same_value<BRISTLE_LAW_TABLE, SnapLaw::table> &&
@@ -68,6 +74,14 @@ struct bristle_batch {
   // For callers whose structs have other sizes.
   std::vector<Motion> motions;
   std::vector<Response> responses;
+};
+
+struct bristle_keyed {
+  KeyedPatches patches;
+};
+
+struct bristle_matcher {
+  ContactMatcher matcher;
 };
 
 struct bristle_monitor {
@@ -306,6 +320,37 @@ PatchOptions to_cpp(const bristle_patch_options* from) {
   o.step_rule = as_enum(c.step_rule, StepRule::literal, "step_rule");
   o.sampling = as_enum(c.sampling, Sampling::random, "sampling");
   return o;
+}
+
+bristle_keyed_options to_c(const KeyedOptions& o) {
+  bristle_keyed_options c{};
+  c.capacity = o.capacity;
+  c.keep_steps = o.keep_steps;
+  c.seed_from_key = o.seed_from_key ? 1 : 0;
+  return c;
+}
+
+KeyedOptions to_cpp(const bristle_keyed_options* from) {
+  bristle_keyed_options c = to_c(KeyedOptions{});
+  if (from != nullptr) read_struct(from, c, "keyed_options");
+  return KeyedOptions{}
+      .with_capacity(c.capacity)
+      .with_keep_steps(c.keep_steps)
+      .with_seed_from_key(c.seed_from_key != 0);
+}
+
+bristle_matcher_options to_c(const MatcherOptions& o) {
+  bristle_matcher_options c{};
+  c.reach = o.reach;
+  c.capacity = o.capacity;
+  c.keep_steps = o.keep_steps;
+  return c;
+}
+
+MatcherOptions to_cpp(const bristle_matcher_options* from) {
+  bristle_matcher_options c = to_c(MatcherOptions{});
+  if (from != nullptr) read_struct(from, c, "matcher_options");
+  return MatcherOptions{}.with_capacity(c.capacity).with_reach(c.reach).with_keep_steps(c.keep_steps);
 }
 
 // A motion needs its load, a response its end force; what later fields a caller does not have is left out.
@@ -570,6 +615,13 @@ bristle_result bristle_set_material(bristle_batch* batch, bristle_id id, const b
   });
 }
 
+bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key) {
+  if (batch == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "batch is null");
+  if (!batch->batch.reset({id}, seed, key))
+    return fail(BRISTLE_REFUSED, "bristle_reset: there is no such patch");
+  return BRISTLE_OK;
+}
+
 bristle_result bristle_warm_up(bristle_batch* batch) {
   return guarded([&] {
     need(batch, "batch");
@@ -674,6 +726,85 @@ int32_t bristle_unbound_workers(const bristle_batch* batch) {
 }
 const char* bristle_isa(const bristle_batch* batch) {
   return batch != nullptr ? batch->batch.isa() : nullptr;
+}
+
+// --- patches by key
+
+bristle_result bristle_init_keyed_options(bristle_keyed_options* options, size_t struct_size) {
+  return init_struct(options, struct_size, to_c(KeyedOptions{}), "keyed_options");
+}
+bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size) {
+  return init_struct(options, struct_size, to_c(MatcherOptions{}), "matcher_options");
+}
+
+bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
+                                    const bristle_patch_options* patch, const bristle_keyed_options* options,
+                                    bristle_keyed** keyed) {
+  return guarded([&] {
+    need(batch, "batch");
+    need(keyed, "keyed");
+    *keyed = new bristle_keyed{KeyedPatches(batch->batch, to_cpp(material), to_cpp(patch), to_cpp(options))};
+  });
+}
+
+void bristle_keyed_destroy(bristle_keyed* keyed) { delete keyed; }
+
+bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys, bristle_id* ids,
+                                         size_t count) {
+  return guarded([&] {
+    need(keyed, "keyed");
+    need_columns(keys, ids, count);
+    for (size_t i = 0; i < count; ++i) ids[i] = keyed->patches.find_or_add(keys[i]).value;
+  });
+}
+
+bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* keys, bristle_id* ids,
+                                  size_t count) {
+  return guarded([&] {
+    need(keyed, "keyed");
+    need_columns(keys, ids, count);
+    for (size_t i = 0; i < count; ++i) ids[i] = keyed->patches.find(keys[i]).value;
+  });
+}
+
+uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key) {
+  return keyed != nullptr && keyed->patches.remove(key) ? 1 : 0;
+}
+void bristle_keyed_clear(bristle_keyed* keyed) {
+  if (keyed != nullptr) keyed->patches.clear();
+}
+uint32_t bristle_keyed_end_step(bristle_keyed* keyed) {
+  return keyed != nullptr ? keyed->patches.end_step() : 0;
+}
+uint32_t bristle_keyed_size(const bristle_keyed* keyed) {
+  return keyed != nullptr ? keyed->patches.size() : 0;
+}
+uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
+  return keyed != nullptr ? keyed->patches.refused() : 0;
+}
+
+bristle_result bristle_matcher_create(const bristle_matcher_options* options, bristle_matcher** matcher) {
+  return guarded([&] {
+    need(matcher, "matcher");
+    *matcher = new bristle_matcher{ContactMatcher(to_cpp(options))};
+  });
+}
+
+void bristle_matcher_destroy(bristle_matcher* matcher) { delete matcher; }
+
+bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_contact_point* contacts,
+                                     uint64_t* keys, size_t count, size_t* found) {
+  return guarded([&] {
+    need(matcher, "matcher");
+    need_columns(contacts, keys, count);
+    const size_t seen =
+        matcher->matcher.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
+    if (found != nullptr) *found = seen;
+  });
+}
+
+void bristle_matcher_clear(bristle_matcher* matcher) {
+  if (matcher != nullptr) matcher->matcher.clear();
 }
 
 // --- deadline monitor

@@ -320,6 +320,10 @@ BRISTLE_API bristle_result bristle_remove(bristle_batch* batch, bristle_id id);
 BRISTLE_API bristle_result bristle_set_material(bristle_batch* batch, bristle_id id,
                                                 const bristle_material* material);
 
+/** Makes a patch what bristle_add would make it with this seed and key: out of contact, all deflections zero.
+ *  Refuses an id that names no patch. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key);
+
 /** Takes every change that waits and spends every allocation. Call before the loop, on the stepping thread.
  *  [step] */
 BRISTLE_API bristle_result bristle_warm_up(bristle_batch* batch);
@@ -370,6 +374,83 @@ BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
 BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
 /** Instruction set in use; null for null. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
+
+/* -------------------------------------------------------------------------------------- patches by key */
+
+/** A pool of patches of one material, found by key: bristle::KeyedPatches. */
+typedef struct bristle_keyed bristle_keyed;
+/** Makes keys that last, by pair of bodies and nearest point: bristle::ContactMatcher. */
+typedef struct bristle_matcher bristle_matcher;
+
+/** Names no contact: answered with id 0. */
+#define BRISTLE_NO_CONTACT_KEY UINT64_MAX
+
+/** bristle::KeyedOptions. */
+typedef struct bristle_keyed_options {
+  size_t struct_size;
+  uint32_t capacity;      /**< patches, all made at once */
+  uint32_t keep_steps;    /**< steps that a key may be missing before its patch goes back */
+  uint32_t seed_from_key; /**< 0: all have the seed of the patch options, and a new key costs less */
+  uint32_t reserved;      /**< 0 */
+} bristle_keyed_options;
+
+/** bristle::MatcherOptions. */
+typedef struct bristle_matcher_options {
+  size_t struct_size;
+  double reach;        /**< m, the farthest that a contact is looked for from where it was */
+  uint32_t capacity;   /**< contacts of one step */
+  uint32_t keep_steps; /**< steps that a contact may be missing and still be found again */
+} bristle_matcher_options;
+
+/** A contact as an engine lists it: bristle::ContactPoint. Never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_contact_point {
+  uint64_t pair;   /**< names the two bodies or geoms; the same from step to step */
+  double point[3]; /**< m */
+} bristle_contact_point;
+
+/** Defaults of bristle::KeyedOptions. [any] */
+BRISTLE_API bristle_result bristle_init_keyed_options(bristle_keyed_options* options, size_t struct_size);
+/** Defaults of bristle::MatcherOptions. [any] */
+BRISTLE_API bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size);
+
+/** Adds a pool of patches to the batch. `patch` and `options` may be null: defaults. Give it back by
+ *  bristle_keyed_destroy before the batch. [change] */
+BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
+                                                const bristle_patch_options* patch,
+                                                const bristle_keyed_options* options, bristle_keyed** keyed);
+/** Removes its patches. Null does nothing. [change] */
+BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
+/** The patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0 when
+ * all patches are taken: a motion with it is answered with zero force. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys,
+                                                     bristle_id* ids, size_t count);
+/** The patches of `count` contacts, id 0 where there is none. They do not count as seen. [step] */
+BRISTLE_API bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* keys,
+                                              bristle_id* ids, size_t count);
+/** Gives the patch of a contact back now. 1 when there was one. [step] */
+BRISTLE_API uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key);
+/** Gives all back. Null does nothing. [step] */
+BRISTLE_API void bristle_keyed_clear(bristle_keyed* keyed);
+/** Call once a step, after the last bristle_keyed_find_or_add: keys not seen for more than keep_steps go
+ * back. Returns how many. [step] */
+BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
+/** Contacts held. [step] */
+BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
+/** New keys that found no patch, so far. [step] */
+BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
+
+/** A new matcher. `options` may be null: defaults. Give it back by bristle_matcher_destroy. [any] */
+BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options* options,
+                                                  bristle_matcher** matcher);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_matcher_destroy(bristle_matcher* matcher);
+/** keys[i] names contacts[i]; all contacts of one step. `found` (may be null): how many were there before.
+ *  Never allocates. [alone] */
+BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
+                                                 const bristle_contact_point* contacts, uint64_t* keys,
+                                                 size_t count, size_t* found);
+/** Forgets all contacts. Null does nothing. [alone] */
+BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
 
 /* ------------------------------------------------------------------------------------ deadline monitor */
 
