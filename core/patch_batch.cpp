@@ -30,6 +30,8 @@ constexpr Totals no_totals{};
 constexpr int max_tasks = 512;
 constexpr int max_split = 64;
 
+thread_local char this_thread;  // its address tells threads apart
+
 constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
 constexpr std::uint32_t generation_of(PatchId id) noexcept {
   return static_cast<std::uint32_t>(id.value >> 32);
@@ -272,8 +274,7 @@ struct PatchBatch::Impl {
   static void run_task(void* self, int index) {
     Impl& impl = *static_cast<Impl*>(self);
     Task& task = impl.tasks[static_cast<std::size_t>(index)];
-    static thread_local char here;
-    task.thread = &here;
+    task.thread = &this_thread;
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
@@ -437,7 +438,10 @@ struct PatchBatch::Impl {
   }
 };
 
-PatchBatch::PatchBatch(const BatchOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PatchBatch::PatchBatch(const BatchOptions& options, const BuildSignature& headers) {
+  check_build(headers);
+  impl_ = std::make_unique<Impl>(options);
+}
 PatchBatch::~PatchBatch() = default;
 PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
 PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;

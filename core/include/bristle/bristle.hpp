@@ -1,8 +1,11 @@
 // All of bristle's C++ interface.
 #pragma once
 
+#include "bristle/build_check.hpp"
+#include "bristle/config.hpp"
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "bristle/export.hpp"
 #include "bristle/keyed_patches.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
