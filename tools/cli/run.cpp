@@ -9,7 +9,9 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/cli/force_file.hpp"
+#include "tools/cli/paced_clock.hpp"
 #include "tools/cli/progress.hpp"
+#include "tools/cli/run_state.hpp"
 #include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
@@ -17,23 +19,25 @@
 namespace cli {
 namespace {
 
-// How far a copy has come.
-struct Way {
-  double x = 0.0, y = 0.0;            // m, moved so far
-  double slid_x = 0.0, slid_y = 0.0;  // m, since it last turned back or lost contact
-};
-
 class SceneRun {
  public:
   SceneRun(const Scene& scene, const RunOptions& options);
   RunResult run();
 
  private:
+  double time_of(std::uint64_t k) const noexcept {  // s, when step k of this run begins
+    return static_cast<double>(result_.steps_before + k) * scene_.dt;
+  }
+  void run_back_to_back();
+  void run_paced(const RealtimeOptions& realtime);
+  std::uint64_t run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
+                                  const QueueClock& queue, Progress& progress);
   void step(double t);
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                         const bristle::Response& response);
   void finish();
+  std::uint64_t steps_to_do() const;
 
   const Scene& scene_;
   const RunOptions& options_;
@@ -46,7 +50,8 @@ class SceneRun {
 bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options) {
   return bristle::BatchOptions{}
       .with_threads(options.threads.value_or(scene.threads))
-      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
+      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str())
+      .with_servo_core(options.realtime ? options.realtime->thread.core.value_or(-1) : -1);
 }
 
 SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
@@ -56,6 +61,8 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
+  if (!options.restore_state.empty())
+    result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
   if (!options.out.empty()) {
     const auto any = [&](bristle::Outputs output) {
       return std::any_of(scene.patches.begin(), scene.patches.end(),
@@ -160,20 +167,96 @@ void SceneRun::finish() {
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
   if (force_file_) force_file_->finish();
+  if (!options_.save_state.empty())
+    save_run(options_.save_state, stepper_, result_.steps_before + result_.steps, scene_.dt, ways_);
+}
+
+std::uint64_t SceneRun::steps_to_do() const {
+  if (options_.steps) return *options_.steps;
+  const std::uint64_t all = step_count(scene_);
+  if (result_.steps_before >= all)
+    throw UserError(fmt::format("{}: was saved after {} steps, and the scene has {}; give --steps to go on",
+                                options_.restore_state, result_.steps_before, all));
+  return all - result_.steps_before;
+}
+
+void SceneRun::run_back_to_back() {
+  Progress progress("run");
+  for (std::uint64_t k = 0; k < result_.steps; ++k) {
+    const double t = time_of(k);
+    stepper_.prescribe(t);
+    step(t);
+    account(t + scene_.dt);
+    if (k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
+  }
+}
+
+// The motion of a tick is made ready before the sleep: what is timed starts when the tick is due.
+std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
+                                          const QueueClock& queue, Progress& progress) {
+  using bristle::DeadlineMonitor;
+  PacedLoopResult& loop = result_.realtime->ours;
+  std::uint64_t k = first;
+  loop.monitor.pause();
+  loop.monitor.refresh_events();
+  double queued_s = queue.now();
+  clock.start();
+  for (double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(); k < first + ticks; ++k) {
+    // The step was done in time, but what this tool does after it was not: no fault of step or machine.
+    const double slack = clock.next_due_s() - end;
+    const bool held_up = slack >= 0.0 && DeadlineMonitor::cpu_now() - end_cpu > slack;
+    const std::uint64_t left_out = clock.wait();
+    if (stop_requested()) break;
+    if (held_up) {
+      result_.realtime->held_up += left_out;
+      loop.monitor.pause();
+    } else if (left_out > 0) {
+      loop.monitor.record_skipped(left_out);
+    }
+    const double t = time_of(k);
+    const double cpu = DeadlineMonitor::cpu_now();
+    const double start = DeadlineMonitor::wall_now();
+    stepper_.step(t);
+    end = DeadlineMonitor::wall_now();
+    end_cpu = DeadlineMonitor::cpu_now();
+    record_tick(loop, {clock.due_s(), start, end, end_cpu - cpu}, queue, queued_s);
+    account(t + scene_.dt);
+    stepper_.prescribe(time_of(k + 1));
+    progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
+  }
+  return k;
+}
+
+void SceneRun::run_paced(const RealtimeOptions& realtime) {
+  const RealtimeThread thread(realtime.thread);
+  const StopOnSignal stop;
+  const QueueClock queue;
+  RealtimeResult& result =
+      result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
+  Progress progress("run --realtime");
+  PacedClock clock(scene_.dt, realtime.busy_wait_s);
+  // A second each in turn, so that both loops meet the same machine; shorter where the run is.
+  const std::uint64_t segment = std::clamp<std::uint64_t>(
+      result_.steps / 4, 1, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 1.0)));
+  std::uint64_t done = 0;
+  stepper_.prescribe(time_of(0));
+  while (done < result_.steps && !stop_requested()) {
+    const std::uint64_t ticks = std::min(segment, result_.steps - done);
+    run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
+    run_segment(result.bare, [&] { run_bare_segment(result.bare, ticks, clock, queue); });
+  }
+  result.stopped = stop_requested();
+  result_.steps = done;
+  result_.monitor = result.ours.monitor;
 }
 
 RunResult SceneRun::run() {
-  result_.steps = options_.steps.value_or(step_count(scene_));
+  result_.steps = steps_to_do();
   const double start = bristle::DeadlineMonitor::wall_now();
-  {
-    Progress progress("run");
-    for (std::uint64_t k = 0; k < result_.steps; ++k) {
-      const double t = static_cast<double>(k) * scene_.dt;
-      stepper_.prescribe(t);
-      step(t);
-      account(t + scene_.dt);
-      if (k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
-    }
+  if (options_.realtime) {
+    run_paced(*options_.realtime);
+  } else {
+    run_back_to_back();
   }
   result_.seconds = bristle::DeadlineMonitor::wall_now() - start;
   finish();
@@ -187,6 +270,11 @@ double ForceStatistics::rms() const noexcept {
 }
 
 RunResult run_scene(const Scene& scene, const RunOptions& options) { return SceneRun(scene, options).run(); }
+
+void set_rate(Scene& scene, double rate_hz) {
+  scene.dt = 1.0 / rate_hz;
+  scene.deadline = std::min(scene.deadline, scene.dt);
+}
 
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material) {
   std::vector<std::string> features;
@@ -205,16 +293,32 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
 void run_command(const RunOptions& options) {
   Scene scene = read_scene(options.scene);
   if (!options.trace.empty()) replace_motion(scene, options.trace);
-  if (options.json == "-" && options.out == "-")
-    throw UserError("--json - and --out -: only one can have stdout");
+  if (options.bristles) set_bristles(scene, *options.bristles);
+  const double scene_dt = scene.dt;
+  if (options.realtime) {
+    if (options.realtime->rate_hz) set_rate(scene, *options.realtime->rate_hz);
+    if (options.realtime->thread.fifo_priority && !options.realtime->thread.core &&
+        options.threads.value_or(scene.threads) != 1) {
+      throw UserError(
+          "--fifo with more than one thread needs --core: workers must keep off the core of a thread that "
+          "nothing interrupts");
+    }
+  }
+  const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
+  if ((options.json == "-") + (options.out == "-") + (histogram_file == "-") > 1)
+    throw UserError("--json -, --out -, --histograms -: only one can have stdout");
   // Opened before the run: a path that cannot be written must not cost the result.
   std::optional<FilePointer> json;
   if (!options.json.empty()) json.emplace(open_for_writing(options.json));
-  const RunResult result = run_scene(scene, options);
-  if (options.json != "-" && options.out != "-") {
+  std::optional<FilePointer> histograms;
+  if (!histogram_file.empty()) histograms.emplace(open_for_writing(histogram_file));
+  RunResult result = run_scene(scene, options);
+  if (result.realtime) result.realtime->scene_dt = scene_dt;
+  if (options.json != "-" && options.out != "-" && histogram_file != "-") {
     write_text(stdout, run_table(scene, options, result), "standard output");
   }
   if (json) write_text(json->get(), run_json(scene, options, result), options.json);
+  if (histograms) write_text(histograms->get(), histogram_csv(*result.realtime), histogram_file);
 }
 
 }  // namespace cli

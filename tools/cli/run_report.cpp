@@ -57,6 +57,9 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
                    patch_count == 1 ? "patch" : "patches", count_text((r.memory_bytes + 1023) / 1024)));
   line("steps", fmt::format("{} of {}: {} simulated in {}", count_text(r.steps), time_text(scene.dt),
                             time_text(static_cast<double>(r.steps) * scene.dt), time_text(r.seconds)));
+  if (r.steps_before > 0)
+    line("restored",
+         fmt::format("{}: goes on after {} steps", options.restore_state, count_text(r.steps_before)));
   line("step time", fmt::format("p50 {}   p99 {}   p99.9 {}   max {}", time_text(m.p50()), time_text(m.p99()),
                                 time_text(m.p999()), time_text(m.max())));
   line("deadline",
@@ -198,8 +201,9 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
 }  // namespace
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
-  std::string text =
-      head(scene, options, r) + '\n' + force_table(scene, r) + '\n' + friction_table(scene, r) + '\n';
+  std::string text = head(scene, options, r) + '\n' +
+                     (r.realtime ? realtime_table(*r.realtime, r.threads) + '\n' : "") +
+                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n';
   if (!r.bodies.empty()) text += body_table(scene, r) + '\n';
   text += feature_table(scene, r);
   text += fmt::format("\nstate hash  {:016x}\n", r.state_hash);
@@ -214,6 +218,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
   report["conditions"]["threads"] = r.threads;
   report["scene"] = {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}};
   report["steps"] = r.steps;
+  report["steps_before"] = r.steps_before;
   report["simulated_s"] = static_cast<double>(r.steps) * scene.dt;
   report["wall_s"] = r.seconds;
   report["step_time"] = {
@@ -222,6 +227,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
                         {"misses", m.misses()},
                         {"misses_ours", m.misses_ours()},
                         {"misses_machine", m.misses_machine()}};
+  if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
   report["bristles"] = r.bristles;
   report["patch_count"] = scene.patch_count();
   report["memory_bytes"] = r.memory_bytes;

@@ -18,9 +18,8 @@
 //   turn by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r),
 //   the slip taken half-way between them: the mean is not a convention. When all turns together, nothing
 //   changes.
-// - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored energy
-// and
-//   the magnitude of the force stay to the bit, whatever the frame does.
+// - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored
+//   energy and the magnitude of the force stay to the bit, whatever the frame does.
 // A single patch has no resistance to spin (a moment about the normal): use several patches, some way apart.
 //
 // Order of error: displacements are taken in the axes half-way through the last carry. Against the integral
