@@ -339,6 +339,8 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   }
   CHECK(names(refusal(contact + 16, &huge, 8), {"active"}));
   CHECK(names(refusal(contact + 24, &half, 8), {"overload"}));
+  CHECK(names(refusal(contact + 24, &huge, 8), {"overload"}));
+  CHECK(names(refusal(contact + 8, &huge, 8), {"zeta"}));
   CHECK(names(refusal(contact + 64, &nan, 8), {"pending_loss"}));
   CHECK(names(refusal(contact + 80, &many, 4), {"whole"}));
   constexpr std::size_t block = contact + 84;
