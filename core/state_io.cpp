@@ -144,6 +144,16 @@ void read_columns(PatchState& p, ByteReader& read) noexcept {
   read.column(p.draw, p.bristles);
 }
 
+/// Bristles out of contact are straight and have their first snap length, whatever the bytes said.
+template <class T>
+void straighten_others(PatchState& p) noexcept {
+  for (std::uint32_t i = p.in_contact(); i < p.bristles; ++i) {
+    static_cast<T*>(p.zx)[i] = T(0);
+    if (p.zy != nullptr) static_cast<T*>(p.zy)[i] = T(0);
+    if (p.draw != nullptr) static_cast<T*>(p.delta)[i] = static_cast<const T*>(p.first)[i];
+  }
+}
+
 std::uint64_t checksum(Span<const std::byte> state) noexcept {
   Hasher hasher;
   add_bytes(hasher, {state.data(), checksum_at});
@@ -310,10 +320,13 @@ void restore_patch(PatchState& p, const std::byte* from) noexcept {
   ByteReader read(from + saved_patch_size);
   contact_fields(read, static_cast<PatchContact&>(p));
   for (std::uint32_t b = 0; b < p.block_count; ++b) block_fields(read, p.blocks[b]);
-  if (p.is_double())
+  if (p.is_double()) {
     read_columns<double>(p, read);
-  else
+    straighten_others<double>(p);
+  } else {
     read_columns<float>(p, read);
+    straighten_others<float>(p);
+  }
   find_block_sums(p);
   p.forget_bounds();
 }
