@@ -30,6 +30,8 @@ constexpr Totals no_totals{};
 constexpr int max_tasks = 512;
 constexpr int max_split = 64;
 
+thread_local char this_thread;  // its address tells threads apart
+
 constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
 constexpr std::uint32_t generation_of(PatchId id) noexcept {
   return static_cast<std::uint32_t>(id.value >> 32);
@@ -272,8 +274,7 @@ struct PatchBatch::Impl {
   static void run_task(void* self, int index) {
     Impl& impl = *static_cast<Impl*>(self);
     Task& task = impl.tasks[static_cast<std::size_t>(index)];
-    static thread_local char here;
-    task.thread = &here;
+    task.thread = &this_thread;
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
@@ -437,7 +438,10 @@ struct PatchBatch::Impl {
   }
 };
 
-PatchBatch::PatchBatch(const BatchOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PatchBatch::PatchBatch(const BatchOptions& options, const BuildSignature& headers) {
+  check_build(headers);
+  impl_ = std::make_unique<Impl>(options);
+}
 PatchBatch::~PatchBatch() = default;
 PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
 PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
@@ -651,33 +655,9 @@ std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> 
   return count;
 }
 
-namespace {
-
-struct SavedBatch {
-  char magic[8];  // "bristle" and the format's version
-  std::uint64_t patches;
-  std::uint64_t bytes;
-  std::uint64_t checksum;  // of all that follows
-};
-constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 2};
-
-std::uint64_t checksum(const std::byte* from, std::size_t bytes) noexcept {
-  Hasher hasher;
-  std::size_t i = 0;
-  for (; i + 8 <= bytes; i += 8) {
-    std::uint64_t word;
-    std::memcpy(&word, from + i, 8);
-    hasher.add(word);
-  }
-  for (; i < bytes; ++i) hasher.add(static_cast<std::uint64_t>(from[i]));
-  return hasher.value();
-}
-
-}  // namespace
-
 std::size_t PatchBatch::state_size() const noexcept {
   impl_->apply_commands();
-  std::size_t size = sizeof(SavedBatch);
+  std::size_t size = saved_batch_size;
   for (const SlotTable::Slot& slot : impl_->table->slots)
     if (slot.patch) size += saved_size(*slot.patch);
   return size;
@@ -686,53 +666,49 @@ std::size_t PatchBatch::state_size() const noexcept {
 std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
   const std::size_t size = state_size();
   if (to.size() < size) return 0;
-  std::size_t at = sizeof(SavedBatch);
+  std::size_t at = saved_batch_size;
   for (std::uint32_t i = 0; i < impl_->table->capacity; ++i) {
     const SlotTable::Slot& slot = impl_->table->slots[i];
     if (!slot.patch) continue;
     save_patch(*slot.patch, i, slot.generation, to.data() + at);
     at += saved_size(*slot.patch);
   }
-  SavedBatch head;
-  std::memcpy(head.magic, saved_magic, sizeof saved_magic);
-  head.patches = impl_->patches;
-  head.bytes = size;
-  head.checksum = checksum(to.data() + sizeof head, size - sizeof head);
-  std::memcpy(to.data(), &head, sizeof head);
+  seal_batch({size, impl_->patches}, {to.data(), size});
   return size;
 }
 
 void PatchBatch::restore_state(Span<const std::byte> from) {
   Impl& impl = *impl_;
   impl.apply_commands();
-  SavedBatch head;
-  if (from.size() < sizeof head) throw Error("restore_state: the saved state is cut short");
-  std::memcpy(&head, from.data(), sizeof head);
-  if (std::memcmp(head.magic, saved_magic, sizeof saved_magic) != 0)
-    throw Error("restore_state: this is not a state saved by this version of bristle");
-  if (head.bytes > from.size()) throw Error("restore_state: the saved state is cut short");
-  if (head.bytes < sizeof head ||
-      checksum(from.data() + sizeof head, head.bytes - sizeof head) != head.checksum)
-    throw Error("restore_state: the saved state is damaged (its checksum does not agree)");
+  const SavedBatch head = open_batch(from);
   if (head.patches != impl.patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
                 std::to_string(impl.patches));
-  // Looked through before anything is changed.
-  for (const bool restoring : {false, true}) {
-    std::size_t at = sizeof head;
-    for (std::uint64_t k = 0; k < head.patches; ++k) {
-      SavedPatch saved;
-      if (at + sizeof saved > head.bytes) throw Error("restore_state: the saved state is damaged");
-      std::memcpy(&saved, from.data() + at, sizeof saved);
-      PatchState* p = saved.slot < impl.table->capacity ? impl.table->slots[saved.slot].patch.get() : nullptr;
-      if (p == nullptr || impl.table->slots[saved.slot].generation != saved.generation ||
-          signature(*p) != saved.signature || p->storage_bytes != saved.storage_bytes ||
-          at + sizeof saved + saved.storage_bytes > head.bytes)
-        throw Error("restore_state: patch " + std::to_string(saved.slot + 1) +
-                    " has another material or other options than when it was saved");
-      if (restoring) restore_patch(*p, from.data() + at);
-      at += sizeof saved + saved.storage_bytes;
-    }
+  // Every patch is looked through before one is changed.
+  std::size_t at = saved_batch_size;
+  for (std::uint32_t i = 0; i < impl.table->capacity; ++i) {
+    const SlotTable::Slot& slot = impl.table->slots[i];
+    if (!slot.patch) continue;
+    const std::size_t left = static_cast<std::size_t>(head.bytes) - at;
+    const auto fail = [i](const std::string& why) {
+      throw Error("restore_state: patch " + std::to_string(i + 1) + why);
+    };
+    if (left < saved_patch_size) fail(" is cut short");
+    const SavedPatch saved = read_saved_patch(from.data() + at);
+    if (saved.slot != i || saved.generation != slot.generation || saved.signature != signature(*slot.patch) ||
+        saved.bytes != saved_size(*slot.patch))
+      fail(" has another material or other options than when it was saved");
+    if (left < saved.bytes) fail(" is cut short");
+    if (const char* fault = find_fault(*slot.patch, from.data() + at))
+      fail(std::string(" is in a state that no patch can be in (") + fault + ")");
+    at += saved.bytes;
+  }
+  if (at != head.bytes) throw Error("restore_state: the saved state holds more than its patches");
+  at = saved_batch_size;
+  for (const SlotTable::Slot& slot : impl.table->slots) {
+    if (!slot.patch) continue;
+    restore_patch(*slot.patch, from.data() + at);
+    at += saved_size(*slot.patch);
   }
 }
 

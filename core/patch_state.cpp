@@ -13,7 +13,6 @@ namespace bristle::detail {
 namespace {
 
 constexpr std::size_t column_alignment = 64;
-constexpr double highest_load = 1e15;     // N
 constexpr double highest_energy = 1e300;  // J: what overflows reads as this; sums of a few stay finite
 
 /// Fixed-point difference of two positions, which wrap.
@@ -323,13 +322,16 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
   return patch;
 }
 
+void change_seed(PatchState& p, std::uint32_t seed) noexcept {
+  if (p.options.seed == seed) return;
+  p.options.seed = seed;
+  fill_first_any(p);
+}
+
 void reset_patch(PatchState& p, std::uint32_t seed, std::uint64_t key) noexcept {
   static_cast<PatchContact&>(p) = PatchContact{};
   p.options.key = key;
-  if (p.options.seed != seed) {
-    p.options.seed = seed;
-    fill_first_any(p);
-  }
+  change_seed(p, seed);
   begin_draws(p);
   const std::size_t bytes = row_count(p) * (p.is_double() ? sizeof(double) : sizeof(float));
   std::memset(p.zx, 0, bytes);
@@ -602,6 +604,15 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   }
 }
 
+void find_block_sums(PatchState& p) noexcept {
+  for (int axis = 0; axis < 2; ++axis) p.stored[axis] = p.offset[axis] = 0;
+  for (std::uint32_t b = 0; b < p.block_count; ++b) {
+    if (b >= p.active_blocks()) enter_block(p, b);
+    if (b < p.active_blocks()) p.blocks[b].zero = 0;
+    if (b < p.full_blocks()) book_block(p, b, +1);
+  }
+}
+
 void copy_patch(const PatchState& from, PatchState& to) noexcept {
   // Everything but the storage, then the columns, then the pointers into them.
   auto storage = std::move(to.storage);
@@ -673,8 +684,7 @@ void take_over(PatchState& to, PatchState& from) noexcept {
   // A patch that was reset since: its bristles are those of its own seed.
   to.options.key = from.options.key;
   if (to.options.seed != from.options.seed) {
-    to.options.seed = from.options.seed;
-    fill_first_any(to);
+    change_seed(to, from.options.seed);
     begin_draws(to);
   }
   for (std::uint32_t b = 0; b < from.active_blocks(); ++b) from.rewrite_block(b);

@@ -11,6 +11,8 @@
 
 namespace bristle::detail {
 
+constexpr double highest_load = 1e15;  ///< N, of a motion
+
 /// What changes in a patch from step to step, apart from its columns. Copied and saved as one.
 struct PatchContact {
   // --- contact
@@ -102,6 +104,8 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
                                        const PatchOptions& options, const KernelTable& kernels,
                                        double weight = 0.0);
 
+/// First snap lengths of another seed; deflections and draws stay.
+void change_seed(PatchState& patch, std::uint32_t seed) noexcept;
 /// The patch as make_patch would make it with this seed and key. Costs the snap lengths of all bristles when
 /// the seed changes.
 void reset_patch(PatchState& patch, std::uint32_t seed, std::uint64_t key) noexcept;
@@ -133,6 +137,10 @@ void run_blocks(const PatchState& patch, const PatchStep& step, std::uint32_t fi
 void add_totals(Totals& sum, const Totals& part) noexcept;
 /// Books the totals (when committed) and writes the response.
 void finish_step(PatchState& patch, const PatchStep& step, const Totals& totals, Response& out) noexcept;
+
+/// After a patch out of contact got another contact, positions and sums of blocks, and columns: blocks in
+/// contact are taken as written down, the others as straight, and the sums over blocks are made anew.
+void find_block_sums(PatchState& patch) noexcept;
 
 /// Copies state and columns of `from` into `to`, whose storage is at least as large.
 void copy_patch(const PatchState& from, PatchState& to) noexcept;

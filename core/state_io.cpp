@@ -1,8 +1,13 @@
 #include "state_io.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <string>
 
+#include "bristle/error.hpp"
 #include "hashing.hpp"
+#include "little_endian.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -55,29 +60,264 @@ std::uint64_t signature(const PatchState& p) noexcept {
   return hasher.value();
 }
 
-std::size_t saved_size(const PatchState& p) noexcept { return sizeof(SavedPatch) + p.storage_bytes; }
+// --------------------------------------------------------------------------------------------- bytes
+
+namespace {
+
+constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
+constexpr std::uint32_t saved_version = 2;
+constexpr std::size_t checksum_at = 32;
+
+/// What a patch's head, contact and blocks hold, in this order: the one list for writing and for reading.
+/// Sums over blocks are not among them: they follow from the blocks.
+template <class Io, class Head>
+void head_fields(Io& io, Head& head) noexcept {
+  io(head.slot);
+  io(head.generation);
+  io(head.signature);
+  io(head.bytes);
+  io(head.key);
+  io(head.seed);
+}
+template <class Io, class Contact>
+void contact_fields(Io& io, Contact& c) noexcept {
+  io(c.normal_load);
+  io(c.zeta);
+  io(c.active);
+  io(c.overload);
+  io(c.fraction);
+  io(c.position[0]);
+  io(c.position[1]);
+  io(c.pending_dissipated);
+  io(c.pending_loss);
+  io(c.pending_snaps);
+  io(c.whole);
+}
+constexpr std::size_t contact_size = 10 * 8 + 4;
+
+template <class Io, class AnyBlock>
+void block_fields(Io& io, AnyBlock& block) noexcept {
+  for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
+  for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
+}
+constexpr std::size_t block_fields_size = 4 * 8;
+
+/// Bristles of block b that are in contact, and of these the ones whose columns are written down.
+struct Part {
+  std::uint32_t first, size, bent;
+};
+Part part_of(const PatchState& p, std::uint32_t b) noexcept {
+  const std::uint32_t first = b * block_size;
+  const std::uint32_t contact = p.in_contact();
+  const std::uint32_t size = std::min(block_size, p.bristles - first);
+  const std::uint32_t touching = contact > first ? std::min(size, contact - first) : 0;
+  return {first, size, p.blocks[b].zero ? 0 : touching};
+}
+
+/// A column of deflections: straight bristles read 0, whatever was left in memory.
+template <class T>
+void write_deflections(const PatchState& p, const void* column, ByteWriter& write) noexcept {
+  for (std::uint32_t b = 0; b < p.block_count; ++b) {
+    const Part part = part_of(p, b);
+    write.column(static_cast<const T*>(column) + part.first, part.bent);
+    write.zeros<T>(part.size - part.bent);
+  }
+}
+
+template <class T>
+void write_columns(const PatchState& p, ByteWriter& write) noexcept {
+  write_deflections<T>(p, p.zx, write);
+  if (p.zy != nullptr) write_deflections<T>(p, p.zy, write);
+  if (p.draw == nullptr) return;
+  for (std::uint32_t b = 0; b < p.block_count; ++b) {
+    const Part part = part_of(p, b);
+    write.column(static_cast<const T*>(p.delta) + part.first, part.bent);
+    write.column(static_cast<const T*>(p.first) + part.first + part.bent, part.size - part.bent);
+  }
+  write.column(p.draw, p.bristles);
+}
+
+template <class T>
+void read_columns(PatchState& p, ByteReader& read) noexcept {
+  read.column(static_cast<T*>(p.zx), p.bristles);
+  if (p.zy != nullptr) read.column(static_cast<T*>(p.zy), p.bristles);
+  if (p.draw == nullptr) return;
+  read.column(static_cast<T*>(p.delta), p.bristles);
+  read.column(p.draw, p.bristles);
+}
+
+std::uint64_t checksum(Span<const std::byte> state) noexcept {
+  Hasher hasher;
+  add_bytes(hasher, {state.data(), checksum_at});
+  add_bytes(hasher, {state.data() + saved_batch_size, state.size() - saved_batch_size});
+  return hasher.value();
+}
+
+bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
+
+/// Deflections and snap lengths of the bristles in contact.
+template <class T>
+const char* find_column_fault(const PatchState& p, const PatchContact& contact,
+                              const std::byte* blocks) noexcept {
+  // Rounding may carry a bristle a little over its length.
+  const double longest = p.material->longest * (1.0 + 1e-3);
+  const double shortest = p.material->shortest * (1.0 - 1e-3);
+  const std::uint32_t touching = contact.whole + (contact.fraction > 0.0 ? 1u : 0u);
+  const std::size_t column = std::size_t{p.bristles} * sizeof(T);
+  const std::byte* const columns = blocks + p.block_count * block_fields_size;
+  const auto number = [columns](std::size_t at) {
+    T value;
+    ByteReader read(columns + at);
+    read(value);
+    return static_cast<double>(value);
+  };
+  ByteReader read(blocks);
+  for (std::uint32_t b = 0; b * block_size < touching; ++b) {
+    Block block{};
+    block_fields(read, block);
+    double moved[2];
+    for (int axis = 0; axis < 2; ++axis) {
+      moved[axis] =
+          length_per_fixed *
+          static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(contact.position[axis]) -
+                                                        static_cast<std::uint64_t>(block.position[axis])));
+      if (!within(moved[axis], -2.0 * longest, 2.0 * longest)) return "a block's displacement";
+      const double most = block_size * longest * fixed_per_length;
+      if (!within(static_cast<double>(block.stored[axis]), -most, most)) return "a block's sum";
+    }
+    const std::uint32_t end = std::min((b + 1) * block_size, touching);
+    for (std::uint32_t i = b * block_size; i < end; ++i) {
+      for (int axis = 0; axis < p.options.axes; ++axis) {
+        const double z = number(static_cast<std::size_t>(axis) * column + i * sizeof(T));
+        if (!within(z, -longest, longest) || !within(z + moved[axis], -longest, longest))
+          return "a deflection";
+      }
+      if (p.draw == nullptr) continue;
+      const double delta = number(static_cast<std::size_t>(p.options.axes) * column + i * sizeof(T));
+      if (!within(delta, shortest, longest)) return "a snap length";
+    }
+  }
+  return nullptr;
+}
+
+const char* find_contact_fault(const PatchState& p, const PatchContact& c) noexcept {
+  constexpr double most = 1e302;
+  if (!within(c.normal_load, 0.0, highest_load)) return "normal_load";
+  if (!within(c.zeta, 0.0, most)) return "zeta";
+  if (!within(c.overload, 1.0, most)) return "overload";
+  if (!within(c.active, 0.0, p.bristles)) return "active";
+  if (static_cast<double>(c.whole) != std::floor(c.active)) return "whole";
+  if (!(c.fraction >= 0.0 && c.fraction < 1.0) || (c.fraction > 0.0 && c.whole >= p.bristles))
+    return "fraction";
+  if (!within(c.pending_dissipated, 0.0, most)) return "pending_dissipated";
+  if (!within(c.pending_loss, -most, most)) return "pending_loss";
+  return nullptr;
+}
+
+}  // namespace
+
+void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept {
+  ByteReader read(bytes.data());
+  std::size_t left = bytes.size();
+  for (; left >= 8; left -= 8) {
+    std::uint64_t word = 0;
+    read(word);
+    hasher.add(word);
+  }
+  for (; left > 0; --left) {
+    std::byte last{};
+    read(last);
+    hasher.add(static_cast<std::uint64_t>(last));
+  }
+}
+
+void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept {
+  ByteWriter write(state.data());
+  for (const char c : saved_magic) write(c);
+  write(saved_version);
+  write(std::uint32_t{0});
+  write(head.bytes);
+  write(head.patches);
+  write(checksum(state));
+}
+
+SavedBatch open_batch(Span<const std::byte> state) {
+  if (state.size() < saved_batch_size) throw Error("restore_state: the saved state is cut short");
+  ByteReader read(state.data());
+  char magic[sizeof saved_magic];
+  for (char& c : magic) read(c);
+  if (std::memcmp(magic, saved_magic, sizeof magic) != 0)
+    throw Error("restore_state: this is not a state saved by bristle");
+  std::uint32_t version = 0;
+  read(version);
+  if (version != saved_version)
+    throw Error("restore_state: the saved state has format " + std::to_string(version) +
+                "; this version of bristle reads format " + std::to_string(saved_version));
+  std::uint32_t reserved = 0;
+  read(reserved);
+  SavedBatch head;
+  read(head.bytes);
+  read(head.patches);
+  std::uint64_t sum = 0;
+  read(sum);
+  if (head.bytes > state.size()) throw Error("restore_state: the saved state is cut short");
+  if (head.bytes < saved_batch_size || checksum({state.data(), static_cast<std::size_t>(head.bytes)}) != sum)
+    throw Error("restore_state: the saved state is damaged (its checksum does not agree)");
+  return head;
+}
+
+std::size_t saved_size(const PatchState& p) noexcept {
+  const std::size_t number = p.is_double() ? sizeof(double) : sizeof(float);
+  const std::size_t redraw = p.draw != nullptr ? 1 : 0;
+  const std::size_t bristle =
+      (static_cast<std::size_t>(p.options.axes) + redraw) * number + redraw * sizeof(std::uint32_t);
+  return saved_patch_size + contact_size + p.block_count * block_fields_size + p.bristles * bristle;
+}
 
 void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generation, std::byte* to) noexcept {
+  ByteWriter write(to);
+  const SavedPatch head{slot,          generation,    signature(p),
+                        saved_size(p), p.options.key, p.options.seed};
+  head_fields(write, head);
+  contact_fields(write, static_cast<const PatchContact&>(p));
+  constexpr Block away{};
+  for (std::uint32_t b = 0; b < p.block_count; ++b)
+    block_fields(write, b < p.active_blocks() ? p.blocks[b] : away);
+  if (p.is_double())
+    write_columns<double>(p, write);
+  else
+    write_columns<float>(p, write);
+}
+
+SavedPatch read_saved_patch(const std::byte* from) noexcept {
   SavedPatch head;
-  std::memset(static_cast<void*>(&head), 0, sizeof head);
-  head.slot = slot;
-  head.generation = generation;
-  head.signature = signature(p);
-  head.storage_bytes = p.storage_bytes;
-  head.key = p.options.key;
-  head.seed = p.options.seed;
-  head.contact = p;
-  std::memcpy(to, &head, sizeof head);
-  std::memcpy(to + sizeof head, p.storage.get(), p.storage_bytes);
+  ByteReader read(from);
+  head_fields(read, head);
+  return head;
+}
+
+const char* find_fault(const PatchState& p, const std::byte* from) noexcept {
+  PatchContact contact;
+  ByteReader read(from + saved_patch_size);
+  contact_fields(read, contact);
+  if (const char* fault = find_contact_fault(p, contact)) return fault;
+  const std::byte* const blocks = from + saved_patch_size + contact_size;
+  return p.is_double() ? find_column_fault<double>(p, contact, blocks)
+                       : find_column_fault<float>(p, contact, blocks);
 }
 
 void restore_patch(PatchState& p, const std::byte* from) noexcept {
-  SavedPatch head;
-  std::memcpy(&head, from, sizeof head);
+  const SavedPatch head = read_saved_patch(from);
   p.options.key = head.key;
-  p.options.seed = head.seed;
-  static_cast<PatchContact&>(p) = head.contact;
-  std::memcpy(p.storage.get(), from + sizeof head, p.storage_bytes);
+  change_seed(p, head.seed);
+  ByteReader read(from + saved_patch_size);
+  contact_fields(read, static_cast<PatchContact&>(p));
+  for (std::uint32_t b = 0; b < p.block_count; ++b) block_fields(read, p.blocks[b]);
+  if (p.is_double())
+    read_columns<double>(p, read);
+  else
+    read_columns<float>(p, read);
+  find_block_sums(p);
   p.forget_bounds();
 }
 

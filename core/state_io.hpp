@@ -1,9 +1,10 @@
-// State of a patch as bytes and as a hash.
+// State as bytes and as a hash. The format of the bytes: core/MODEL.md, "Saved state".
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
+#include "hashing.hpp"
 #include "patch_state.hpp"
 
 namespace bristle::detail {
@@ -12,21 +13,41 @@ namespace bristle::detail {
 /// snap lengths, draw states, counts, material. No cache, no sums, no padding.
 std::uint64_t hash_patch(const PatchState& patch) noexcept;
 
-/// Head of one patch in a saved state; the columns follow.
-struct SavedPatch {
-  std::uint32_t slot, generation;
-  std::uint64_t signature;  ///< of options, weight and material: what must agree
-  std::uint64_t storage_bytes;
-  std::uint64_t key;  ///< with the seed: a reset may have changed both
-  std::uint32_t seed;
-  PatchContact contact;
+/// Checksums: eight bytes at a time, what is left one by one.
+void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept;
+
+/// Head of the saved state of a batch; patches follow, in slot order.
+struct SavedBatch {
+  std::uint64_t bytes = 0;  ///< of the whole
+  std::uint64_t patches = 0;
 };
+constexpr std::size_t saved_batch_size = 40;
+
+/// Head of one patch in it; contact, blocks and columns follow.
+struct SavedPatch {
+  std::uint32_t slot = 0, generation = 0;
+  std::uint64_t signature = 0;  ///< of options, weight and material: what must agree
+  std::uint64_t bytes = 0;      ///< of this patch, head included
+  std::uint64_t key = 0;        ///< with the seed: a reset may have changed both
+  std::uint32_t seed = 0;
+};
+constexpr std::size_t saved_patch_size = 36;
+
+/// Writes the head before patches that are written already: `state` is the whole.
+void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
+/// Checks magic, version, length and checksum. Throws bristle::Error.
+SavedBatch open_batch(Span<const std::byte> state);
 
 std::uint64_t signature(const PatchState& patch) noexcept;
+/// A function of the patch's options and material alone: a buffer that is large enough stays so.
+std::size_t saved_size(const PatchState& patch) noexcept;
 void save_patch(const PatchState& patch, std::uint32_t slot, std::uint32_t generation,
                 std::byte* to) noexcept;
-std::size_t saved_size(const PatchState& patch) noexcept;
-/// `from` was checked against the patch.
+SavedPatch read_saved_patch(const std::byte* from) noexcept;
+/// What is wrong with saved_size(patch) bytes: null, or the name of a value that no patch like this can
+/// have. A checksum is no proof of who wrote them.
+const char* find_fault(const PatchState& patch, const std::byte* from) noexcept;
+/// `from` was found without fault.
 void restore_patch(PatchState& patch, const std::byte* from) noexcept;
 
 }  // namespace bristle::detail

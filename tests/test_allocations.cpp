@@ -8,7 +8,9 @@
 #include <string>
 
 #if BRISTLE_HAS_EIGEN
+#include <bristle/contact_frame.hpp>
 #include <bristle/coupling.hpp>
+#include <bristle/haptic_point.hpp>
 #endif
 
 #include "scenes.hpp"
@@ -87,7 +89,59 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
   }
 }
 
+TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][keys]") {
+  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  PatchBatch batch;
+  bristle::KeyedPatches patches(batch, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
+                                plain_options(40),
+                                bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
+  bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
+  batch.warm_up();
+  std::vector<bristle::ContactPoint> points(70);  // more than the matcher takes
+  std::vector<std::uint64_t> keys(points.size());
+  std::vector<Motion> motions(points.size());
+  std::vector<Response> responses(points.size());
+  std::vector<bristle::KeyedPatches::Entry> entries(100);
+  const long before = calls;
+  for (std::size_t k = 0; k < 200; ++k) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i] = {i / 5, {0.01 * static_cast<double>(i * (k / 10)), 0.0, 0.0}};
+    matcher.match(points, keys);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      motions[i] = {patches.find_or_add(keys[i] + 7 * (k / 3)), {1e-6, 0.0}, 30.0};
+    batch.step(tick, motions, responses);
+    if (k % 20 == 0) batch.reset(patches.find(keys[3]), 5, 6);
+    patches.read_entries(entries);
+    patches.end_step();
+  }
+  patches.clear();
+  CHECK(calls - before == 0);
+}
+
 #if BRISTLE_HAS_EIGEN
+TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][frame][haptic]") {
+  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  PatchBatch batch;
+  Motion motion;
+  Response response;
+  motion.id = batch.add(Material{}, PatchOptions{}.with_bristles(200));
+  batch.warm_up();
+  const long before = calls;
+  bristle::ContactFrame frame(Eigen::Vector3d(1, 2, 3));
+  bristle::HapticPoint point(bristle::HapticOptions{}.with_force_limit(1.0).with_resolution(1e-5));
+  Eigen::Vector3d sum(0, 0, 0);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d normal(std::sin(0.1 * i), 0.3, std::cos(0.1 * i));
+    frame.carry(normal, 0.1 * normal, Eigen::Vector3d::Zero());
+    sum += frame.force(response.end);
+    point.prepare(tick, 1e-6 * i * normal, normal, 0.5, motion);
+    batch.step(tick, {&motion, 1}, {&response, 1});
+    sum += point.finish(response);
+  }
+  CHECK(calls - before == 0);
+  CHECK(sum.norm() > 0.0);
+}
+
 TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
   if (!can_watch()) return;
   PatchBatch batch;

@@ -12,6 +12,7 @@
 
 #include "tools/cli/accuracy.hpp"
 #include "tools/cli/text_file.hpp"
+#include "tools/cli/toml_text.hpp"
 
 namespace cli {
 namespace {
@@ -137,7 +138,7 @@ std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
 
 std::string tuned_scene(const Scene& scene, const AccuracyResult& r, const std::string& to) {
   const std::string text = read_text_file(scene.file);
-  const toml::table root = toml::parse(text, scene.file);
+  const toml::table root = parse_toml(text, scene.file);
   TomlEditor editor(text);
   if (dt_changes(r)) {
     const toml::table& head = *root["scene"].as_table();

@@ -37,6 +37,14 @@ class BodyMotion {
   /// After it: takes the velocity from the friction that acted.
   void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
+  /// Goes on from here, with this velocity.
+  void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
+    for (int axis = 0; axis < 2; ++axis) {
+      position_[axis] = position[axis];
+      velocity_[axis] = velocity[axis];
+    }
+  }
+
   const SceneBody& body() const noexcept { return body_; }
   const SolveStatistics& statistics() const noexcept { return statistics_; }
   const double (&position() const noexcept)[2] { return position_; }

@@ -89,6 +89,19 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where,
   return header;
 }
 
+double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where) {
+  const double value = parse_number(cell, kind.name, where) / per_si;
+  if (std::fabs(value) <= kind.most) return value;
+  throw UserError(fmt::format("{}: column {}: '{}' is {} {}; allowed: {} to {}", where, kind.name, cell,
+                              value, kind.units.front().name, -kind.most, kind.most));
+}
+
+void require_near(double position_m, const std::string& where) {
+  if (std::fabs(position_m) <= most_length) return;
+  throw UserError(fmt::format("{}: the velocities lead to {} m; allowed: {} to {}", where, position_m,
+                              -most_length, most_length));
+}
+
 void require_later(double t, double last_t, const std::string& where) {
   if (t > last_t) return;
   throw UserError(

@@ -18,9 +18,13 @@ inline constexpr Unit length_units[] = {{"m", 1.0}, {"cm", 1e2}, {"mm", 1e3}, {"
 inline constexpr Unit speed_units[] = {{"m/s", 1.0}, {"cm/s", 1e2}, {"mm/s", 1e3}, {"um/s", 1e6}};
 inline constexpr Unit force_units[] = {{"N", 1.0}, {"mN", 1e3}};
 
+/// What a column may hold, either sign, SI units: what scenes allow, and times of any clock.
+inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;
+
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
+  double most;  ///< SI units; the first unit's name is theirs
 };
 
 struct CsvHeader {
@@ -46,5 +50,9 @@ void require_load(double load_n, std::string_view cell, const std::string& where
 
 /// A finite number, the whole cell. Throws UserError naming `where`, column and reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
+/// The same in SI units, within what the kind may hold.
+double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where);
+/// For what was integrated from a column of velocities.
+void require_near(double position_m, const std::string& where);
 
 }  // namespace cli

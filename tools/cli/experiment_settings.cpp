@@ -10,6 +10,7 @@
 
 #include "tools/cli/text_file.hpp"
 #include "tools/cli/text_table.hpp"
+#include "tools/cli/toml_text.hpp"
 #include "tools/cli/user_error.hpp"
 
 namespace cli {
@@ -120,12 +121,7 @@ void Settings::set(std::string_view assignment) {
 
 void Settings::read_file(const std::string& path, const std::string& experiment,
                          const std::function<bool(std::string_view)>& is_table_name) {
-  toml::table file;
-  try {
-    file = toml::parse(read_text_file(path), path);
-  } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
-  }
+  const toml::table file = parse_toml(read_text_file(path, std::size_t{1} << 20), path);
   for (const auto& [key, node] : file) {
     if (node.is_table() && !is_table_name(key.str())) {
       throw UserError(

@@ -20,8 +20,9 @@ enum Column : unsigned {
   column_count
 };
 constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units},     {"x", length_units},    {"v", speed_units},  {"vx", speed_units},
-    {"load", force_units}, {"force", force_units}, {"fx", force_units}, {"friction", force_units}};
+    {"t", time_units, most_time},    {"x", length_units, most_length},     {"v", speed_units, most_speed},
+    {"vx", speed_units, most_speed}, {"load", force_units, most_force},    {"force", force_units, most_force},
+    {"fx", force_units, most_force}, {"friction", force_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
 /// The one of several names for a thing that is there; column_count when none is.
@@ -73,9 +74,7 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
   data.ignored_columns = header.other_columns;
 
   for_csv_rows(text, name, header_line, header, kinds, [&](const auto& cells, const auto& where) {
-    const auto value = [&](unsigned c) {
-      return parse_number(cells[c], kinds[c].name, where()) / header.per_si[c];
-    };
+    const auto value = [&](unsigned c) { return parse_cell(cells[c], kinds[c], header.per_si[c], where()); };
     const double t = value(column_t);
     if (!data.t.empty()) require_later(t, data.t.back(), where());
     if (choice.v != column_count) data.v.push_back(value(choice.v));
@@ -84,6 +83,7 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
     } else {
       const std::size_t n = data.t.size();
       data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
+      require_near(data.x.back(), where());
     }
     if (data.has_load) {
       data.load.push_back(value(column_load));

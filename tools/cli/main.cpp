@@ -20,6 +20,7 @@
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/experiment_command.hpp"
 #include "tools/cli/fit.hpp"
+#include "tools/cli/one_line.hpp"
 #include "tools/cli/report.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/stability.hpp"
@@ -31,9 +32,8 @@ constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
-int complain(std::string message, int code) {
-  for (char& c : message) c = c == '\n' ? ' ' : c;
-  fmt::print(stderr, "bristle: {}\n", message);
+int complain(const std::string& message, int code) {
+  fmt::print(stderr, "bristle: {}\n", cli::one_line(message));
   return code;
 }
 
@@ -219,6 +219,10 @@ int run(int argc, char** argv) {
   cli::RealtimeOptions realtime_options;
   bool realtime = false;
   add_realtime(run_app, realtime, realtime_options);
+  run_app->add_option("--restore-state", run_options.restore_state,
+                      "Go on from this state file, written by a run of the same scene");
+  run_app->add_option("--save-state", run_options.save_state,
+                      "Write where the run ended to this state file");
 
   cli::CapacityOptions capacity_options;
   std::string deadline = "1ms";

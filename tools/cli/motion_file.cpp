@@ -11,8 +11,9 @@ namespace {
 
 enum Column : unsigned { column_t, column_x, column_y, column_vx, column_vy, column_load, column_count };
 
-constexpr ColumnKind kinds[column_count] = {{"t", time_units},   {"x", length_units}, {"y", length_units},
-                                            {"vx", speed_units}, {"vy", speed_units}, {"load", force_units}};
+constexpr ColumnKind kinds[column_count] = {
+    {"t", time_units, most_time},    {"x", length_units, most_length}, {"y", length_units, most_length},
+    {"vx", speed_units, most_speed}, {"vy", speed_units, most_speed},  {"load", force_units, most_force}};
 
 CsvHeader read_header(std::string_view line, const std::string& where, MotionFile& file) {
   CsvHeader header = read_csv_header(line, where, kinds);
@@ -53,7 +54,7 @@ MotionFile parse_motion_file(std::string_view text, const std::string& name) {
     for (unsigned c = 0; c < column_count; ++c) {
       const bool velocity = c == column_vx || c == column_vy;
       if (!header.present[c] || (velocity && !file.from_velocity)) continue;
-      value[c] = parse_number(cells[c], kinds[c].name, where()) / header.per_si[c];
+      value[c] = parse_cell(cells[c], kinds[c], header.per_si[c], where());
     }
     MotionRow row{value[column_t], value[column_x], value[column_y], value[column_load]};
     if (file.has_load) require_load(row.load, cells[column_load], where());
@@ -63,6 +64,8 @@ MotionFile parse_motion_file(std::string_view text, const std::string& name) {
       if (file.from_velocity) {
         row.x = last.x + 0.5 * (last_vx + value[column_vx]) * (row.t - last.t);
         row.y = last.y + 0.5 * (last_vy + value[column_vy]) * (row.t - last.t);
+        require_near(row.x, where());
+        require_near(row.y, where());
       }
     }
     last_vx = value[column_vx];

@@ -28,7 +28,7 @@ Json parse(const std::string& file) {
 }
 
 Picture read_picture(const std::string& file, bool png) {
-  Picture picture{file, png ? "image/png" : "image/svg+xml", read_text_file(file)};
+  Picture picture{file, png ? "image/png" : "image/svg+xml", read_text_file(file, most_data_bytes, true)};
   if (png && !picture.bytes.starts_with("\x89PNG\r\n\x1A\n"))
     throw UserError(file + ": no PNG picture, though its name says so");
   if (!png && picture.bytes.find("<svg") == std::string::npos)

@@ -11,6 +11,7 @@
 #include "tools/cli/force_file.hpp"
 #include "tools/cli/paced_clock.hpp"
 #include "tools/cli/progress.hpp"
+#include "tools/cli/run_state.hpp"
 #include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
@@ -18,18 +19,15 @@
 namespace cli {
 namespace {
 
-// How far a copy has come.
-struct Way {
-  double x = 0.0, y = 0.0;            // m, moved so far
-  double slid_x = 0.0, slid_y = 0.0;  // m, since it last turned back or lost contact
-};
-
 class SceneRun {
  public:
   SceneRun(const Scene& scene, const RunOptions& options);
   RunResult run();
 
  private:
+  double time_of(std::uint64_t k) const noexcept {  // s, when step k of this run begins
+    return static_cast<double>(result_.steps_before + k) * scene_.dt;
+  }
   void run_back_to_back();
   void run_paced(const RealtimeOptions& realtime);
   std::uint64_t run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
@@ -39,6 +37,7 @@ class SceneRun {
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                         const bristle::Response& response);
   void finish();
+  std::uint64_t steps_to_do() const;
 
   const Scene& scene_;
   const RunOptions& options_;
@@ -62,6 +61,8 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
+  if (!options.restore_state.empty())
+    result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
   if (!options.out.empty()) {
     const auto any = [&](bristle::Outputs output) {
       return std::any_of(scene.patches.begin(), scene.patches.end(),
@@ -166,12 +167,23 @@ void SceneRun::finish() {
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
   if (force_file_) force_file_->finish();
+  if (!options_.save_state.empty())
+    save_run(options_.save_state, stepper_, result_.steps_before + result_.steps, scene_.dt, ways_);
+}
+
+std::uint64_t SceneRun::steps_to_do() const {
+  if (options_.steps) return *options_.steps;
+  const std::uint64_t all = step_count(scene_);
+  if (result_.steps_before >= all)
+    throw UserError(fmt::format("{}: was saved after {} steps, and the scene has {}; give --steps to go on",
+                                options_.restore_state, result_.steps_before, all));
+  return all - result_.steps_before;
 }
 
 void SceneRun::run_back_to_back() {
   Progress progress("run");
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
-    const double t = static_cast<double>(k) * scene_.dt;
+    const double t = time_of(k);
     stepper_.prescribe(t);
     step(t);
     account(t + scene_.dt);
@@ -203,7 +215,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     } else if (left_out > 0) {
       loop.monitor.record_skipped(left_out);
     }
-    const double t = static_cast<double>(k) * scene_.dt;
+    const double t = time_of(k);
     const double cpu = DeadlineMonitor::cpu_now();
     const double start = DeadlineMonitor::wall_now();
     stepper_.step(t);
@@ -212,7 +224,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     step_cpu = end_cpu - cpu;
     record_tick(loop, {clock.due_s(), start, end, step_cpu}, queue, queued_s);
     account(t + scene_.dt);
-    stepper_.prescribe(static_cast<double>(k + 1) * scene_.dt);
+    stepper_.prescribe(time_of(k + 1));
     progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
   }
   return k;
@@ -230,7 +242,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   const std::uint64_t segment = std::clamp<std::uint64_t>(
       result_.steps / 4, 1, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 1.0)));
   std::uint64_t done = 0;
-  stepper_.prescribe(0.0);
+  stepper_.prescribe(time_of(0));
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
     run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
@@ -242,7 +254,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
 }
 
 RunResult SceneRun::run() {
-  result_.steps = options_.steps.value_or(step_count(scene_));
+  result_.steps = steps_to_do();
   const double start = bristle::DeadlineMonitor::wall_now();
   if (options_.realtime) {
     run_paced(*options_.realtime);

@@ -25,6 +25,8 @@ struct RunOptions {
   std::optional<std::uint64_t> steps;
   std::optional<std::uint32_t> bristles;    ///< of each patch, in place of the scene's
   std::optional<RealtimeOptions> realtime;  ///< against the clock; none: back to back
+  std::string restore_state;  ///< state file to go on from; empty: the scene's beginning
+  std::string save_state;     ///< state file to write at the end; empty: none
 };
 
 /// Sum, square sum and extremes of a force component, N.
@@ -67,7 +69,8 @@ struct BodyResult {
 
 struct RunResult {
   std::uint64_t steps = 0;
-  double seconds = 0.0;  ///< wall time of the loop
+  std::uint64_t steps_before = 0;  ///< in the run whose state was restored
+  double seconds = 0.0;            ///< wall time of the loop
   bristle::DeadlineMonitor monitor;
   std::string isa;
   int threads = 1;

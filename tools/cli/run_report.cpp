@@ -57,6 +57,9 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
                    patch_count == 1 ? "patch" : "patches", count_text((r.memory_bytes + 1023) / 1024)));
   line("steps", fmt::format("{} of {}: {} simulated in {}", count_text(r.steps), time_text(scene.dt),
                             time_text(static_cast<double>(r.steps) * scene.dt), time_text(r.seconds)));
+  if (r.steps_before > 0)
+    line("restored",
+         fmt::format("{}: goes on after {} steps", options.restore_state, count_text(r.steps_before)));
   line("step time", fmt::format("p50 {}   p99 {}   p99.9 {}   max {}", time_text(m.p50()), time_text(m.p99()),
                                 time_text(m.p999()), time_text(m.max())));
   line("deadline",
@@ -215,6 +218,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
   report["conditions"]["threads"] = r.threads;
   report["scene"] = {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}};
   report["steps"] = r.steps;
+  report["steps_before"] = r.steps_before;
   report["simulated_s"] = static_cast<double>(r.steps) * scene.dt;
   report["wall_s"] = r.seconds;
   report["step_time"] = {

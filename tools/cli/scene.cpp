@@ -10,12 +10,14 @@
 #include "tools/cli/motion_file.hpp"
 #include "tools/cli/scene_table.hpp"
 #include "tools/cli/text_file.hpp"
+#include "tools/cli/toml_text.hpp"
 #include "tools/cli/user_error.hpp"
 #include "tools/cli/waveform.hpp"
 
 namespace cli {
 namespace {
 
+constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;
 constexpr Range seconds{0.0, 1e6, false, "s"};
 constexpr Range position{-1e6, 1e6, false, "m"};
 constexpr Range load_range{0.0, 1e9, false, "N"};
@@ -428,12 +430,7 @@ double Scene::trace_length() const noexcept {
 }
 
 Scene parse_scene(const std::string& text, const std::string& path) {
-  toml::table root;
-  try {
-    root = toml::parse(text, path);
-  } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}:{}: not TOML: {}", path, error.source().begin.line, error.description()));
-  }
+  const toml::table root = parse_toml(text, path);
   const SceneTable table(path, root, "");
   for (const auto& [key, node] : root) {
     const std::string_view name = key.str();
@@ -447,7 +444,11 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   scene.file = path;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
+  // Setting one up takes hundredths of a second.
+  constexpr std::size_t most_materials = 1000;
   for (SceneTable& t : table.tables("material")) {
+    if (scene.materials.size() == most_materials)
+      t.fail(fmt::format("is one of more than {}", most_materials));
     SceneMaterial material = read_material(t);
     refuse_second(scene.materials, material.name, t);
     scene.materials.push_back(std::move(material));
@@ -478,7 +479,9 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   return scene;
 }
 
-Scene read_scene(const std::string& path) { return parse_scene(read_text_file(path), path); }
+Scene read_scene(const std::string& path) {
+  return parse_scene(read_text_file(path, most_scene_bytes), path);
+}
 
 void replace_motion(Scene& scene, const std::string& motion_path) {
   const MotionFile file = read_motion_file(motion_path);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -104,6 +105,28 @@ void SceneStepper::prescribe(double t) {
     const bool planar = scene_.patches[copy.patch].options.axes == 1;
     motions_[c].displacement[1] = planar ? 0.0 : copy.sine * dx + copy.cosine * dy;
     motions_[c].normal_load = motion->load_over(own_t, own_end - own_t);
+  }
+}
+
+std::vector<double> SceneStepper::places() const {
+  std::vector<double> places;
+  for (const SceneCopy& copy : copies_) places.insert(places.end(), {copy.last.x, copy.last.y});
+  for (const BodyMotion& body : bodies_) {
+    places.insert(places.end(), std::begin(body.position()), std::end(body.position()));
+    places.insert(places.end(), std::begin(body.velocity()), std::end(body.velocity()));
+  }
+  return places;
+}
+
+void SceneStepper::set_places(bristle::Span<const double> places) {
+  const double* at = places.data();
+  for (SceneCopy& copy : copies_) {
+    copy.last = {at[0], at[1]};
+    at += 2;
+  }
+  for (BodyMotion& body : bodies_) {
+    body.set_place({at[0], at[1]}, {at[2], at[3]});
+    at += 4;
   }
 }
 

@@ -39,7 +39,13 @@ class SceneStepper {
   /// Solves the bodies' step, steps the batch, moves the bodies. Nothing else: this is what gets timed.
   void step(double t);
 
+  /// Where prescribed motions and bodies are, beside the state of the batch: what the next steps depend on.
+  std::vector<double> places() const;
+  /// As many as places() gives.
+  void set_places(bristle::Span<const double> places);
+
   bristle::PatchBatch& batch() { return batch_; }
+  const bristle::PatchBatch& batch() const { return batch_; }
   const std::vector<SceneCopy>& copies() const { return copies_; }
   const std::vector<bristle::Motion>& motions() const { return motions_; }
   std::vector<bristle::Motion>& motions() { return motions_; }

@@ -3,13 +3,14 @@
 
 #include <cstdint>
 
+#include "bristle/export.hpp"
 #include "bristle/time_histogram.hpp"
 
 namespace bristle {
 
 /// What the system has counted for the calling thread so far; the difference of two says what disturbed it.
 /// All zero where the system does not count (elsewhere than on Linux).
-struct ThreadEvents {
+struct BRISTLE_API ThreadEvents {
   std::uint64_t involuntary_switches = 0;  ///< taken off its core: preempted
   std::uint64_t other_switches = 0;        ///< the same of all other threads of the process: workers
   std::uint64_t minor_faults = 0;          ///< pages that were not mapped yet
@@ -45,7 +46,7 @@ struct Tick {
 /// Thread rule: one thread records and resets, and never waits for a reader. Any thread may read meanwhile:
 /// each number is whole, but two numbers may be some ticks apart. snapshot() gives all numbers of one moment.
 /// 19 kB; no allocation, no lock.
-class DeadlineMonitor {
+class BRISTLE_API DeadlineMonitor {
  public:
   /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have none.
   explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "bristle/export.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
@@ -53,7 +54,7 @@ struct KeyedOptions {
 ///
 /// Thread rule: made and destroyed by the thread that adds patches to the batch, used by the thread that
 /// steps it; must not outlive the batch. Nothing but making and destroying it allocates.
-class KeyedPatches {
+class BRISTLE_API KeyedPatches {
  public:
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
   KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
@@ -131,7 +132,7 @@ struct MatcherOptions {
 /// elsewhere. Use keep_steps no larger in KeyedPatches than here.
 ///
 /// Thread rule: one thread. Only the constructor allocates.
-class ContactMatcher {
+class BRISTLE_API ContactMatcher {
  public:
   /// Throws bristle::Error.
   explicit ContactMatcher(const MatcherOptions& options = {});

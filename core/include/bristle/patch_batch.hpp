@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <memory>
 
+#include "bristle/export.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
+
+struct BuildSignature;
 
 struct BatchOptions {
   int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
@@ -58,10 +61,12 @@ struct StepReport {
 /// once, the change takes effect at the stepping thread's next call. threads() and isa() may be called by
 /// anyone. A batch that was moved from may only be destroyed or assigned to. All memory is taken and freed by
 /// the thread that calls add, remove, set_material, warm_up or the constructor and destructor.
-class PatchBatch {
+class BRISTLE_API PatchBatch {
  public:
-  /// Throws bristle::Error on a bad option or an instruction set that this machine or build lacks.
+  /// Throws bristle::Error on a bad option, an instruction set that this machine or build lacks, or a library
+  /// that these headers do not belong to (see build_check.hpp).
   explicit PatchBatch(const BatchOptions& options = {});
+  PatchBatch(const BatchOptions& options, const BuildSignature& headers);
   ~PatchBatch();
   PatchBatch(PatchBatch&&) noexcept;
   PatchBatch& operator=(PatchBatch&&) noexcept;
@@ -139,6 +144,8 @@ struct IsaInfo {
   const char* name;
   bool usable;
 };
-Span<const IsaInfo> instruction_sets() noexcept;
+BRISTLE_API Span<const IsaInfo> instruction_sets() noexcept;
 
 }  // namespace bristle
+
+#include "bristle/build_check.hpp"

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "bristle/export.hpp"
+
 namespace bristle {
 
 namespace detail {
@@ -35,7 +37,7 @@ class SharedNumber {
 ///
 /// One thread records; any thread may read meanwhile. Each number read is whole, but two of them may be some
 /// records apart: DeadlineMonitor::snapshot gives all of one moment.
-class TimeHistogram {
+class BRISTLE_API TimeHistogram {
  public:
   /// s; negative times and NaN count as 0. A bucket holds 2^32 - 1 at most.
   void record(double time_s) noexcept;

@@ -1,0 +1,67 @@
+// Numbers to bytes and back, little-endian on every machine.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace bristle::detail {
+
+class ByteWriter {
+ public:
+  explicit ByteWriter(std::byte* to) noexcept : at_(to) {}
+  template <class T>
+  void operator()(const T& value) noexcept {
+    auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    std::memcpy(at_, bytes.data(), sizeof(T));
+    at_ += sizeof(T);
+  }
+  template <class T>
+  void column(const T* values, std::uint32_t count) noexcept {
+    if constexpr (std::endian::native == std::endian::little) {
+      std::memcpy(at_, values, count * sizeof(T));
+      at_ += count * sizeof(T);
+    } else {
+      for (std::uint32_t i = 0; i < count; ++i) (*this)(values[i]);
+    }
+  }
+  template <class T>
+  void zeros(std::uint32_t count) noexcept {
+    std::memset(at_, 0, count * sizeof(T));
+    at_ += count * sizeof(T);
+  }
+
+ private:
+  std::byte* at_;
+};
+
+class ByteReader {
+ public:
+  explicit ByteReader(const std::byte* from) noexcept : at_(from) {}
+  template <class T>
+  void operator()(T& value) noexcept {
+    std::array<std::byte, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), at_, sizeof(T));
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    value = std::bit_cast<T>(bytes);
+    at_ += sizeof(T);
+  }
+  template <class T>
+  void column(T* values, std::uint32_t count) noexcept {
+    if constexpr (std::endian::native == std::endian::little) {
+      std::memcpy(values, at_, count * sizeof(T));
+      at_ += count * sizeof(T);
+    } else {
+      for (std::uint32_t i = 0; i < count; ++i) (*this)(values[i]);
+    }
+  }
+
+ private:
+  const std::byte* at_;
+};
+
+}  // namespace bristle::detail

@@ -1,0 +1,15 @@
+// What must hold in a fuzz target, in every build.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace fuzz {
+
+inline void check(bool right, const char* what) {
+  if (right) return;
+  std::fprintf(stderr, "not so: %s\n", what);
+  std::abort();
+}
+
+}  // namespace fuzz

@@ -1,0 +1,199 @@
+// Files that mean harm: each ends in one short line, soon, and in little memory.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "expect.hpp"
+#include "tools/cli/one_line.hpp"
+
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Address space in kB. (The sanitizer's own is beyond counting.)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+const std::string limits = "";
+#else
+const std::string limits = "ulimit -v 600000; ";
+#endif
+
+/// A folder of its own, gone at the end.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("bristle_test_hostile_" + std::to_string(getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  std::string at(const std::string& name) const { return (path / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path / name, std::ios::binary) << text;
+    return at(name);
+  }
+};
+
+struct Outcome {
+  int code = -1;
+  std::string err;
+};
+
+/// Runs `bristle ARGUMENTS`, limited, with a command's output as its input where one is given.
+Outcome run_cli(const Folder& folder, const std::string& arguments, const std::string& input = "") {
+  const std::string command = (input.empty() ? "" : input + " 2>/dev/null | ") + "( " + limits +
+                              "exec timeout 60 '" BRISTLE_CLI "' " + arguments + " >/dev/null 2>'" +
+                              folder.at("stderr") + "' )";
+  const int status = std::system(command.c_str());
+  Outcome outcome;
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  std::ifstream in(folder.at("stderr"), std::ios::binary);
+  outcome.err.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  return outcome;
+}
+
+void check_one_line(const Outcome& outcome, const std::string& part) {
+  INFO(outcome.err.substr(0, 1000));
+  CHECK(outcome.code == 2);
+  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  CHECK(outcome.err.size() < 800);
+  CHECK_THAT(outcome.err, Contains(part));
+}
+
+std::string repeated(const std::string& text, std::size_t times) {
+  std::string all;
+  all.reserve(text.size() * times);
+  for (std::size_t i = 0; i < times; ++i) all += text;
+  return all;
+}
+
+/// A scene that runs, with a patch's keys to be given.
+std::string scene_with(const std::string& patch_keys) {
+  return "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.005\n"
+         "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
+         "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\n" +
+         patch_keys + "\n[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n";
+}
+
+}  // namespace
+
+TEST_CASE("A scene file that means harm is refused in one line and little memory", "[cli][hostile]") {
+  const Folder folder;
+  const struct {
+    const char* name;
+    std::string text;
+    const char* message;
+  } cases[] = {
+      {"a number of millions of digits", "[scene]\nname = \"a\"\ndt = " + std::string(4'000'000, '9'), ":3:"},
+      {"arrays nested deeply", "a = " + std::string(200'000, '['), "nested"},
+      {"tables nested deeply", "a = " + repeated("{a = ", 200'000), "nested"},
+      {"a key of many parts", "a" + repeated(".a", 500'000) + " = 1", "dots"},
+      {"a table's name of many parts", "\n[a" + repeated(" . \"a\"", 500'000) + "]", ":2:"},
+      {"keys of many parts nested", repeated("a = [{" + std::string("a") + repeated(".a", 15) + " = ", 255),
+       "not TOML"},
+      {"a zero byte", std::string("[scene]\nname = \"a\0b\"\n", 21), ":2: a zero byte"},
+      {"no UTF-8", "[scene]\nname = \"\xff\xfe\"\n", "utf-8"},
+      {"nothing", "", "[scene] is missing"},
+      {"a million patches times a thousand", scene_with("bristles = 10\ncount = 1000000000"), "count"},
+      {"a million patches of a thousand", scene_with("bristles = 1000\ncount = 1000000"), "bristles"},
+      {"a thousand million bristles", scene_with("bristles = 1000000000"), "bristles"},
+      {"not a number", scene_with("bristles = nan"), "nan"},
+      {"infinity", scene_with("bristles = inf"), "inf"},
+      {"a number beyond 64 bits", scene_with("bristles = 99999999999999999999"), "not TOML"},
+      {"thousands of materials",
+       scene_with("bristles = 10") + repeated("[[material]]\nname = \"m\"\nsnap_length = 1\n", 2000),
+       "material"},
+      {"what a terminal would obey", "[scene]\nname = \"\\u001b]0;x\\u0007\\u009b31m\"\ndt = 1\n",
+       "?]0;x??31m"},
+  };
+  for (const auto& c : cases) {
+    INFO(c.name);
+    check_one_line(run_cli(folder, "run '" + folder.write("scene.toml", c.text) + "'"), c.message);
+  }
+}
+
+TEST_CASE("A motion file that means harm is refused in one line and little memory", "[cli][hostile]") {
+  const Folder folder;
+  const std::string run = "run '" + folder.write("scene.toml", scene_with("bristles = 10")) + "' --trace ";
+  const std::string head = "t,x,load\n0,0,1\n";
+  const struct {
+    const char* name;
+    std::string text;
+    const char* message;
+  } cases[] = {
+      {"a number of millions of digits", head + "1," + std::string(4'000'000, '9') + ",1\n",
+       "out of the range"},
+      {"a line that does not end", head + std::string(20'000'000, '9'), "16 MiB"},
+      {"a header that does not end", "t,x,load" + repeated(",a", 9'000'000), "16 MiB"},
+      {"a header of millions of columns", "t,x,load" + repeated(",a", 1'000'000) + "\n0,0,1\n",
+       "fewer cells"},
+      {"a zero byte", std::string("t,x,load\n0,0\0,1\n", 16), ":2: a zero byte"},
+      {"no UTF-8", head + "\xff\xfe,1,1\n", "not a number"},
+      {"what a terminal would obey", head + "1,\x1b[31m,1\n", "'?[31m' is not a number"},
+      {"nothing", "", "empty"},
+      {"not a number", head + "1,nan,1\n", "not finite"},
+      {"infinity", head + "1,-inf,1\n", "not finite"},
+      {"a position out of the range of numbers", head + "1,1e400,1\n", "out of the range"},
+      {"a position on another star", head + "1,1e17,1\n", "allowed: -1000000 to 1000000"},
+      {"a time that has no end", "t,x,load\n-1e308,0,1\n1e308,0,1\n", "column t"},
+      {"velocities that lead beyond numbers", "t,vx,load\n0,1e308,1\n1e308,1e308,1\n", "column vx"},
+      {"velocities that lead far away", "t,vx,load\n0,1e6,1\n1e6,1e6,1\n", "lead to"},
+  };
+  for (const auto& c : cases) {
+    INFO(c.name);
+    const std::string file = folder.write("motion.csv", c.text);
+    check_one_line(run_cli(folder, run + "'" + file + "'"), c.message);
+  }
+}
+
+TEST_CASE("Places that are no files, and files without an end, are refused", "[cli][hostile]") {
+  const Folder folder;
+  const std::string scene = folder.write("scene.toml", scene_with("bristles = 10"));
+  const std::string commands[] = {"run ",      "run '" + scene + "' --trace ",  "fit ",
+                                  "accuracy ", "experiment stribeck --config ", "report "};
+  for (const std::string& command : commands) {
+    INFO(command);
+    check_one_line(run_cli(folder, command + "'" + folder.path.string() + "'"), "cannot be read");
+    if (command != "report ") check_one_line(run_cli(folder, command + "/dev/zero"), "zero byte");
+    check_one_line(run_cli(folder, command + "'" + folder.at("nothing") + "'"), "No such file");
+  }
+  // Ten gigabytes and more, without a disk to hold them.
+  check_one_line(run_cli(folder, "run /dev/stdin", "tr '\\000' 9 </dev/zero"), "16 MiB");
+  check_one_line(run_cli(folder, "run /dev/stdin", "yes '# a comment'"), "at most 64 MiB");
+  check_one_line(run_cli(folder, "run '" + scene + "' --trace /dev/stdin", "tr '\\000' 9 </dev/zero"),
+                 "16 MiB");
+}
+
+TEST_CASE("Windows line ends, a byte order mark and a pipe are no fault", "[cli][hostile]") {
+  const Folder folder;
+  std::string text = "\xEF\xBB\xBF" + scene_with("bristles = 10");
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.insert(at, "\r");
+  const std::string scene = folder.write("scene.toml", text);
+  const std::string motion = folder.write("motion.csv", "\xEF\xBB\xBFt,x,load\r\n0,0,1\r\n0.01,1e-5,1\r\n");
+  CHECK(run_cli(folder, "run '" + scene + "'").code == 0);
+  CHECK(run_cli(folder, "run '" + scene + "' --trace '" + motion + "'").code == 0);
+  CHECK(run_cli(folder, "run '" + scene + "' --trace /dev/stdin", "cat '" + motion + "'").code == 0);
+}
+
+TEST_CASE("A message is one short line that no terminal obeys", "[cli][hostile]") {
+  CHECK(cli::one_line("a\nb\tc\x1b[0m\x7f") == "a b?c?[0m?");
+  CHECK(cli::one_line("2 \xC2\xB5m, \xE2\x82\xAC") == "2 \xC2\xB5m, \xE2\x82\xAC");
+  CHECK(cli::one_line("\xC2\x9B"
+                      "31m") == "??31m");
+  CHECK(cli::one_line("\xff\xC2") == "??");
+  CHECK(cli::one_line("\xF0\x9F\x98") == "???");
+  const std::string line = cli::one_line("first " + std::string(1'000'000, '9') + " last");
+  CHECK(line.size() < 800);
+  CHECK_THAT(line, Contains("first 99") && Contains("99 ... 99") && Contains("99 last"));
+}

@@ -1,0 +1,137 @@
+// `bristle run --save-state` and `--restore-state`: a run in two parts is the run.
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include <bristle/state_file.hpp>
+
+#include "tools/cli/run.hpp"
+#include "tools/cli/user_error.hpp"
+
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own, gone at the end.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("bristle_test_run_state_" + std::to_string(getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  std::string at(const std::string& name) const { return (path / name).string(); }
+};
+
+std::string read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::string without_header(const std::string& csv) { return csv.substr(csv.find('\n') + 1); }
+
+cli::RunOptions options_of(std::optional<std::uint64_t> steps, const std::string& out = "",
+                           const std::string& restore = "", const std::string& save = "") {
+  cli::RunOptions options;
+  options.steps = steps;
+  options.out = out;
+  options.restore_state = restore;
+  options.save_state = save;
+  return options;
+}
+
+template <class Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const cli::UserError& error) {
+    return error.what();
+  }
+  return "(taken)";
+}
+
+const std::string small_scene =
+    "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.02\n"
+    "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
+    "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 50\n"
+    "[[motion]]\npatch = \"tip\"\ntype = \"sine\"\namplitude = 3e-5\nfrequency = 70\nload = 0.8\n";
+
+}  // namespace
+
+TEST_CASE("A run saved and taken up again is the run in one piece, bit for bit", "[cli][state]") {
+  const Folder folder;
+  for (const char* name : {"block_on_floor", "two_surfaces", "fingertip", "many_contacts"}) {
+    INFO(name);
+    const cli::Scene scene = cli::read_scene(std::string(BRISTLE_SCENES "/") + name + ".toml");
+    const std::uint64_t n = scene.patch_count() > 100 ? 5 : 150;
+    const cli::RunResult whole = cli::run_scene(scene, options_of(2 * n, folder.at("whole.csv")));
+    cli::run_scene(scene, options_of(n, folder.at("first.csv"), "", folder.at("state")));
+    const cli::RunResult rest =
+        cli::run_scene(scene, options_of(n, folder.at("second.csv"), folder.at("state")));
+    CHECK(rest.steps_before == n);
+    CHECK(rest.state_hash == whole.state_hash);
+    REQUIRE(rest.bodies.size() == whole.bodies.size());
+    for (std::size_t b = 0; b < whole.bodies.size(); ++b) {
+      for (int axis = 0; axis < 2; ++axis) {
+        CHECK(rest.bodies[b].position[axis] == whole.bodies[b].position[axis]);
+        CHECK(rest.bodies[b].velocity[axis] == whole.bodies[b].velocity[axis]);
+      }
+    }
+    // Time, forces, loads and ways: every digit of the force file.
+    CHECK(read_file(folder.at("first.csv")) + without_header(read_file(folder.at("second.csv"))) ==
+          read_file(folder.at("whole.csv")));
+  }
+}
+
+TEST_CASE("A run taken up again lasts to the end of its scene, on any number of threads", "[cli][state]") {
+  const Folder folder;
+  const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
+  const cli::RunResult whole = cli::run_scene(scene, options_of({}));
+  cli::run_scene(scene, options_of(7, "", "", folder.at("state")));
+  cli::RunOptions options = options_of({}, "", folder.at("state"), folder.at("state"));
+  options.threads = 2;
+  options.isa = "scalar";
+  const cli::RunResult rest = cli::run_scene(scene, options);
+  CHECK(rest.steps_before == 7);
+  CHECK(rest.steps == 13);
+  CHECK(rest.state_hash == whole.state_hash);
+  CHECK_THAT(refusal([&] { cli::run_scene(scene, options); }), Contains("20 steps") && Contains("--steps"));
+}
+
+TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]") {
+  const Folder folder;
+  const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
+  cli::run_scene(scene, options_of(3, "", "", folder.at("state")));
+  const auto refused = [&](const std::string& from, const std::string& to, const std::string& file) {
+    std::string text = small_scene;
+    if (!from.empty()) text.replace(text.find(from), from.size(), to);
+    const cli::Scene other = cli::parse_scene(text, "other.toml");
+    const std::string why = refusal([&] { cli::run_scene(other, options_of(3, "", file)); });
+    CHECK_THAT(why, Contains(file));
+    return why;
+  };
+  CHECK_THAT(refused("dt = 1e-3", "dt = 2e-3", folder.at("state")),
+             Contains("0.001 s") && Contains("0.002 s"));
+  CHECK_THAT(refused("bristles = 50", "bristles = 50\ncount = 2", folder.at("state")),
+             Contains("1 patches") && Contains("2 and 0"));
+  CHECK_THAT(refused("bristles = 50", "bristles = 50\nseed = 2", folder.at("state")),
+             Contains("other options"));
+  CHECK_THAT(refused("bristles = 50", "bristles = 40", folder.at("state")),
+             Contains("bytes") || Contains("options"));
+  CHECK_THAT(refused("", "", folder.at("nothing")), Contains("No such file"));
+
+  // A program's state file has patches, but no run.
+  bristle::PatchBatch batch;
+  bristle::save_state_file(folder.at("program"), batch);
+  CHECK_THAT(refused("", "", folder.at("program")), Contains("no run"));
+  CHECK_THAT(refusal([&] { cli::run_scene(scene, options_of(3, "", "", "/dev/null")); }),
+             Contains("/dev/null") && Contains("not a file"));
+}

@@ -1,0 +1,357 @@
+// Saved states and state files: the same bits afterwards, nothing else accepted, nothing half written.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <csignal>
+
+#include <bristle/state_file.hpp>
+
+#include "expect.hpp"
+#include "variants.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own, gone at the end.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("bristle_test_state_" + std::to_string(getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  std::string at(const std::string& name) const { return (path / name).string(); }
+};
+
+std::vector<std::byte> read_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  const std::vector<char> text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
+  return {bytes, bytes + text.size()};
+}
+
+void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+std::vector<std::byte> saved_state(const PatchBatch& batch) {
+  std::vector<std::byte> state(batch.state_size());
+  REQUIRE(batch.save_state(state) == state.size());
+  return state;
+}
+
+/// One patch of each variant, moved as scripted.
+class Scripted {
+ public:
+  explicit Scripted(const bristle::BatchOptions& options = {}, std::uint32_t bristles = 20)
+      : cases_(every_variant(bristles)), batch(options) {
+    for (const PatchCase& c : cases_)
+      if (c.options.bristles < 1000) ids_.push_back(batch.add(c.material, c.options));
+  }
+  void run(int from, int to) {
+    std::vector<Motion> in(ids_.size());
+    std::vector<Response> out(ids_.size());
+    for (int k = from; k < to; ++k) {
+      for (std::size_t p = 0; p < ids_.size(); ++p) {
+        in[p] = scripted_motion(p, k, cases_[p].options.axes);
+        in[p].id = ids_[p];
+      }
+      batch.step(tick, in, out);
+    }
+  }
+
+ private:
+  std::vector<PatchCase> cases_;
+  std::vector<bristle::PatchId> ids_;
+
+ public:
+  PatchBatch batch;
+};
+
+/// Two small patches, bent.
+PatchBatch small_batch() {
+  PatchBatch batch;
+  const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
+  std::vector<Motion> in(2);
+  std::vector<Response> out(2);
+  in[0].id = batch.add(material, plain_options(3));
+  in[1].id = batch.add(Material(material).with_snap_rule(SnapRule::keep), plain_options(2, 1));
+  for (Motion& m : in) {
+    m.displacement[0] = 0.7 * dbar;
+    m.normal_load = 1.6;
+  }
+  batch.step(tick, in, out);
+  return batch;
+}
+
+/// Where two states of one batch differ, save for their heads.
+std::size_t find_number(const std::vector<std::byte>& state, double value) {
+  for (std::size_t at = 40; at + 8 <= state.size(); ++at)
+    if (std::memcmp(state.data() + at, &value, 8) == 0) return at;
+  FAIL("the state does not hold the number " << value);
+  return 0;
+}
+
+void put(std::vector<std::byte>& state, std::size_t at, const void* what, std::size_t size) {
+  std::memcpy(state.data() + at, what, size);
+}
+
+/// The checksum as core/MODEL.md gives it, written down once more.
+void reseal(std::vector<std::byte>& state) {
+  std::uint64_t hash = 0x6A09E667F3BCC909u;
+  const auto add = [&hash](std::uint64_t word) {
+    hash = (hash ^ word) * 0x9FB21C651E98DF25u;
+    hash ^= hash >> 29;
+  };
+  const auto add_range = [&](std::size_t from, std::size_t to) {
+    for (; from + 8 <= to; from += 8) {
+      std::uint64_t word = 0;
+      for (std::size_t k = 8; k-- > 0;) word = word << 8 | static_cast<std::uint64_t>(state[from + k]);
+      add(word);
+    }
+    for (; from < to; ++from) add(static_cast<std::uint64_t>(state[from]));
+  };
+  add_range(0, 32);
+  add_range(40, state.size());
+  for (std::size_t k = 0; k < 8; ++k) state[32 + k] = static_cast<std::byte>(hash >> (8 * k));
+}
+
+}  // namespace
+
+TEST_CASE("A run taken up from a state file goes on with the same bits", "[state]") {
+  const Folder folder;
+  Scripted whole, first, second;
+  whole.run(0, 60);
+  first.run(0, 30);
+  bristle::save_state_file(folder.at("state"), first.batch);
+  CHECK(bristle::restore_state_file(folder.at("state"), second.batch).empty());
+  CHECK(second.batch.state_hash() == first.batch.state_hash());
+  second.run(30, 60);
+  CHECK(second.batch.state_hash() == whole.batch.state_hash());
+  CHECK(saved_state(second.batch) == saved_state(whole.batch));
+}
+
+TEST_CASE("A saved state has the same bytes on every instruction set, lazy or eager", "[state]") {
+  Scripted reference(bristle::BatchOptions{}.with_isa("scalar").with_eager(true));
+  reference.run(0, 40);
+  const std::vector<std::byte> expected = saved_state(reference.batch);
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) continue;
+    Scripted other(bristle::BatchOptions{}.with_isa(isa.name));
+    other.run(0, 40);
+    INFO(isa.name);
+    CHECK(saved_state(other.batch) == expected);
+  }
+}
+
+TEST_CASE("The size of a saved state does not depend on what the patches do", "[state]") {
+  Scripted scripted;
+  const std::size_t size = scripted.batch.state_size();
+  scripted.run(0, 20);
+  CHECK(scripted.batch.state_size() == size);
+}
+
+TEST_CASE("A state file carries the caller's own bytes", "[state]") {
+  const Folder folder;
+  PatchBatch batch = small_batch();
+  const std::vector<std::byte> extra = {std::byte{1}, std::byte{0}, std::byte{255}};
+  bristle::write_state_file(folder.at("state"), saved_state(batch), extra);
+  const bristle::StateFile file = bristle::read_state_file(folder.at("state"));
+  CHECK(file.state == saved_state(batch));
+  CHECK(file.extra == extra);
+  CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
+  CHECK(names(message_of([&] { bristle::read_state_file(folder.at("state"), 100); }),
+              {folder.at("state"), "bytes", "100"}));
+}
+
+TEST_CASE("A state file with any byte changed is refused, and the batch stays as it was", "[state]") {
+  const Folder folder;
+  PatchBatch saved = small_batch();
+  const std::vector<std::byte> extra(11, std::byte{7});
+  bristle::save_state_file(folder.at("state"), saved, extra);
+  const std::vector<std::byte> whole = read_bytes(folder.at("state"));
+
+  PatchBatch batch = small_batch();
+  Motion further{{1ull << 32 | 1}, {0.2 * dbar, 0.0}, 1.0};
+  Response out;
+  batch.step(tick, {&further, 1}, {&out, 1});
+  REQUIRE(out.status == Status::ok);
+  const std::uint64_t before = batch.state_hash();
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    for (const unsigned flip : {1u, 128u, 255u}) {
+      std::vector<std::byte> bad = whole;
+      bad[i] ^= static_cast<std::byte>(flip);
+      write_bytes(folder.at("bad"), bad);
+      INFO("byte " << i << " xor " << flip);
+      const std::string message = message_of([&] { bristle::restore_state_file(folder.at("bad"), batch); });
+      expect(message.find(folder.at("bad")) != std::string::npos,
+             "a file with a byte changed is refused by name");
+      expect(batch.state_hash() == before, "the batch stays as it was");
+    }
+  }
+  CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
+  CHECK(batch.state_hash() == saved.state_hash());
+}
+
+TEST_CASE("A state file cut anywhere, or with more behind it, is refused", "[state]") {
+  const Folder folder;
+  PatchBatch batch = small_batch();
+  bristle::save_state_file(folder.at("state"), batch, std::vector<std::byte>(5, std::byte{9}));
+  std::vector<std::byte> bytes = read_bytes(folder.at("state"));
+  const std::uint64_t before = batch.state_hash();
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    write_bytes(folder.at("cut"),
+                std::vector<std::byte>(bytes.begin(), bytes.begin() + static_cast<long>(size)));
+    const std::string message = message_of([&] { bristle::restore_state_file(folder.at("cut"), batch); });
+    expect(message.find(size == 0 ? "not a state file" : "cut short") != std::string::npos,
+           "a file cut short is refused as such");
+    expect(batch.state_hash() == before, "the batch stays as it was");
+  }
+  bytes.push_back(std::byte{0});
+  write_bytes(folder.at("long"), bytes);
+  CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("long"), batch); }), {"longer"}));
+}
+
+TEST_CASE("Files that are no state files are refused by what they are", "[state]") {
+  const Folder folder;
+  PatchBatch batch = small_batch();
+  const auto refusal = [&](const std::string& path) {
+    return message_of([&] { bristle::restore_state_file(path, batch); });
+  };
+  write_bytes(folder.at("foreign"), std::vector<std::byte>(500, std::byte{'x'}));
+  CHECK(names(refusal(folder.at("foreign")), {folder.at("foreign"), "not a state file"}));
+  CHECK(names(refusal(folder.at("nothing")), {"nothing", "No such file"}));
+  CHECK(names(refusal(folder.path.string()), {"is not a file"}));
+  CHECK(names(refusal("/dev/zero"), {"is not a file"}));
+  REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // and nobody waits for a writer
+
+  bristle::save_state_file(folder.at("state"), batch);
+  std::vector<std::byte> newer = read_bytes(folder.at("state"));
+  newer[8] = std::byte{9};
+  write_bytes(folder.at("newer"), newer);
+  CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
+  newer[8] = std::byte{1};
+  newer[48] = std::byte{9};  // of the state inside
+  write_bytes(folder.at("newer"), newer);
+  CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
+
+  PatchBatch other;
+  CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), other); }),
+              {folder.at("state"), "saved patches = 2", "has 0"}));
+}
+
+TEST_CASE("A state file replaces the old one whole, and nothing that is no file", "[state]") {
+  const Folder folder;
+  PatchBatch batch = small_batch();
+  write_bytes(folder.at("state"), std::vector<std::byte>(100000, std::byte{1}));
+  bristle::save_state_file(folder.at("state"), batch);
+  CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
+  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) ==
+        1);  // nothing left over
+
+  const auto refusal = [&](const std::string& path) {
+    return message_of([&] { bristle::save_state_file(path, batch); });
+  };
+  fs::create_directory(folder.at("folder"));
+  CHECK(names(refusal(folder.at("folder")), {"is not a file"}));
+  REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
+  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));
+  CHECK(fs::is_fifo(folder.at("pipe")));
+  CHECK(names(refusal(folder.at("no/such/state")), {"cannot be written", "No such file"}));
+  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 3);
+}
+
+TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
+  // A limit on the size of files stands for the disk.
+  const Folder folder;
+  PatchBatch batch = small_batch();
+  bristle::save_state_file(folder.at("state"), batch);
+  const std::vector<std::byte> before = read_bytes(folder.at("state"));
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{300, 300};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    bool refused = false;
+    try {
+      bristle::save_state_file(folder.at("state"), batch);
+    } catch (const bristle::Error& error) {
+      refused = std::strstr(error.what(), "cannot be written") != nullptr;
+    }
+    _exit(refused ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+  CHECK(read_bytes(folder.at("state")) == before);
+  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
+}
+
+TEST_CASE("A state with a true checksum and values that no patch can have is refused by the value",
+          "[state]") {
+  const PatchBatch saved = small_batch();
+  const std::vector<std::byte> good = saved_state(saved);
+  PatchBatch batch = small_batch();
+  {
+    std::vector<std::byte> same = good;
+    reseal(same);
+    REQUIRE(same == good);  // the format's checksum is the documented one
+  }
+  const std::uint64_t before = batch.state_hash();
+  const auto refusal = [&](std::size_t at, const void* what, std::size_t size) {
+    std::vector<std::byte> bad = good;
+    put(bad, at, what, size);
+    reseal(bad);
+    const std::string message = message_of([&] { batch.restore_state(bad); });
+    CHECK(batch.state_hash() == before);
+    return message;
+  };
+  // Of the first patch, by core/MODEL.md: head of 40 bytes, patch head of 24, then its contact.
+  constexpr std::size_t contact = 40 + 24;
+  CHECK(find_number(good, 1.6) == contact);  // the load comes first
+  const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;
+  const std::uint32_t many = 1u << 30;
+  const std::int64_t far = std::int64_t{1} << 62;
+  for (const double* bad : {&nan, &infinite, &minus}) {
+    CHECK(names(refusal(contact, bad, 8), {"patch 1", "normal_load"}));
+    CHECK(names(refusal(contact + 8, bad, 8), {"zeta"}));
+    CHECK(names(refusal(contact + 16, bad, 8), {"active"}));
+    CHECK(names(refusal(contact + 24, bad, 8), {"overload"}));
+    CHECK(names(refusal(contact + 32, bad, 8), {"fraction"}));
+    CHECK(names(refusal(contact + 56, bad, 8), {"pending_dissipated"}));
+  }
+  CHECK(names(refusal(contact + 16, &huge, 8), {"active"}));
+  CHECK(names(refusal(contact + 24, &half, 8), {"overload"}));
+  CHECK(names(refusal(contact + 64, &nan, 8), {"pending_loss"}));
+  CHECK(names(refusal(contact + 80, &many, 4), {"whole"}));
+  constexpr std::size_t block = contact + 84;
+  CHECK(names(refusal(block, &far, 8), {"displacement"}));
+  CHECK(names(refusal(block + 16, &far, 8), {"sum"}));
+  constexpr std::size_t zx = block + 32, zy = zx + 12, delta = zy + 12;
+  const float nan_float = std::nanf(""), long_float = 1e6f, zero_float = 0.0f;
+  CHECK(names(refusal(zx, &nan_float, 4), {"deflection"}));
+  CHECK(names(refusal(zy + 4, &long_float, 4), {"deflection"}));
+  CHECK(names(refusal(delta, &nan_float, 4), {"snap length"}));
+  CHECK(names(refusal(delta + 4, &zero_float, 4), {"snap length"}));
+  CHECK(names(refusal(40, &many, 4), {"patch 1", "another material or other options"}));
+  CHECK(names(refusal(24, &far, 8), {"saved patches"}));
+  batch.restore_state(good);
+  CHECK(batch.state_hash() == saved.state_hash());
+}
