@@ -644,12 +644,17 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
     if (result != BRISTLE_OK) return result;
   }
   if (report == nullptr) return BRISTLE_OK;
-  bristle_step_report c{};
+  bristle_step_report c;
+  c.struct_size = sizeof c;
   c.status = static_cast<std::uint32_t>(done.status);
   c.patches_stepped = done.patches_stepped;
   c.tasks = done.tasks;
   c.threads = done.threads;
   c.bristles_visited = done.bristles_visited;
+  if (report->struct_size == sizeof c) {
+    *report = c;
+    return BRISTLE_OK;
+  }
   return guarded([&] { write_struct(c, report, "report"); });
 }
 

@@ -1,6 +1,8 @@
 // After warm_up a step allocates nothing, on any thread.
 #include <catch2/catch.hpp>
 
+#include <bristle/bristle.h>
+
 #include <array>
 #include <cstdio>
 #include <map>
@@ -87,6 +89,34 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       CHECK(number == 0);
     }
   }
+}
+
+TEST_CASE("A step of the C interface allocates nothing", "[allocations][c]") {
+  if (!can_watch()) return;
+  bristle_batch* batch = nullptr;
+  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
+  bristle_material material;
+  bristle_init_material(&material, sizeof material);
+  bristle_motion motions[3] = {};
+  bristle_response responses[3] = {};
+  for (bristle_motion& motion : motions) {
+    REQUIRE(bristle_add(batch, &material, nullptr, &motion.id) == BRISTLE_OK);
+    motion.normal_load = 0.5;
+  }
+  bristle_step_report report;
+  bristle_init_step_report(&report, sizeof report);
+  REQUIRE(bristle_warm_up(batch) == BRISTLE_OK);
+  const long before = counts_so_far().allocations;
+  std::uint32_t stepped = 0;
+  for (int k = 0; k < 100; ++k) {
+    for (bristle_motion& motion : motions) motion.displacement[0] = k % 3 == 0 ? 20e-6 : -1e-6;
+    bristle_step(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3, &report);
+    stepped += report.patches_stepped;
+    bristle_find_force(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3);
+  }
+  CHECK(counts_so_far().allocations - before == 0);
+  CHECK(stepped == 300);
+  bristle_destroy(batch);
 }
 
 TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][keys]") {
