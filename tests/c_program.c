@@ -205,7 +205,7 @@ int c_program_of_another_version(void) {
     bristle_id id;
     uint32_t status, reserved;
     double end[2], elastic[2];
-  } responses[count];
+  } responses[count + 1]; /* the last one is not the library's */
   struct shorter_options {
     size_t struct_size;
     double max_normal_load;
@@ -222,6 +222,8 @@ int c_program_of_another_version(void) {
   options.max_normal_load = n;
   memset(motions, 0, sizeof motions);
   memset(responses, 0, sizeof responses);
+  responses[count].id = 4711;
+  responses[count].end[0] = -7.5;
   for (i = 0; i < count; ++i) {
     /* The default of the options that this program does not know is two axes: as C++ has it. */
 #if BRISTLE_MINIMAL
@@ -242,6 +244,7 @@ int c_program_of_another_version(void) {
     EXPECT(responses[i].id == ids[i] && responses[i].status == BRISTLE_STATUS_OK);
     EXPECT(fabs(responses[i].elastic[0] + (i + 1) * 0.1 * dbar * n) < 1e-6 * dbar * n);
   }
+  EXPECT(responses[count].id == 4711 && responses[count].end[0] == -7.5);
   memset(&info, 0, sizeof info);
   info.struct_size = offsetof(bristle_patch_info, weight);
   guard = info.weight = -7.5;

@@ -50,12 +50,14 @@ TEST_CASE("The C and the C++ interface give the same bits, whatever the size of 
           "[c]") {
   constexpr std::uint32_t n = 700;
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
-  const Material material = plain_material(law, SnapRule::keep);
+  const Material material =
+      plain_material(law, SnapRule::keep).with_bristle_damping(1e-3).with_viscous_friction(0.5);
   const PatchOptions options = plain_options(n, 1, Precision::single, Outputs::end);
   bristle_material c_material;
   bristle_init_material(&c_material, sizeof c_material);
   c_material.bristle_stiffness = material.bristle_stiffness;
   c_material.bristle_damping = material.bristle_damping;
+  c_material.viscous_friction = material.viscous_friction;
   c_material.normal_stiffness = material.normal_stiffness;
   c_material.asperity_height_deviation = material.asperity_height_deviation;
   c_material.snap_length = {BRISTLE_LAW_UNIFORM, 0, 0.5 * dbar, 1.5 * dbar, nullptr};
