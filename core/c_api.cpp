@@ -644,12 +644,17 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
     if (result != BRISTLE_OK) return result;
   }
   if (report == nullptr) return BRISTLE_OK;
-  bristle_step_report c{};
+  bristle_step_report c;
+  c.struct_size = sizeof c;
   c.status = static_cast<std::uint32_t>(done.status);
   c.patches_stepped = done.patches_stepped;
   c.tasks = done.tasks;
   c.threads = done.threads;
   c.bristles_visited = done.bristles_visited;
+  if (report->struct_size == sizeof c) {
+    *report = c;
+    return BRISTLE_OK;
+  }
   return guarded([&] { write_struct(c, report, "report"); });
 }
 
@@ -714,6 +719,28 @@ bristle_result bristle_restore_state(bristle_batch* batch, const void* from, siz
     need(batch, "batch");
     need(from, "from");
     batch->batch.restore_state({static_cast<const std::byte*>(from), size});
+  });
+}
+
+bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path, const void* extra,
+                                       size_t extra_size) {
+  return guarded([&] {
+    need(batch, "batch");
+    need(path, "path");
+    if (extra_size > 0) need(extra, "extra");
+    save_state_file(path, batch->batch, {static_cast<const std::byte*>(extra), extra_size});
+  });
+}
+
+bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
+                                          size_t capacity, size_t* extra_size) {
+  return guarded([&] {
+    need(batch, "batch");
+    need(path, "path");
+    const std::vector<std::byte> found = restore_state_file(path, batch->batch);
+    const size_t held = extra != nullptr ? std::min(capacity, found.size()) : 0;
+    if (held > 0) std::memcpy(extra, found.data(), held);
+    if (extra_size != nullptr) *extra_size = found.size();
   });
 }
 
@@ -813,11 +840,12 @@ bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_
   return init_struct(report, struct_size, bristle_monitor_report{}, "report");
 }
 
-bristle_result bristle_monitor_create(double deadline_s, bristle_monitor** monitor) {
+bristle_result bristle_monitor_create(double deadline_s, double period_s, bristle_monitor** monitor) {
   return guarded([&] {
     need(monitor, "monitor");
     if (!(deadline_s > 0.0)) throw Error("bristle_monitor_create: the deadline must be above 0 s");
-    *monitor = new bristle_monitor{DeadlineMonitor(deadline_s)};
+    if (!(period_s >= 0.0)) throw Error("bristle_monitor_create: the period must not be negative");
+    *monitor = new bristle_monitor{DeadlineMonitor(deadline_s, period_s)};
   });
 }
 
@@ -826,6 +854,19 @@ void bristle_monitor_destroy(bristle_monitor* monitor) { delete monitor; }
 void bristle_monitor_record(bristle_monitor* monitor, double wall_s, double cpu_s) {
   if (monitor != nullptr) monitor->monitor.record(wall_s, cpu_s);
 }
+void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s, double end_s,
+                                 double cpu_s) {
+  if (monitor != nullptr) monitor->monitor.record(Tick{due_s, start_s, end_s, cpu_s});
+}
+void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks) {
+  if (monitor != nullptr) monitor->monitor.record_skipped(ticks);
+}
+void bristle_monitor_pause(bristle_monitor* monitor) {
+  if (monitor != nullptr) monitor->monitor.pause();
+}
+void bristle_monitor_refresh_events(bristle_monitor* monitor) {
+  if (monitor != nullptr) monitor->monitor.refresh_events();
+}
 void bristle_monitor_reset(bristle_monitor* monitor) {
   if (monitor != nullptr) monitor->monitor.reset();
 }
@@ -833,17 +874,28 @@ void bristle_monitor_reset(bristle_monitor* monitor) {
 bristle_result bristle_monitor_find_report(const bristle_monitor* monitor, bristle_monitor_report* report) {
   return guarded([&] {
     need(monitor, "monitor");
-    const DeadlineMonitor& m = monitor->monitor;
+    DeadlineMonitor m;
+    if (!monitor->monitor.snapshot(m))
+      throw Error("bristle_monitor_find_report: the loop leaves no gap between two ticks to read in");
     bristle_monitor_report c{};
     c.deadline = m.deadline();
+    c.period = m.period();
     c.p50 = m.p50();
     c.p99 = m.p99();
     c.p999 = m.p999();
     c.max = m.max();
     c.mean = m.mean();
+    c.jitter_p50 = m.period_jitter().percentile(0.5);
+    c.jitter_p99 = m.period_jitter().percentile(0.99);
+    c.jitter_max = m.period_jitter().max();
     c.count = m.count();
     c.misses = m.misses();
     c.misses_ours = m.misses_ours();
+    c.skipped = m.skipped();
+    c.longest_run = m.longest_run();
+    c.involuntary_switches = m.late_events().involuntary_switches;
+    c.minor_faults = m.late_events().minor_faults;
+    c.major_faults = m.late_events().major_faults;
     write_struct(c, report, "report");
   });
 }

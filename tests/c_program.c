@@ -77,7 +77,7 @@ int c_program_follows_the_virgin_curve(void) {
   return 0;
 }
 
-int c_program_reads_and_restores(void) {
+int c_program_reads_and_restores(const char* path) {
   enum { n = 500 };
   static double zx[n], delta[n];
   static unsigned char saved[1 << 16];
@@ -91,6 +91,8 @@ int c_program_reads_and_restores(void) {
   uint64_t hash;
   size_t bytes;
   double energy = 0.0;
+  char extra[2];
+  size_t extra_size = 0;
   int i;
   options.key = 77;
   EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
@@ -123,6 +125,13 @@ int c_program_reads_and_restores(void) {
   EXPECT(bristle_state_hash(batch, id) != hash);
   EXPECT(bristle_restore_state(batch, saved, bytes) == BRISTLE_OK);
   EXPECT(bristle_state_hash(batch, id) == hash);
+  EXPECT(bristle_save_state_file(batch, path, "time", 4) == BRISTLE_OK);
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_OK);
+  EXPECT(bristle_restore_state_file(batch, path, extra, sizeof extra, &extra_size) == BRISTLE_OK);
+  EXPECT(extra_size == 4 && memcmp(extra, "ti", 2) == 0 && bristle_state_hash(batch, id) == hash);
+  EXPECT(bristle_restore_state_file(batch, "/nowhere/at/all", NULL, 0, NULL) == BRISTLE_REFUSED);
+  EXPECT(strstr(bristle_last_error(), "/nowhere/at/all") != NULL);
   saved[bytes / 2] ^= 1;
   EXPECT(bristle_restore_state(batch, saved, bytes) == BRISTLE_REFUSED);
   EXPECT(strstr(bristle_last_error(), "damaged") != NULL);
@@ -196,7 +205,7 @@ int c_program_of_another_version(void) {
     bristle_id id;
     uint32_t status, reserved;
     double end[2], elastic[2];
-  } responses[count];
+  } responses[count + 1]; /* the last one is not the library's */
   struct shorter_options {
     size_t struct_size;
     double max_normal_load;
@@ -213,6 +222,8 @@ int c_program_of_another_version(void) {
   options.max_normal_load = n;
   memset(motions, 0, sizeof motions);
   memset(responses, 0, sizeof responses);
+  responses[count].id = 4711;
+  responses[count].end[0] = -7.5;
   for (i = 0; i < count; ++i) {
     /* The default of the options that this program does not know is two axes: as C++ has it. */
 #if BRISTLE_MINIMAL
@@ -233,6 +244,7 @@ int c_program_of_another_version(void) {
     EXPECT(responses[i].id == ids[i] && responses[i].status == BRISTLE_STATUS_OK);
     EXPECT(fabs(responses[i].elastic[0] + (i + 1) * 0.1 * dbar * n) < 1e-6 * dbar * n);
   }
+  EXPECT(responses[count].id == 4711 && responses[count].end[0] == -7.5);
   memset(&info, 0, sizeof info);
   info.struct_size = offsetof(bristle_patch_info, weight);
   guard = info.weight = -7.5;
@@ -330,8 +342,8 @@ int c_program_watches_a_deadline(void) {
   bristle_monitor* monitor = NULL;
   bristle_monitor_report report;
   int i;
-  EXPECT(bristle_monitor_create(0.0, &monitor) == BRISTLE_REFUSED);
-  EXPECT(bristle_monitor_create(1e-3, &monitor) == BRISTLE_OK);
+  EXPECT(bristle_monitor_create(0.0, 0.0, &monitor) == BRISTLE_REFUSED);
+  EXPECT(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
   for (i = 0; i < 98; ++i) bristle_monitor_record(monitor, 1e-4, -1.0);
   bristle_monitor_record(monitor, 2e-3, 1e-4);
   bristle_monitor_record(monitor, 3e-3, 2e-3);
@@ -339,6 +351,16 @@ int c_program_watches_a_deadline(void) {
   EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
   EXPECT(report.count == 100 && report.misses == 2 && report.misses_ours == 1 && report.deadline == 1e-3);
   EXPECT(fabs(report.p50 - 1e-4) < 0.016 * 1e-4 && report.max == 3e-3);
+  EXPECT(report.longest_run == 2 && report.skipped == 0);
+  bristle_monitor_record_skipped(monitor, 5);
+  bristle_monitor_pause(monitor);
+  bristle_monitor_refresh_events(monitor);
+  bristle_monitor_record_tick(monitor, 10.0, 10.0, 10.0001, -1.0);
+  bristle_monitor_record_tick(monitor, 10.001, 10.0012, 10.0013,
+                              -1.0); /* 0.2 ms late, in time all the same */
+  EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
+  EXPECT(report.count == 102 && report.misses == 2 && report.skipped == 5 && report.period == 1e-3);
+  EXPECT(fabs(report.jitter_max - 0.2e-3) < 1e-9);
   bristle_monitor_reset(monitor);
   EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
   EXPECT(report.count == 0 && report.max == 0.0);

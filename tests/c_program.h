@@ -5,7 +5,8 @@
 extern "C" {
 #endif
 int c_program_follows_the_virgin_curve(void);
-int c_program_reads_and_restores(void);
+/* `path`: of a file that may be written. */
+int c_program_reads_and_restores(const char* path);
 int c_program_hears_why(void);
 int c_program_of_another_version(void);
 int c_program_goes_to_coefficients_and_back(void);

@@ -1,6 +1,8 @@
 // After warm_up a step allocates nothing, on any thread.
 #include <catch2/catch.hpp>
 
+#include <bristle/bristle.h>
+
 #include <array>
 #include <cstdio>
 #include <map>
@@ -89,8 +91,36 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
   }
 }
 
+TEST_CASE("A step of the C interface allocates nothing", "[allocations][c]") {
+  if (!can_watch()) return;
+  bristle_batch* batch = nullptr;
+  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
+  bristle_material material;
+  bristle_init_material(&material, sizeof material);
+  bristle_motion motions[3] = {};
+  bristle_response responses[3] = {};
+  for (bristle_motion& motion : motions) {
+    REQUIRE(bristle_add(batch, &material, nullptr, &motion.id) == BRISTLE_OK);
+    motion.normal_load = 0.5;
+  }
+  bristle_step_report report;
+  bristle_init_step_report(&report, sizeof report);
+  REQUIRE(bristle_warm_up(batch) == BRISTLE_OK);
+  const long before = counts_so_far().allocations;
+  std::uint32_t stepped = 0;
+  for (int k = 0; k < 100; ++k) {
+    for (bristle_motion& motion : motions) motion.displacement[0] = k % 3 == 0 ? 20e-6 : -1e-6;
+    bristle_step(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3, &report);
+    stepped += report.patches_stepped;
+    bristle_find_force(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3);
+  }
+  CHECK(counts_so_far().allocations - before == 0);
+  CHECK(stepped == 300);
+  bristle_destroy(batch);
+}
+
 TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][keys]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  if (!can_watch()) return;
   PatchBatch batch;
   bristle::KeyedPatches patches(batch, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
                                 plain_options(40),
@@ -102,7 +132,7 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
   std::vector<Motion> motions(points.size());
   std::vector<Response> responses(points.size());
   std::vector<bristle::KeyedPatches::Entry> entries(100);
-  const long before = calls;
+  const long before = counts_so_far().allocations;
   for (std::size_t k = 0; k < 200; ++k) {
     for (std::size_t i = 0; i < points.size(); ++i)
       points[i] = {i / 5, {0.01 * static_cast<double>(i * (k / 10)), 0.0, 0.0}};
@@ -115,18 +145,18 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
     patches.end_step();
   }
   patches.clear();
-  CHECK(calls - before == 0);
+  CHECK(counts_so_far().allocations - before == 0);
 }
 
 #if BRISTLE_HAS_EIGEN
 TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][frame][haptic]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  if (!can_watch()) return;
   PatchBatch batch;
   Motion motion;
   Response response;
   motion.id = batch.add(Material{}, PatchOptions{}.with_bristles(200));
   batch.warm_up();
-  const long before = calls;
+  const long before = counts_so_far().allocations;
   bristle::ContactFrame frame(Eigen::Vector3d(1, 2, 3));
   bristle::HapticPoint point(bristle::HapticOptions{}.with_force_limit(1.0).with_resolution(1e-5));
   Eigen::Vector3d sum(0, 0, 0);
@@ -138,7 +168,7 @@ TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][
     batch.step(tick, {&motion, 1}, {&response, 1});
     sum += point.finish(response);
   }
-  CHECK(calls - before == 0);
+  CHECK(counts_so_far().allocations - before == 0);
   CHECK(sum.norm() > 0.0);
 }
 

@@ -7,14 +7,17 @@
 
 #include "c_program.h"
 #include "scenes.hpp"
+#include "temporary_folder.hpp"
 
+using namespace bristle;
 using namespace bristle_test;
 
 TEST_CASE("A C program follows the virgin curve", "[c]") {
   REQUIRE(c_program_follows_the_virgin_curve() == 0);
 }
 TEST_CASE("A C program reads bristles, saves and restores", "[c]") {
-  REQUIRE(c_program_reads_and_restores() == 0);
+  const TemporaryFolder folder;
+  REQUIRE(c_program_reads_and_restores(folder.at("state").c_str()) == 0);
 }
 TEST_CASE("A C program hears by code and text why it was refused", "[c]") {
   REQUIRE(c_program_hears_why() == 0);
@@ -47,15 +50,14 @@ TEST_CASE("The C and the C++ interface give the same bits, whatever the size of 
           "[c]") {
   constexpr std::uint32_t n = 700;
   const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
-  const Material material = plain_material(law, SnapRule::keep);
+  const Material material =
+      plain_material(law, SnapRule::keep).with_bristle_damping(1e-3).with_viscous_friction(0.5);
   const PatchOptions options = plain_options(n, 1, Precision::single, Outputs::end);
-  PatchBatch batch;
-  const PatchId id = batch.add(material, options);
-
   bristle_material c_material;
   bristle_init_material(&c_material, sizeof c_material);
   c_material.bristle_stiffness = material.bristle_stiffness;
   c_material.bristle_damping = material.bristle_damping;
+  c_material.viscous_friction = material.viscous_friction;
   c_material.normal_stiffness = material.normal_stiffness;
   c_material.asperity_height_deviation = material.asperity_height_deviation;
   c_material.snap_length = {BRISTLE_LAW_UNIFORM, 0, 0.5 * dbar, 1.5 * dbar, nullptr};

@@ -366,6 +366,16 @@ BRISTLE_API size_t bristle_save_state(const bristle_batch* batch, void* to, size
  * does not fit. [step] */
 BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size);
 
+/** The state in a file, with bytes of the caller's own (`extra` may be null): there whole or not at all.
+ *  Allocates and waits for the disk: not for a servo thread. [step] */
+BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path,
+                                                   const void* extra, size_t extra_size);
+/** Restores from a file. `extra` (may be null) receives the caller's own bytes, as many as `capacity` holds,
+ *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit. [step]
+ */
+BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
+                                                      size_t capacity, size_t* extra_size);
+
 /** Patches of the batch; 0 for null. [step] */
 BRISTLE_API size_t bristle_patch_count(const bristle_batch* batch);
 /** Threads that may step; 0 for null. [any] */
@@ -454,31 +464,57 @@ BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
 
 /* ------------------------------------------------------------------------------------ deadline monitor */
 
-/** Step times against a deadline, in constant memory: bristle::DeadlineMonitor. */
+/** Step times and periods of a loop against its deadline, in constant memory: bristle::DeadlineMonitor. */
 typedef struct bristle_monitor bristle_monitor;
 
-/** What a monitor saw. */
+/** What a monitor saw. Times in s; percentiles at most 1.6 % high, maxima exact. */
 typedef struct bristle_monitor_report {
   size_t struct_size;
-  double deadline;                  /**< s */
-  double p50, p99, p999, max, mean; /**< s; percentiles at most 1.6 % high, `max` exact */
+  double deadline;
+  double period; /**< 0: ticks have none */
+  double p50;
+  double p99;
+  double p999;
+  double max;
+  double mean;
+  double jitter_p50; /**< of |time from start to start - period| */
+  double jitter_p99;
+  double jitter_max;
   uint64_t count;
-  uint64_t misses;      /**< ticks over the deadline */
-  uint64_t misses_ours; /**< of these, with CPU time over it; the others are the machine's */
+  uint64_t misses;      /**< late ticks */
+  uint64_t misses_ours; /**< of these, with CPU time over the deadline; the others are the machine's */
+  uint64_t skipped;     /**< ticks of the grid that were left out */
+  uint64_t longest_run; /**< most ticks in a row that were late or left out */
+  uint64_t involuntary_switches; /**< in late ticks, as the system counts */
+  uint64_t minor_faults;
+  uint64_t major_faults;
 } bristle_monitor_report;
 
 /** Zeros. [any] */
 BRISTLE_API bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_t struct_size);
-/** A new monitor. Give it back by bristle_monitor_destroy. [any] */
-BRISTLE_API bristle_result bristle_monitor_create(double deadline_s, bristle_monitor** monitor);
+/** A new monitor of a deadline and a nominal period (0: none). Give it back by bristle_monitor_destroy. [any]
+ */
+BRISTLE_API bristle_result bristle_monitor_create(double deadline_s, double period_s,
+                                                  bristle_monitor** monitor);
 /** Null does nothing. [alone] */
 BRISTLE_API void bristle_monitor_destroy(bristle_monitor* monitor);
-/** One step: wall time and CPU time of the stepping thread, s; cpu_s < 0 means not measured. Null does
- * nothing. Never allocates. [alone] */
+/** One step that was due when it started: wall time and CPU time of the stepping thread; cpu_s < 0 means not
+ *  measured. Null does nothing. Never allocates. [step] */
 BRISTLE_API void bristle_monitor_record(bristle_monitor* monitor, double wall_s, double cpu_s);
-/** Forgets what it saw. Null does nothing. [alone] */
+/** One tick of a loop with a period: when it was due, started and ended (times of bristle_wall_now), and its
+ *  CPU time. Null does nothing. Never allocates. [step] */
+BRISTLE_API void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s,
+                                             double end_s, double cpu_s);
+/** Ticks of the grid that were left out. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks);
+/** The loop paused: the next tick starts a new grid. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_pause(bristle_monitor* monitor);
+/** Events of a late tick count from here on: a microsecond, between ticks. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_refresh_events(bristle_monitor* monitor);
+/** Forgets what it saw. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_reset(bristle_monitor* monitor);
-/** `report` was initialised. [alone] */
+/** All numbers of one moment; `report` was initialised. BRISTLE_REFUSED when the loop leaves no gap between
+ * two ticks. [any] */
 BRISTLE_API bristle_result bristle_monitor_find_report(const bristle_monitor* monitor,
                                                        bristle_monitor_report* report);
 /** Monotonic wall clock, s. [any] */
