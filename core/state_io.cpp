@@ -47,7 +47,7 @@ std::uint64_t hash_patch(const PatchState& p) noexcept {
 std::uint64_t signature(const PatchState& p) noexcept {
   Hasher hasher;
   hasher.add(p.material->hash);
-  hasher.add(p.weight);
+  hasher.add(p.full_weight);
   hasher.add(p.options.max_normal_load);
   hasher.add(std::uint64_t{p.bristles} << 32 | p.options.seed);
   hasher.add(static_cast<std::uint64_t>(p.variant) << 8 | static_cast<std::uint64_t>(p.options.outputs) << 4 |

@@ -1,0 +1,244 @@
+// A population may shrink to any prefix of itself, since every prefix is well spread, and grow again by copies
+// of those that stayed. Either way the sum of the deflections is off by a little then: a common shift of
+// some bristles puts it right (core/MODEL.md, "Detail").
+#include "patch_detail.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "patch_state.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// What bristles that reached their snap length could not take of a shift.
+struct Clipped {
+  double lack[2] = {0.0, 0.0};  ///< weighted
+  double weight = 0.0;
+};
+
+template <class T>
+class Shifter {
+ public:
+  Shifter(PatchState& the_patch, std::uint32_t its_first)
+      : patch(the_patch),
+        zx(static_cast<T*>(the_patch.zx)),
+        zy(static_cast<T*>(the_patch.zy)),
+        delta(static_cast<const T*>(the_patch.delta)),
+        first(its_first),
+        end(the_patch.in_contact()),
+        fraction(static_cast<T>(the_patch.fraction)) {}
+
+  /// Shifts all bristles from `first` on together until the weighted sum of their deflections has grown by
+  /// `lack`, none beyond its snap length. False: they cannot take it all; the rest is in `lack`.
+  bool run(double (&lack)[2]) {
+    if (first >= end) return false;
+    const double all = weight_of(end - 1) + static_cast<double>(end - 1 - first);
+    const double enough = std::numeric_limits<T>::epsilon() * size_of(lack);
+    double free = all;
+    for (int pass = 0; pass < most_passes && free > 0.0 && size_of(lack) > enough; ++pass) {
+      const T shift[2] = {static_cast<T>(lack[0] / free), static_cast<T>(lack[1] / free)};
+      Clipped clipped;
+      std::uint32_t i = first;
+      for (; i + lane_count <= end; i += lane_count) shift_row(i, lane_count, shift, clipped);
+      shift_row(i, end - i, shift, clipped);
+      free = all - clipped.weight;
+      for (int axis = 0; axis < 2; ++axis)
+        lack[axis] -= all * static_cast<double>(shift[axis]) - clipped.lack[axis];
+    }
+    return size_of(lack) <= enough;
+  }
+
+ private:
+  static constexpr int most_passes = 24;
+  /// Short of the snap length by what a sum of squares may round.
+  static constexpr T inside = T(1) - T(8) * std::numeric_limits<T>::epsilon();
+
+  PatchState& patch;
+  T* zx;
+  T* zy;
+  const T* delta;
+  std::uint32_t first, end;
+  T fraction;
+
+  static double size_of(const double (&lack)[2]) noexcept {
+    return std::max(std::abs(lack[0]), std::abs(lack[1]));
+  }
+  double weight_of(std::uint32_t i) const noexcept {
+    return i < patch.whole ? 1.0 : static_cast<double>(fraction);
+  }
+
+  [[gnu::always_inline]] void shift_row(std::uint32_t at, std::uint32_t count, const T (&shift)[2],
+                                        Clipped& clipped) {
+    T x[lane_count], y[lane_count] = {};
+    int any = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      x[k] = zx[at + k] + shift[0];
+      T squares = x[k] * x[k];
+      if (zy != nullptr) {
+        y[k] = zy[at + k] + shift[1];
+        squares += y[k] * y[k];
+      }
+      const T limit = delta[at + k] * inside;
+      any |= squares > limit * limit;
+    }
+    if (any != 0) clip_row(at, count, x, y, clipped);
+    for (std::uint32_t k = 0; k < count; ++k) zx[at + k] = x[k];
+    if (zy == nullptr) return;
+    for (std::uint32_t k = 0; k < count; ++k) zy[at + k] = y[k];
+  }
+
+  void clip_row(std::uint32_t at, std::uint32_t count, T (&x)[lane_count], T (&y)[lane_count],
+                Clipped& clipped) {
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const T limit = delta[at + k] * inside;
+      const T squares = x[k] * x[k] + y[k] * y[k];
+      if (!(squares > limit * limit)) continue;
+      const T shrink = limit / std::sqrt(squares);
+      const double weight = weight_of(at + k);
+      clipped.lack[0] += weight * static_cast<double>(x[k] - x[k] * shrink);
+      clipped.lack[1] += weight * static_cast<double>(y[k] - y[k] * shrink);
+      clipped.weight += weight;
+      x[k] *= shrink;
+      y[k] *= shrink;
+    }
+  }
+};
+
+bool shift_bristles(PatchState& p, std::uint32_t first, double (&lack)[2]) noexcept {
+  return p.is_double() ? Shifter<double>(p, first).run(lack) : Shifter<float>(p, first).run(lack);
+}
+
+/// Writes every block in contact down anew and gives the sums over them.
+void rewrite_all(PatchState& p, double (&sums)[2]) noexcept {
+  for (int axis = 0; axis < 2; ++axis) p.stored[axis] = p.offset[axis] = 0;
+  for (std::uint32_t b = 0; b < p.active_blocks(); ++b) {
+    p.rewrite_block(b);
+    if (b < p.full_blocks()) p.book_block(b, +1);
+  }
+  for (int axis = 0; axis < 2; ++axis) sums[axis] = p.deflection_sum(axis);
+}
+
+/// All bristles share in bringing the sums to `wanted`.
+void shift_all(PatchState& p, const double (&wanted)[2]) noexcept {
+  double sums[2];
+  rewrite_all(p, sums);
+  double lack[2] = {wanted[0] - sums[0], wanted[1] - sums[1]};
+  shift_bristles(p, 0, lack);
+  rewrite_all(p, sums);
+}
+
+/// The last bristles leave; those that stay take over their share.
+void drop_bristles(PatchState& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
+  const std::uint32_t old_blocks = p.active_blocks();
+  const std::uint32_t old_contact = p.in_contact();
+  p.whole = now.whole;
+  p.fraction = now.fraction;
+  const std::uint32_t blocks = p.active_blocks();
+  for (std::uint32_t b = blocks; b < old_blocks; ++b) p.enter_block(b);
+  p.forget_bristles(p.in_contact(), std::min(old_contact, blocks * block_size));
+  shift_all(p, wanted);
+}
+
+/// Bristles [from, in_contact) copy those before them, in turn.
+template <class T>
+void copy_bristles(PatchState& p, std::uint32_t from) noexcept {
+  T* const columns[2] = {static_cast<T*>(p.zx), static_cast<T*>(p.zy)};
+  auto* delta = static_cast<T*>(p.delta);
+  const auto* first = static_cast<const T*>(p.first);
+  for (std::uint32_t i = from, j = 0; i < p.in_contact(); ++i, j = j + 1 < from ? j + 1 : 0) {
+    const Block& block = p.blocks[j / block_size];
+    const T length = block.zero ? first[j] : delta[j];
+    T z[2] = {T(0), T(0)};
+    for (int axis = 0; axis < p.options.axes; ++axis) {
+      z[axis] = (block.zero ? T(0) : columns[axis][j]) + static_cast<T>(p.moved_since(block, axis));
+    }
+    T scale = T(1);
+    if (p.draw != nullptr)
+      delta[i] = length;
+    else
+      scale = delta[i] / length;  // as far on its way to its snap
+    for (int axis = 0; axis < p.options.axes; ++axis) columns[axis][i] = z[axis] * scale;
+  }
+}
+
+/// Weighted sum of bristles [from, in_contact).
+template <class T>
+void add_bristles(const PatchState& p, std::uint32_t from, double (&sums)[2]) noexcept {
+  const T* const columns[2] = {static_cast<const T*>(p.zx), static_cast<const T*>(p.zy)};
+  for (int axis = 0; axis < p.options.axes; ++axis) {
+    for (std::uint32_t i = from; i < p.whole; ++i) sums[axis] += static_cast<double>(columns[axis][i]);
+    if (p.fraction > 0.0)
+      sums[axis] += static_cast<double>(static_cast<T>(p.fraction) * columns[axis][p.whole]);
+  }
+}
+
+void add_bristles(const PatchState& p, std::uint32_t from, double (&sums)[2]) noexcept {
+  if (p.is_double())
+    add_bristles<double>(p, from, sums);
+  else
+    add_bristles<float>(p, from, sums);
+}
+
+/// Bristles come back as copies; they alone are shifted, so that what was there costs nothing.
+void admit_copies(PatchState& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
+  const std::uint32_t old_blocks = p.active_blocks();
+  const std::uint32_t old_full = p.full_blocks();
+  const std::uint32_t old_contact = p.in_contact();
+  const std::uint32_t old_whole = p.whole;
+  if (p.has_tail()) p.rewrite_block(old_full);
+  double stay[2] = {0.0, 0.0};  // of those that counted whole and still do
+  double edge[2] = {0.0, 0.0};
+  add_bristles(p, old_whole, edge);
+  for (int axis = 0; axis < 2; ++axis) stay[axis] = p.deflection_sum(axis) - edge[axis];
+
+  p.whole = now.whole;
+  p.fraction = now.fraction;
+  for (std::uint32_t b = old_blocks; b < p.active_blocks(); ++b) {
+    p.enter_block(b);
+    p.rewrite_block(b);
+  }
+  if (p.is_double())
+    copy_bristles<double>(p, old_contact);
+  else
+    copy_bristles<float>(p, old_contact);
+  double come[2] = {0.0, 0.0};
+  add_bristles(p, old_whole, come);
+  double lack[2];
+  for (int axis = 0; axis < 2; ++axis) lack[axis] = wanted[axis] - stay[axis] - come[axis];
+  const bool met = shift_bristles(p, old_whole, lack);
+  for (std::uint32_t b = old_full; b < p.active_blocks(); ++b) {
+    p.rewrite_block(b);
+    if (b < p.full_blocks()) p.book_block(b, +1);
+  }
+  if (!met) shift_all(p, wanted);
+}
+
+}  // namespace
+
+void change_detail(PatchState& p, std::uint32_t bristles) noexcept {
+  if (bristles == p.detail) return;
+  const bool energy = has(p.options.outputs, Outputs::energy);
+  const double before = energy ? find_stored_energy(p) : 0.0;
+  const double old_count = p.weight * p.overload;  // physical bristles that one stood for
+  const double sums[2] = {p.deflection_sum(0), p.deflection_sum(1)};
+  p.detail = bristles;
+  p.weight = bristles == p.bristles ? p.full_weight : p.full_weight * (static_cast<double>(p.bristles) / bristles);
+  if (!(p.active > 0.0)) return;
+
+  const ContactCount now = count_contacts(p.zeta, p.weight, p.detail);
+  const bool fewer = now.active < p.active;
+  p.active = now.active;
+  p.overload = now.overload;
+  p.forget_upper_bounds();
+  const double ratio = old_count / (p.weight * p.overload);
+  const double wanted[2] = {sums[0] * ratio, sums[1] * ratio};
+  if (fewer)
+    drop_bristles(p, now, wanted);
+  else
+    admit_copies(p, now, wanted);
+  if (energy) p.pending_loss += before - find_stored_energy(p);
+}
+
+}  // namespace bristle::detail
