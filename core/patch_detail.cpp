@@ -1,6 +1,6 @@
-// A population may shrink to any prefix of itself, since every prefix is well spread, and grow again by copies
-// of those that stayed. Either way the sum of the deflections is off by a little then: a common shift of
-// some bristles puts it right (core/MODEL.md, "Detail").
+// A population may shrink to any prefix of itself, since every prefix is well spread, and grow again by
+// copies of those that stayed. Either way the sum of the deflections is off by a little then: a common shift
+// of some bristles puts it right (core/MODEL.md, "Detail").
 #include "patch_detail.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct Clipped {
   double weight = 0.0;
 };
 
-template <class T>
+template <class T, int axes>
 class Shifter {
  public:
   Shifter(PatchState& the_patch, std::uint32_t its_first)
@@ -76,7 +76,7 @@ class Shifter {
     for (std::uint32_t k = 0; k < count; ++k) {
       x[k] = zx[at + k] + shift[0];
       T squares = x[k] * x[k];
-      if (zy != nullptr) {
+      if constexpr (axes == 2) {
         y[k] = zy[at + k] + shift[1];
         squares += y[k] * y[k];
       }
@@ -85,7 +85,7 @@ class Shifter {
     }
     if (any != 0) clip_row(at, count, x, y, clipped);
     for (std::uint32_t k = 0; k < count; ++k) zx[at + k] = x[k];
-    if (zy == nullptr) return;
+    if constexpr (axes == 1) return;
     for (std::uint32_t k = 0; k < count; ++k) zy[at + k] = y[k];
   }
 
@@ -107,7 +107,9 @@ class Shifter {
 };
 
 bool shift_bristles(PatchState& p, std::uint32_t first, double (&lack)[2]) noexcept {
-  return p.is_double() ? Shifter<double>(p, first).run(lack) : Shifter<float>(p, first).run(lack);
+  if (p.options.axes == 1)
+    return p.is_double() ? Shifter<double, 1>(p, first).run(lack) : Shifter<float, 1>(p, first).run(lack);
+  return p.is_double() ? Shifter<double, 2>(p, first).run(lack) : Shifter<float, 2>(p, first).run(lack);
 }
 
 /// Writes every block in contact down anew and gives the sums over them.
@@ -141,25 +143,35 @@ void drop_bristles(PatchState& p, const ContactCount& now, const double (&wanted
   shift_all(p, wanted);
 }
 
-/// Bristles [from, in_contact) copy those before them, in turn.
+/// Bristles [to, to + count) copy those from `from` on, of one block.
 template <class T>
-void copy_bristles(PatchState& p, std::uint32_t from) noexcept {
-  T* const columns[2] = {static_cast<T*>(p.zx), static_cast<T*>(p.zy)};
+void copy_part(PatchState& p, std::uint32_t from, std::uint32_t to, std::uint32_t count) noexcept {
+  const Block& block = p.blocks[from / block_size];
   auto* delta = static_cast<T*>(p.delta);
-  const auto* first = static_cast<const T*>(p.first);
-  for (std::uint32_t i = from, j = 0; i < p.in_contact(); ++i, j = j + 1 < from ? j + 1 : 0) {
-    const Block& block = p.blocks[j / block_size];
-    const T length = block.zero ? first[j] : delta[j];
-    T z[2] = {T(0), T(0)};
-    for (int axis = 0; axis < p.options.axes; ++axis) {
-      z[axis] = (block.zero ? T(0) : columns[axis][j]) + static_cast<T>(p.moved_since(block, axis));
+  const T* lengths = block.zero ? static_cast<const T*>(p.first) : delta;
+  T* const columns[2] = {static_cast<T*>(p.zx), static_cast<T*>(p.zy)};
+  for (int axis = 0; axis < p.options.axes; ++axis) {
+    T* const z = columns[axis];
+    const auto moved = static_cast<T>(p.moved_since(block, axis));
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const T copied = (block.zero ? T(0) : z[from + k]) + moved;
+      // With a length of its own a bristle is as far on the way to its snap.
+      z[to + k] = p.draw != nullptr ? copied : copied * (delta[to + k] / delta[from + k]);
     }
-    T scale = T(1);
-    if (p.draw != nullptr)
-      delta[i] = length;
-    else
-      scale = delta[i] / length;  // as far on its way to its snap
-    for (int axis = 0; axis < p.options.axes; ++axis) columns[axis][i] = z[axis] * scale;
+  }
+  if (p.draw != nullptr) std::copy_n(lengths + from, count, delta + to);
+}
+
+/// Bristles [first, in_contact) copy those before them, in turn.
+template <class T>
+void copy_bristles(PatchState& p, std::uint32_t first) noexcept {
+  std::uint32_t from = 0;
+  for (std::uint32_t to = first; to < p.in_contact();) {
+    const std::uint32_t end = std::min((from / block_size + 1) * block_size, first);
+    const std::uint32_t count = std::min(end - from, p.in_contact() - to);
+    copy_part<T>(p, from, to, count);
+    to += count;
+    from = end < first ? end : 0;
   }
 }
 
@@ -168,9 +180,14 @@ template <class T>
 void add_bristles(const PatchState& p, std::uint32_t from, double (&sums)[2]) noexcept {
   const T* const columns[2] = {static_cast<const T*>(p.zx), static_cast<const T*>(p.zy)};
   for (int axis = 0; axis < p.options.axes; ++axis) {
-    for (std::uint32_t i = from; i < p.whole; ++i) sums[axis] += static_cast<double>(columns[axis][i]);
-    if (p.fraction > 0.0)
-      sums[axis] += static_cast<double>(static_cast<T>(p.fraction) * columns[axis][p.whole]);
+    const T* const z = columns[axis];
+    double lanes[lane_count] = {};
+    std::uint32_t i = from;
+    for (; i + lane_count <= p.whole; i += lane_count)
+      for (std::uint32_t k = 0; k < lane_count; ++k) lanes[k] += static_cast<double>(z[i + k]);
+    for (; i < p.whole; ++i) lanes[0] += static_cast<double>(z[i]);
+    if (p.fraction > 0.0) lanes[0] += static_cast<double>(static_cast<T>(p.fraction) * z[p.whole]);
+    for (double lane : lanes) sums[axis] += lane;
   }
 }
 
@@ -197,8 +214,9 @@ void admit_copies(PatchState& p, const ContactCount& now, const double (&wanted)
   p.fraction = now.fraction;
   for (std::uint32_t b = old_blocks; b < p.active_blocks(); ++b) {
     p.enter_block(b);
-    p.rewrite_block(b);
+    p.blocks[b].zero = 0;  // written at once, below
   }
+  p.forget_bristles(p.in_contact(), std::min(p.active_blocks() * block_size, p.padded()));
   if (p.is_double())
     copy_bristles<double>(p, old_contact);
   else
@@ -224,7 +242,8 @@ void change_detail(PatchState& p, std::uint32_t bristles) noexcept {
   const double old_count = p.weight * p.overload;  // physical bristles that one stood for
   const double sums[2] = {p.deflection_sum(0), p.deflection_sum(1)};
   p.detail = bristles;
-  p.weight = bristles == p.bristles ? p.full_weight : p.full_weight * (static_cast<double>(p.bristles) / bristles);
+  p.weight =
+      bristles == p.bristles ? p.full_weight : p.full_weight * (static_cast<double>(p.bristles) / bristles);
   if (!(p.active > 0.0)) return;
 
   const ContactCount now = count_contacts(p.zeta, p.weight, p.detail);

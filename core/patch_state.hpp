@@ -18,8 +18,8 @@ struct PatchContact {
   double weight = 0.0;       ///< w, physical bristles per representative: zeta_max / detail
   std::uint32_t detail = 0;  ///< representatives that stand for the patch, at most its n
   double zeta = 0.0;         ///< bristles in contact, physical
-  double active = 0.0;    ///< representatives in contact
-  double overload = 1.0;  ///< zeta / (detail w) where that is above 1
+  double active = 0.0;       ///< representatives in contact
+  double overload = 1.0;     ///< zeta / (detail w) where that is above 1
   std::uint32_t whole = 0;
   double fraction = 0.0;
 
@@ -73,6 +73,7 @@ struct PatchState : PatchContact {
   std::uint32_t in_contact() const noexcept { return whole + (fraction > 0.0 ? 1u : 0u); }
   std::uint32_t full_blocks() const noexcept { return whole / block_size; }
   std::uint32_t active_blocks() const noexcept { return (in_contact() + block_size - 1) / block_size; }
+  std::uint32_t padded() const noexcept { return (bristles + lane_count - 1) / lane_count * lane_count; }
   bool has_tail() const noexcept { return in_contact() > full_blocks() * block_size; }
 
   template <class T>
@@ -93,11 +94,11 @@ struct PatchState : PatchContact {
   const KernelSet<T>& set() const noexcept;
 
   void rewrite_block(std::uint32_t b) noexcept;
-  void enter_block(std::uint32_t b) noexcept;            ///< its bristles are out of contact, or straight
-  void book_block(std::uint32_t b, int sign) noexcept;   ///< into the sums over full blocks, or out of them
+  void enter_block(std::uint32_t b) noexcept;           ///< its bristles are out of contact, or straight
+  void book_block(std::uint32_t b, int sign) noexcept;  ///< into the sums over full blocks, or out of them
   double moved_since(const Block& block, int axis) const noexcept;  ///< its last rewrite, scaled
-  double deflection_sum(int axis) const noexcept;        ///< weighted, over the bristles in contact, scaled
-  double joules_per_square() const noexcept;             ///< energy of a unit of |z|^2, scaled
+  double deflection_sum(int axis) const noexcept;  ///< weighted, over the bristles in contact, scaled
+  double joules_per_square() const noexcept;       ///< energy of a unit of |z|^2, scaled
   /// Bristles [from, to) of one block out of contact: their first snap lengths again.
   void forget_bristles(std::uint32_t from, std::uint32_t to) noexcept;
   void forget_upper_bounds() noexcept;  ///< of groups and patch: a block changed outside a step

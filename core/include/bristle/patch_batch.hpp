@@ -95,9 +95,10 @@ class PatchBatch {
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
   /// The patch goes on with `bristles` representatives (1 to its n) of weight zeta_max / bristles, from now
-  /// on: less work and a noisier force, or back again. Forces stay as they are, at rest and in sliding; nothing
-  /// snaps. The energy that the change takes (or, negative, brings) is in the next `contact_loss`. Costs about
-  /// as much as TODO. Status::unknown_id or bad_input change nothing. See core/MODEL.md, "Detail".
+  /// on: less work and a noisier force, or back again. Forces stay as they are, at rest and in sliding;
+  /// nothing snaps. The energy that the change takes (or, negative, brings) is in the next `contact_loss`.
+  /// Costs about as much as TODO. Status::unknown_id or bad_input change nothing. See core/MODEL.md,
+  /// "Detail".
   Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 
   /// An unknown id gives zeros, here and below.
