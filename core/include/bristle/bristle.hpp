@@ -3,6 +3,7 @@
 
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "bristle/load_shedder.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
