@@ -162,10 +162,19 @@ void copy_part(PatchState& p, std::uint32_t from, std::uint32_t to, std::uint32_
   if (p.draw != nullptr) std::copy_n(lengths + from, count, delta + to);
 }
 
+/// The first bristle to copy. Bristle i and its copy i + `count` have stratified lengths that differ by
+/// frac(count / golden ratio) in share: with lengths of their own but nearly the same they would keep step
+/// for long. One bristle on the difference is another.
+std::uint32_t first_copied(const PatchState& p, std::uint32_t count) noexcept {
+  if (p.draw != nullptr || count < 2) return 0;
+  const double share = 0.6180339887498949 * count;
+  return std::abs(share - std::floor(share + 0.5)) < 0.19 ? 1 : 0;
+}
+
 /// Bristles [first, in_contact) copy those before them, in turn.
 template <class T>
 void copy_bristles(PatchState& p, std::uint32_t first) noexcept {
-  std::uint32_t from = 0;
+  std::uint32_t from = first_copied(p, first);
   for (std::uint32_t to = first; to < p.in_contact();) {
     const std::uint32_t end = std::min((from / block_size + 1) * block_size, first);
     const std::uint32_t count = std::min(end - from, p.in_contact() - to);
