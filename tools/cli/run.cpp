@@ -38,6 +38,7 @@ class SceneRun {
   const Scene& scene_;
   const RunOptions& options_;
   SceneStepper stepper_;
+  Overload overload_;
   std::vector<Way> ways_;
   std::optional<ForceFile> force_file_;
   RunResult result_;
@@ -53,6 +54,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
     : scene_(scene),
       options_(options),
       stepper_(scene, batch_options(scene, options)),
+      overload_(scene, options.overload, stepper_),
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
@@ -70,7 +72,11 @@ void SceneRun::step(double t) {
   using bristle::DeadlineMonitor;
   const double cpu = DeadlineMonitor::cpu_now();
   const double wall = DeadlineMonitor::wall_now();
+  overload_.before_step();
   stepper_.step(t);
+  if (overload_.is_on())
+    overload_.after_step(stepper_.batch().threads() == 1 ? DeadlineMonitor::cpu_now() - cpu
+                                                         : DeadlineMonitor::wall_now() - wall);
   const double wall_time = DeadlineMonitor::wall_now() - wall;
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
 }
@@ -156,6 +162,7 @@ void SceneRun::finish() {
                               body.highest_speed(),
                               body.statistics()});
   }
+  if (overload_.is_on()) result_.overload = overload_.finish();
   result_.isa = stepper_.batch().isa();
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();

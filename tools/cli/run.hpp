@@ -10,6 +10,7 @@
 #include <bristle/patch.hpp>
 
 #include "tools/cli/body_motion.hpp"
+#include "tools/cli/overload.hpp"
 #include "tools/cli/scene.hpp"
 
 namespace cli {
@@ -22,6 +23,7 @@ struct RunOptions {
   std::optional<int> threads;
   std::string isa;  ///< empty: the library's choice
   std::optional<std::uint64_t> steps;
+  OverloadOptions overload;
 };
 
 /// Sum, square sum and extremes of a force component, N.
@@ -73,6 +75,7 @@ struct RunResult {
   std::size_t patches_written = 0;  ///< to the force file
   std::vector<PatchResult> patches;
   std::vector<BodyResult> bodies;
+  std::optional<OverloadResult> overload;  ///< where there was a budget, or a replay of one
 };
 
 /// Throws UserError.
