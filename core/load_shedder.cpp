@@ -60,6 +60,14 @@ struct LoadShedder::Impl {
       entry_of_slot[static_cast<std::uint32_t>(entries[i].id.value)] = static_cast<std::uint32_t>(i) + 1;
   }
 
+  /// The entry in the slot of `id`, if there is one.
+  void erase(PatchId id) noexcept {
+    const auto slot = static_cast<std::uint32_t>(id.value);
+    if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return;
+    entries.erase(entries.begin() + (entry_of_slot[slot] - 1));
+    index_entries();
+  }
+
   /// Looks at all motions: what they may cost if every bristle of a patch that moves is visited, in bristles.
   double survey(const PatchBatch& batch, Span<const Motion> in) noexcept {
     ++surveys;
@@ -198,8 +206,8 @@ LoadShedder& LoadShedder::operator=(LoadShedder&&) noexcept = default;
 void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles) {
   if (!patch) throw Error("LoadShedder: patch id 0 names no patch");
   if (least_bristles == 0) refuse("LoadShedder", "least_bristles", least_bristles, "1 or more");
-  remove(patch);
   Impl& impl = *impl_;
+  impl.erase(patch);  // or the removed patch whose slot this one took
   const auto slot = static_cast<std::uint32_t>(patch.value);
   if (slot >= impl.entry_of_slot.size()) impl.entry_of_slot.resize(std::size_t{slot} + 1, 0u);
   Impl::Entry entry;
@@ -213,12 +221,7 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
 }
 
 void LoadShedder::remove(PatchId patch) noexcept {
-  Impl& impl = *impl_;
-  // A patch that took the slot of a removed one replaces it.
-  const auto slot = static_cast<std::uint32_t>(patch.value);
-  if (slot >= impl.entry_of_slot.size() || impl.entry_of_slot[slot] == 0) return;
-  impl.entries.erase(impl.entries.begin() + (impl.entry_of_slot[slot] - 1));
-  impl.index_entries();
+  if (impl_->find(patch) != nullptr) impl_->erase(patch);
 }
 
 int LoadShedder::before_step(PatchBatch& batch, Span<const Motion> in) noexcept {

@@ -213,6 +213,12 @@ void admit_copies(PatchState& p, const ContactCount& now, const double (&wanted)
   const std::uint32_t old_full = p.full_blocks();
   const std::uint32_t old_contact = p.in_contact();
   const std::uint32_t old_whole = p.whole;
+  if (old_contact == 0) {  // a load so small that not even a fraction of one was in contact
+    p.whole = now.whole;
+    p.fraction = now.fraction;
+    for (std::uint32_t b = 0; b < p.active_blocks(); ++b) p.enter_block(b);
+    return;
+  }
   if (p.has_tail()) p.rewrite_block(old_full);
   double stay[2] = {0.0, 0.0};  // of those that counted whole and still do
   double edge[2] = {0.0, 0.0};

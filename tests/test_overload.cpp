@@ -286,6 +286,17 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
   CHECK(patch.hash() == hash);
 }
 
+TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
+  OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), plain_options(600));
+  patch.step(0.1 * dbar, 0.0, 1e-28);  // not a fraction of a bristle
+  for (std::uint32_t detail : {1u, 600u, 2u}) {
+    REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
+    CHECK(std::abs(patch.step(0.1 * dbar, 0.0, 1e-28).elastic[0]) < 1e-30);
+  }
+  patch.batch.set_detail(patch.id, 600);
+  CHECK(patch.step(0.1 * dbar, 0.0, 600.0).elastic[0] == Approx(-60.0 * dbar));
+}
+
 TEST_CASE("Too few bristles to hold the force hold what they can", "[overload]") {
   // The virgin peak of one length: every bristle at its snap length but for a hair.
   const Material material = plain_material(SnapLength::exponential(dbar), SnapRule::keep);
@@ -506,7 +517,15 @@ TEST_CASE("A LoadShedder names what it cannot take", "[overload][shedder]") {
     CHECK(loop.shedder.after_step(loop.batch, loop.motions, time, StepReport{}) == 0);
   for (int k = 0; k < 20; ++k) loop.tick_once(one_nanosecond_each);
   CHECK(loop.detail(1) < 1000);
+  // A new patch in the slot of the removed one is another.
+  const PatchId heir =
+      loop.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(90));
+  REQUIRE(static_cast<std::uint32_t>(heir.value) == static_cast<std::uint32_t>(loop.ids[0].value));
+  loop.shedder.add(heir);
   loop.shedder.remove(loop.ids[0]);
+  loop.batch.set_detail(heir, 70);
+  CHECK(loop.shedder.report(loop.batch).patches == 2);
+  loop.shedder.remove(heir);
   loop.shedder.remove(loop.ids[1]);
   CHECK(loop.shedder.report(loop.batch).patches == 0);
 }
