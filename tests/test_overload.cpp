@@ -288,7 +288,7 @@ TEST_CASE("A detail that cannot be is refused and changes nothing", "[overload]"
 
 TEST_CASE("A patch that hardly touches changes its detail too", "[overload]") {
   OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), plain_options(600));
-  patch.step(0.1 * dbar, 0.0, 1e-28);  // not a fraction of a bristle
+  patch.step(0.1 * dbar, 0.0, 1e-28);  // with larger weights, no fraction of one
   for (std::uint32_t detail : {1u, 600u, 2u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
     CHECK(std::abs(patch.step(0.1 * dbar, 0.0, 1e-28).elastic[0]) < 1e-30);
