@@ -42,8 +42,8 @@ TEST_CASE("A tick of the virtual room takes no memory and no lock, and asks the 
           options.settings.bristles = 256;
           options.settings.kinetic = 0.8;
           options.settings.peak = 0.9;
-          loop = std::make_unique<room::HapticLoop>(options,
-                                                    std::make_unique<room::PlayedHand>("script", busy_hand()));
+          loop = std::make_unique<room::HapticLoop>(
+              options, std::make_unique<room::PlayedHand>("script", busy_hand()));
         },
         [&] {
           loop->advance(3000);
