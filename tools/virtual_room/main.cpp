@@ -106,7 +106,14 @@ int main(int argc, char** argv) {
   CLI::App app("The virtual room: a block, a hand, and friction by bristles", "bristle-room");
   RunOptions options;
   const CLI::Option* device = add_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
+    return 2;
+  }
   // What was given says what moves the tool.
   if (device->count() == 0 && !options.script.empty()) options.device = room::DeviceKind::script;
   if (device->count() == 0 && !options.motion.empty()) options.device = room::DeviceKind::file;

@@ -21,7 +21,7 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
       .with_max_normal_load(floor  ? floor_load
                             : tool ? tool_load
                                    : wall_load)
-      .with_bristles(floor || tool ? s.bristles : std::min(s.bristles, most_wall_bristles))
+      .with_bristles(bristles_of(s, patch))
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
@@ -47,6 +47,10 @@ bool same_material(const Settings& a, const Settings& b) {
 }
 
 }  // namespace
+
+std::uint32_t bristles_of(const Settings& s, std::size_t patch) noexcept {
+  return patch < 4 || patch == tool_patch ? s.bristles : std::min(s.bristles, most_wall_bristles);
+}
 
 Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message) {
   Settings s = wanted;
