@@ -1,0 +1,18 @@
+// The room without a window: runs to its end, records, and prints what happened.
+#pragma once
+
+#include <functional>
+
+#include "tools/virtual_room/haptic_loop.hpp"
+#include "tools/virtual_room/run_options.hpp"
+
+namespace room {
+
+/// Called on the graphic side for each frame, `frame` counting from 0.
+using DrawFrame = std::function<void(const Snapshot& room, long frame)>;
+
+/// Runs options.seconds of the room by the clock asked for; `draw` (may be null) sees frames_per_second
+/// snapshots a second of the simulation. Prints a table to stdout. Throws cli::UserError.
+void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw);
+
+}  // namespace room

@@ -1,0 +1,27 @@
+// What the person asks of bristle-room on the command line.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tools/virtual_room/haptic_loop.hpp"
+
+namespace room {
+
+enum class DeviceKind : unsigned char { mouse, script, file, udp };
+
+struct RunOptions {
+  bool headless = false;
+  bool virtual_clock = false;
+  DeviceKind device = DeviceKind::mouse;
+  std::string script;    ///< TOML; empty = none
+  std::string motion;    ///< CSV, for the device `file`
+  int udp_port = 47800;  ///< on loopback
+  std::string frames;    ///< folder for pictures; empty = none
+  double frames_per_second = 30.0;
+  double seconds = 0.0;  ///< of the simulation; 0 = to the end of the script, or until the window closes
+  std::string csv;       ///< forces; empty = none
+  LoopOptions loop;
+};
+
+}  // namespace room
