@@ -43,6 +43,19 @@ void add_options(CLI::App& app, RunOptions& o) {
       ->capture_default_str();
 }
 
+void add_picture_options(CLI::App& app, RunOptions& o) {
+  app.add_option("--width", o.picture.width, "of window and pictures, pixels")
+      ->check(CLI::Range(320, 7680))
+      ->capture_default_str();
+  app.add_option("--height", o.picture.height, "pixels")->check(CLI::Range(240, 4320))->capture_default_str();
+  app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
+      ->check(CLI::Range(0.0, 4.0));
+  app.add_flag("!--no-panels", o.picture.panels, "pictures of the room alone");
+  app.add_option("--stall-graphics", o.stall_graphics_ms, "ms that the graphic loop stands still, once a second")
+      ->check(CLI::Range(0.0, 10000.0))
+      ->group("");  // for tests
+}
+
 int run(const RunOptions& options) {
   room::HapticLoop loop(options.loop);
   if (!options.headless) {
@@ -55,7 +68,7 @@ int run(const RunOptions& options) {
   room::DrawFrame draw;
   if (!options.frames.empty()) {
 #if BRISTLE_ROOM_SCREEN
-    draw = room::draw_into(options.frames, options.loop.measures);
+    draw = room::draw_into(options, loop);
 #else
     throw cli::UserError("--frames: this build draws no pictures");
 #endif
@@ -70,6 +83,7 @@ int main(int argc, char** argv) {
   CLI::App app("The virtual room: a block, a hand, and friction by bristles", "bristle-room");
   RunOptions options;
   add_options(app, options);
+  add_picture_options(app, options);
   CLI11_PARSE(app, argc, argv);
   try {
     return run(options);

@@ -10,6 +10,13 @@ namespace room {
 
 enum class DeviceKind : unsigned char { mouse, script, file, udp };
 
+struct PictureOptions {
+  int width = 1280, height = 800;
+  double scale = 0.0;   ///< of type and panels, 1 = 96 dots an inch; 0 = the display's
+  bool panels = true;   ///< without a window: settings and plots beside the room
+  double azimuth = 0.0, elevation = 0.0, distance = 0.0;  ///< degrees, degrees, m; distance 0 = the usual view
+};
+
 struct RunOptions {
   bool headless = false;
   bool virtual_clock = false;
@@ -21,6 +28,8 @@ struct RunOptions {
   double frames_per_second = 30.0;
   double seconds = 0.0;  ///< of the simulation; 0 = to the end of the script, or until the window closes
   std::string csv;       ///< forces; empty = none
+  PictureOptions picture;
+  double stall_graphics_ms = 0.0;  ///< for tests: the graphic loop stands still so long, once a second
   LoopOptions loop;
 };
 

@@ -12,7 +12,8 @@ namespace room {
 /// --headless.
 int show_window(const RunOptions& options, HapticLoop& loop);
 
-/// Draws frames into the folder as PNG files, without a window. Throws cli::UserError.
-DrawFrame draw_into(const std::string& folder, const RoomMeasures& measures);
+/// Draws options.frames_per_second pictures a second of the simulation into the folder options.frames, as PNG
+/// files, without a window. Takes the points of the plots from the loop's exchange. Throws cli::UserError.
+DrawFrame draw_into(const RunOptions& options, HapticLoop& loop);
 
 }  // namespace room
