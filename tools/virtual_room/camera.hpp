@@ -19,9 +19,9 @@ struct Area {
 };
 
 struct Camera {
-  Eigen::Vector3f target{0.01f, 0.0f, 0.055f};  ///< m
-  float distance = 0.98f;                       ///< m
-  float azimuth = -1.98f, elevation = 0.47f;    ///< rad, of the eye seen from the target
+  Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m
+  float distance = 0.99f;                       ///< m
+  float azimuth = -1.93f, elevation = 0.40f;    ///< rad, of the eye seen from the target
   float field_of_view = 0.56f;                  ///< rad, vertical
 
   Eigen::Vector3f eye() const;

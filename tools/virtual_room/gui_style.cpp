@@ -40,7 +40,7 @@ void set_colours(ImGuiStyle& style) {
   set(ImGuiCol_FrameBg, IM_COL32(39, 44, 52, 255));
   set(ImGuiCol_FrameBgHovered, IM_COL32(50, 56, 66, 255));
   set(ImGuiCol_FrameBgActive, IM_COL32(58, 65, 77, 255));
-  set(ImGuiCol_SliderGrab, IM_COL32(112, 126, 146, 255));
+  set(ImGuiCol_SliderGrab, IM_COL32(84, 98, 118, 255));
   set(ImGuiCol_SliderGrabActive, colours::accent);
   set(ImGuiCol_Button, IM_COL32(44, 50, 59, 255));
   set(ImGuiCol_ButtonHovered, IM_COL32(58, 66, 78, 255));

@@ -48,7 +48,7 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
     label(arrows.friction_from, arrows.friction_to, room.friction, colours::friction, "friction", 8);
   }
   if (arrows.applied) {
-    label(arrows.applied_from, arrows.applied_to, room.applied, colours::applied, "applied", -10);
+    label(arrows.applied_to, arrows.applied_from, room.applied, colours::applied, "applied", -8);
   }
 }
 

@@ -25,7 +25,7 @@ class Frame {
   Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
       : draw_(draw), fonts_(fonts), x_(x), y_(y) {
     const float line = fonts.small->FontSize;
-    inner_ = {area.x + 3.1f * line, area.y + 1.75f * line, area.width - 3.7f * line, area.height - 3.3f * line};
+    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, area.width - 3.9f * line, area.height - 3.0f * line};
     inner_.width = std::max(inner_.width, 20.0f);
     inner_.height = std::max(inner_.height, 20.0f);
     draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, plot_ground, 2);
@@ -51,7 +51,7 @@ class Frame {
     draw_.AddText(fonts_.small, fonts_.small->FontSize, {std::round(x - anchor * size.x), std::round(y)}, colour, text.c_str());
   }
 
-  void grid_x(double scale, const char* unit, int wanted) const {
+  void grid_x(double scale, int wanted) const {
     const double step = find_step((x_.high - x_.low) / scale, wanted) * scale;
     const float below = inner_.y + inner_.height;
     for (double v = std::ceil(x_.low / step) * step; v <= x_.high + 1e-9 * step; v += step) {
@@ -59,9 +59,8 @@ class Frame {
       draw_.AddLine({x, inner_.y}, {x, below}, colours::faint_line);
       label(x, below + 2, colours::faint_text, number(v / scale, step / scale), 0.5f);
     }
-    label(inner_.x + inner_.width, below + 2 + fonts_.small->FontSize * 0.98f, colours::faint_text, unit, 1.0f);
   }
-  void grid_y(double scale, const char* unit, int wanted) const {
+  void grid_y(double scale, int wanted) const {
     const double step = find_step((y_.high - y_.low) / scale, wanted) * scale;
     for (double v = std::ceil(y_.low / step) * step; v <= y_.high + 1e-9 * step; v += step) {
       const float y = at(x_.low, v).y;
@@ -69,7 +68,6 @@ class Frame {
       draw_.AddLine({inner_.x, y}, {inner_.x + inner_.width, y}, zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
       label(inner_.x - 5, y - 0.5f * fonts_.small->FontSize, colours::faint_text, number(v / scale, step / scale), 1.0f);
     }
-    label(inner_.x - 5, inner_.y + inner_.height + 2, colours::faint_text, unit, 1.0f);
   }
   void dashed(double y, ImU32 colour) const {
     const float py = at(x_.low, y).y;
@@ -157,9 +155,9 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   }
   ranges.force.follow(low, high, 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
-  const Frame frame(draw, fonts, area, "Force over time", {end - seconds, end}, {ranges.force.low, ranges.force.high});
-  frame.grid_x(1, "s", 5);
-  frame.grid_y(1, "N", 4);
+  const Frame frame(draw, fonts, area, "Force, N, over time, s", {end - seconds, end}, {ranges.force.low, ranges.force.high});
+  frame.grid_x(1, 5);
+  frame.grid_y(1, 4);
   frame.clip();
   if (level > 0) {
     frame.dashed(level, IM_COL32(255, 133, 64, 130));
@@ -196,9 +194,10 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   const double size = std::max(std::abs(r.low), std::abs(r.high));
   const double scale = size >= 1e-3 ? 1e-3 : size >= 1e-6 ? 1e-6 : 1e-9;
   const char* unit = scale == 1e-3 ? "mm" : scale == 1e-6 ? "µm" : "nm";
-  const Frame frame(draw, fonts, area, "Friction over displacement", {r.low, r.high}, {ranges.loop_force.low, ranges.loop_force.high});
-  frame.grid_x(scale, unit, 4);
-  frame.grid_y(1, "N", 4);
+  const std::string title = fmt::format("Friction, N, over displacement, {}", unit);
+  const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high}, {ranges.loop_force.low, ranges.loop_force.high});
+  frame.grid_x(scale, 4);
+  frame.grid_y(1, 4);
   frame.clip();
   if (history.size()) {
     ImVec2 last = frame.at(history[first].displacement, history[first].friction);
@@ -221,7 +220,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
   const double high = std::ceil(std::log10(most) + 0.3);
-  const Frame frame(draw, fonts, area, "Computing time of a tick", {decades_low, decades_high}, {0, high});
+  const Frame frame(draw, fonts, area, "Ticks by computing time", {decades_low, decades_high}, {0, high});
   const float below = frame.inner().y + frame.inner().height;
   static constexpr const char* names[] = {"1 µs", "10 µs", "100 µs", "1 ms", "10 ms"};
   for (int d = 0; d < 5; ++d) {
@@ -249,7 +248,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 2);
   frame.unclip();
   frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
-  const std::string text = fmt::format("p50 {}   p99 {}", with_unit(loop.p50, "s"), with_unit(loop.p99, "s"));
+  const std::string text = fmt::format("p99 {}", with_unit(loop.p99, "s"));
   frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
 }
 

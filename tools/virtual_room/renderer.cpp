@@ -22,9 +22,8 @@ using Eigen::Vector3f;
 using Eigen::Vector4f;
 
 // Colours, linear.
-const Vector3f floor_paint(0.50f, 0.515f, 0.53f), wall_paint(0.40f, 0.425f, 0.47f), slab_paint(0.10f, 0.11f, 0.13f);
-const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.045f, 0.050f, 0.058f);
-const Vector3f backdrop_above(0.020f, 0.024f, 0.031f), backdrop_below(0.045f, 0.050f, 0.058f);
+const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f), slab_paint(0.10f, 0.11f, 0.13f);
+const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f), backdrop(0.014f, 0.017f, 0.022f);
 const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f), lost_paint(0.6f, 0.08f, 0.05f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
@@ -172,9 +171,10 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
   }
   arrows.applied = applied.norm() > least;
   if (arrows.applied) {
-    const Vector3f lift = Vector3f::UnitZ() * static_cast<float>(3.2 * measures.tool_radius);
-    arrows.applied_from = to_vector(room.tool) + lift;
-    arrows.applied_to = arrows.applied_from + applied.normalized() * arrow_length(applied.norm());
+    // It ends where the tool touches.
+    const Vector3f ahead = applied.normalized();
+    arrows.applied_to = to_vector(room.tool) + static_cast<float>(measures.tool_radius) * ahead;
+    arrows.applied_from = arrows.applied_to - ahead * arrow_length(applied.norm());
   }
   return arrows;
 }
@@ -185,13 +185,12 @@ struct Renderer::Impl {
   ShadowMap shadow;
   Program lit{shaders::lit_vertex, shaders::lit_fragment};
   Program depth{shaders::depth_vertex, shaders::depth_fragment};
-  Program backdrop{shaders::backdrop_vertex, shaders::backdrop_fragment};
   Program hair{shaders::hair_vertex, shaders::glass_fragment};
   Program glass_plane{shaders::glass_plane_vertex, shaders::glass_fragment};
   Mesh block, cube, sphere, rod, cone, rectangle, spring, strand;
   GLuint hairs = 0;
 
-  const Vector3f sun = Vector3f(-0.42f, -0.50f, 1.0f).normalized();
+  const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
   Matrix4f light_camera;
   Affine3f tilt;  // room to world
   Affine3f block_place;
@@ -391,6 +390,27 @@ struct Renderer::Impl {
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
 
+  // The rectangle of the shadow map that bodies can touch, with a rim for the soft edge.
+  Vector4f find_shadowed() const {
+    Vector4f found(1, 1, 0, 0);
+    const auto take = [&](const Vector3f& point, float around) {
+      const Eigen::Vector2f at = 0.5f * ((light_camera * point.homogeneous()).head<2>().array() + 1);
+      const float rim = 0.5f * around / shadow_reach + 4.0f / shadow_pixels;
+      found.head<2>() = found.head<2>().cwiseMin((at.array() - rim).matrix());
+      found.tail<2>() = found.tail<2>().cwiseMax((at.array() + rim).matrix());
+    };
+    take(block_place.translation(), half_block().norm());
+    for (std::size_t i = 1; i < first_unshadowing_; ++i) {
+      const Affine3f& place = bodies[i].place;
+      if (bodies[i].mesh == &spring) continue;  // between tool and hand
+      take(place.translation(), place.linear().col(0).norm());
+      take(place * Vector3f(Vector3f::UnitZ()), place.linear().col(0).norm());
+    }
+    found.head<2>() = found.head<2>().cwiseMax(0.0f);
+    found.tail<2>() = found.tail<2>().cwiseMin(1.0f);
+    return found;
+  }
+
   void draw_bodies(const std::vector<Body>& list) {
     for (const Body& body : list) {
       const Matrix3f normals = body.place.linear().inverse().transpose();
@@ -411,13 +431,9 @@ struct Renderer::Impl {
     const Area& s = picture.scene;
     const auto bottom = static_cast<GLint>(static_cast<float>(picture.height) - s.y - s.height);
     glViewport(static_cast<GLint>(s.x), bottom, static_cast<GLsizei>(s.width), static_cast<GLsizei>(s.height));
-    glClearColor(0, 0, 0, 1);
+    const Vector3f behind = backdrop.cwiseSqrt();
+    glClearColor(behind.x(), behind.y(), behind.z(), 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glDisable(GL_DEPTH_TEST);
-    backdrop.use();
-    backdrop.set("above", backdrop_above);
-    backdrop.set("below", backdrop_below);
-    rectangle.draw();
     glEnable(GL_DEPTH_TEST);
 
     Matrix4f to_unit = Matrix4f::Identity();
@@ -428,7 +444,8 @@ struct Renderer::Impl {
     lit.set("camera", Matrix4f(camera.projection(s.width / s.height) * camera.view()));
     lit.set("eye", camera.eye());
     lit.set("sun", sun);
-    lit.set("backdrop", Vector3f(0.5f * (backdrop_above + backdrop_below)));
+    lit.set("backdrop", backdrop);
+    lit.set("shadowed", find_shadowed());
     lit.set("to_light", Matrix4f(to_unit * light_camera));
     lit.set("shadow_map", 0);
     lit.set("to_room", Matrix4f(tilt.inverse().matrix()));
@@ -492,10 +509,9 @@ struct Renderer::Impl {
       rectangle.draw();
     };
     glDisable(GL_DEPTH_TEST);
-    // Behind all: the colour into which the floor fades, over the whole circle.
-    Matrix4f flat = Matrix4f::Identity();
-    glass_plane.use();
-    plane(3, 1.0f, 0.9f, flat);
+    Matrix4f whole = Matrix4f::Identity() / BristleGlass::reach;
+    whole(3, 3) = 1;
+    plane(3, BristleGlass::reach, 0.0f, whole);
     glEnable(GL_DEPTH_TEST);
     plane(1, BristleGlass::reach, 0.0f, through);
 
@@ -507,7 +523,7 @@ struct Renderer::Impl {
     hair.set("circle", circle);
     hair.set("look", 0);
     hair.set("sun", sun);
-    hair.set("thickness", 0.034f);
+    hair.set("thickness", 0.030f);
     hair.set("reach", BristleGlass::reach);
     strand.draw_many(static_cast<GLsizei>(glass.hairs().size()));
     if (!glass.hairs().empty()) {

@@ -1,4 +1,5 @@
-// The shaders: OpenGL 3.3. Light is computed in linear colours and written with a gamma of 2.2.
+// The shaders: OpenGL 3.3. Light is computed in linear colours and written with a gamma of 2,
+// a root: software OpenGL pays for every pow.
 #pragma once
 
 namespace room::shaders {
@@ -37,6 +38,7 @@ uniform vec3 colour, eye, sun;       // sun: unit, towards the light
 uniform float alpha, gloss;
 uniform mat4 to_light;               // world to the shadow map, 0 to 1
 uniform sampler2DShadow shadow_map;
+uniform vec4 shadowed;               // where in the map anything may be: least x, y, greatest x, y
 uniform mat4 to_room, to_block;      // world to the room's axes, and to those of the block
 uniform vec3 room_half;              // length / 2, width / 2, height
 uniform vec3 block_half;
@@ -63,12 +65,12 @@ float noise(vec3 p) {
 vec3 wood(vec3 p) {
   vec2 across = vec2(p.y + 0.018, p.z + 0.075);
   across += 0.004 * vec2(noise(p * vec3(14.0, 40.0, 40.0)), noise(p * vec3(11.0, 37.0, 37.0) + 7.0));
-  float ring = length(across) * 165.0 + 0.6 * noise(p * vec3(20.0, 60.0, 60.0));
+  float ring = length(across) * 130.0 + 0.6 * noise(p * vec3(20.0, 60.0, 60.0));
   float late = fract(ring);
   late = smoothstep(0.25, 0.85, late) * (1.0 - smoothstep(0.90, 1.0, late));
   float fibre = noise(p * vec3(90.0, 1500.0, 1500.0)) * 0.6 + noise(p * vec3(30.0, 600.0, 600.0)) * 0.4;
-  vec3 early_wood = vec3(0.60, 0.335, 0.135), late_wood = vec3(0.33, 0.145, 0.048);
-  return mix(early_wood, late_wood, 0.85 * late) * (0.78 + 0.38 * fibre);
+  vec3 early_wood = vec3(0.62, 0.345, 0.14), late_wood = vec3(0.37, 0.165, 0.055);
+  return mix(early_wood, late_wood, 0.75 * late) * (0.78 + 0.38 * fibre);
 }
 
 // How much of a line of this width (m) every `step` metres covers the pixel.
@@ -78,18 +80,17 @@ float grid_line(float x, float every, float width) {
   return clamp((0.5 * width + 0.5 * pixel - away) / max(pixel, 1e-6), 0.0, 1.0) * min(1.0, width / max(pixel, 1e-6));
 }
 vec3 floor_colour(vec2 p) {
-  vec3 c = colour * (0.95 + 0.08 * noise(vec3(p * 700.0, 1.0)));
+  vec3 c = colour;
   float fine = max(grid_line(p.x, 0.01, 0.0004), grid_line(p.y, 0.01, 0.0004));
   float coarse = max(grid_line(p.x, 0.05, 0.0007), grid_line(p.y, 0.05, 0.0007));
-  float origin = max(grid_line(p.x + 5.0, 10.0, 0.0016), 0.0);
-  c = mix(c, vec3(0.11, 0.13, 0.16), 0.22 * fine);
-  c = mix(c, vec3(0.09, 0.11, 0.15), 0.50 * coarse);
+  c = mix(c, vec3(0.07, 0.09, 0.12), 0.30 * fine);
+  c = mix(c, vec3(0.09, 0.11, 0.15), 0.75 * coarse);
   return c;
 }
 
 float sunlight(vec3 normal) {
   vec3 at = (to_light * vec4(world + 0.0012 * normal, 1.0)).xyz;
-  if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) return 1.0;
+  if (any(lessThan(at.xy, shadowed.xy)) || any(greaterThan(at.xy, shadowed.zw))) return 1.0;
   float lit = 0.0, pixel = 1.0 / float(textureSize(shadow_map, 0).x);
   for (int i = -1; i <= 1; ++i)
     for (int j = -1; j <= 1; ++j)
@@ -120,7 +121,12 @@ void main() {
   vec3 n = normalize(facing), towards = normalize(eye - world);
   if (look == 4) {
     float edge = 0.72 + 0.28 * max(dot(n, towards), 0.0);
-    result = vec4(pow(colour * edge, vec3(1.0 / 2.2)), alpha);
+    result = vec4(sqrt(colour * edge), alpha);
+    return;
+  }
+  if (look == 5) {
+    float r = length(world.xy) / 0.9;
+    result = vec4(sqrt(mix(colour * (0.85 - 0.5 * exp(-4.0 * r * r)), backdrop, smoothstep(0.35, 1.0, r))), alpha);
     return;
   }
   vec3 base = colour;
@@ -134,29 +140,8 @@ void main() {
   float shine = gloss * pow(max(dot(n, halfway), 0.0), 48.0) * lit;
   float rim = 0.06 * gloss * pow(1.0 - max(dot(n, towards), 0.0), 3.0);
   vec3 c = base * light + shine + rim;
-  if (look == 5) {
-    float r = length(world.xy) / 0.9;
-    c = mix(c, backdrop, smoothstep(0.30, 1.0, r));
-  }
   c = c / (1.0 + 0.18 * max(max(c.r, c.g), c.b));
-  result = vec4(pow(c, vec3(1.0 / 2.2)), alpha);
-}
-)";
-
-// The backdrop: a gradient over the whole area.
-inline constexpr const char* backdrop_vertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-out vec2 at;
-void main() { at = position.xy; gl_Position = vec4(position.xy, 0.999999, 1.0); }
-)";
-
-inline constexpr const char* backdrop_fragment = R"(#version 330 core
-in vec2 at;
-uniform vec3 above, below;
-out vec4 result;
-void main() {
-  vec3 c = mix(below, above, smoothstep(-1.0, 1.0, at.y));
-  result = vec4(pow(c, vec3(1.0 / 2.2)), 1.0);
+  result = vec4(sqrt(c), alpha);
 }
 )";
 
@@ -173,7 +158,7 @@ out float bent, flash, along;
 void main() {
   float s = position.z, lean = s * s * (1.5 - 0.5 * s);  // a cantilever under a load at its tip
   vec2 centre = place.xy + lean * place.zw;
-  float radius = thickness * (1.0 - 0.45 * s) * (1.0 + 0.7 * state.y);
+  float radius = thickness * (1.0 - 0.45 * s) * (1.0 + 0.3 * state.y);
   at = vec3(centre + radius * position.xy, s);
   facing = normalize(vec3(normal.xy, 0.0) - 0.5 * vec3(0.0, 0.0, dot(normal.xy, place.zw)));
   bent = state.x;
@@ -183,7 +168,7 @@ void main() {
 }
 )";
 
-// What the glass shows, cut to its circle. Looks 0 hair, 1 floor, 2 the block's underside.
+// What the glass shows, cut to its circle. Looks 0 hair, 1 floor, 2 the block's underside, 3 what is behind.
 inline constexpr const char* glass_fragment = R"(#version 330 core
 in vec3 facing, at;
 in float bent, flash, along;
@@ -210,11 +195,13 @@ void main() {
   } else if (look == 1) {
     float fade = smoothstep(reach, 0.55 * reach, length(at.xy));
     c = mix(vec3(0.035, 0.042, 0.055), vec3(0.14, 0.155, 0.18), fade);
+  } else if (look == 2) {
+    c = mix(vec3(0.60, 0.335, 0.135), vec3(0.36, 0.17, 0.06), 0.5 + 0.5 * sin(19.0 * at.y));
+    a = 0.55 * smoothstep(reach, 0.85 * reach, length(at.xy));
   } else {
-    c = vec3(0.60, 0.335, 0.135);
-    a = 0.30 * smoothstep(reach, 0.8 * reach, length(at.xy));
+    c = mix(vec3(0.012, 0.015, 0.02), vec3(0.045, 0.055, 0.075), 0.5 + 0.5 * at.y / reach);
   }
-  result = vec4(pow(c, vec3(1.0 / 2.2)), a);
+  result = vec4(sqrt(c), a);
 }
 )";
 
