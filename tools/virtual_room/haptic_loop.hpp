@@ -5,18 +5,22 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tools/virtual_room/device.hpp"
 #include "tools/virtual_room/exchange.hpp"
 #include "tools/virtual_room/room_state.hpp"
+#include "tools/virtual_room/script.hpp"
 
 namespace room {
 
 struct LoopOptions {
-  double rate_hz = 1000.0;  ///< 1000 to 10000
-  Settings settings;        ///< to begin with
+  double rate_hz = 1000.0;      ///< 1000 to 10000
+  Settings settings;            ///< to begin with
+  std::vector<Change> changes;  ///< of the settings at set times
   RoomMeasures measures;
   std::string record_to = "recording";  ///< name of the files that Act::record writes, without ending
+  std::string forces_csv;               ///< forces from the start; empty = none
 };
 
 /// Owns the world and its exchange. One thread at a time calls start, stop and advance.
@@ -33,6 +37,8 @@ class HapticLoop {
   void start();
   void stop();
 
+  /// Closes what is being recorded. Only while the loop is not started. Throws cli::UserError on a full disk.
+  void finish_recording();
   /// Virtual clock: so many ticks on this thread, without waiting; the same inputs give the same bits. Only
   /// while the loop is not started.
   void advance(std::uint64_t ticks);
@@ -40,6 +46,8 @@ class HapticLoop {
   /// The other side of the exchange belongs to the one thread that shows the room.
   Exchange& exchange() noexcept;
   double rate_hz() const noexcept;
+  /// Statistics, at any time after stop() or between calls of advance().
+  LoopStatistics statistics() const noexcept;
   /// Hash of the block's place, motion and bristles. Only while the loop is not started.
   std::uint64_t state_hash() const noexcept;
 
