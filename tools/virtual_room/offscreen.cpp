@@ -1,17 +1,12 @@
 #include "tools/virtual_room/offscreen.hpp"
 
 #include <epoxy/gl.h>
-#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
-#include <string>
-#include <system_error>
 
 #include "tools/cli/user_error.hpp"
-#include "tools/virtual_room/screen.hpp"
 
 namespace room {
 
@@ -40,22 +35,6 @@ PixelImage OffscreenRoom::draw(const Snapshot& room, float elapsed) {
   view_->draw(room, width_, height_, elapsed, frame_);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
   return read_pixels(width_, height_);
-}
-
-DrawFrame draw_into(const RunOptions& options, HapticLoop& loop) {
-  std::error_code error;
-  std::filesystem::create_directories(options.frames, error);
-  if (error) throw cli::UserError("cannot make the folder " + options.frames + ": " + error.message());
-  leave_cores_to_the_haptic_loop();
-  const PictureOptions& picture = options.picture;
-  const float scale = picture.scale > 0 ? static_cast<float>(picture.scale) : 1.0f;
-  const auto room = std::make_shared<OffscreenRoom>(options.loop.measures, picture.width, picture.height, scale);
-  room->view().panels = picture.panels;
-  const auto elapsed = static_cast<float>(1 / options.frames_per_second);
-  return [room, elapsed, folder = options.frames, &plot = loop.exchange().plot](const Snapshot& now, long frame) {
-    for (PlotPoint point; plot.pop(point);) room->view().add(point);
-    write_png(fmt::format("{}/frame_{:05d}.png", folder, frame), room->draw(now, elapsed));
-  };
 }
 
 }  // namespace room

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "tools/virtual_room/gl_program.hpp"
@@ -27,7 +28,6 @@ const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.05
 const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f), lost_paint(0.6f, 0.08f, 0.05f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
-constexpr int shadow_pixels = 2048;
 constexpr float shadow_reach = 0.46f;  // m, from the middle of the room
 
 enum Look { plain, wood, tiles, wall, glowing, table };
@@ -105,10 +105,10 @@ class DrawingBoard {
 
 class ShadowMap {
  public:
-  ShadowMap() {
+  explicit ShadowMap(int pixels) : pixels_(pixels) {
     glGenTextures(1, &texture_);
     glBindTexture(GL_TEXTURE_2D, texture_);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, shadow_pixels, shadow_pixels, 0, GL_DEPTH_COMPONENT,
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, pixels, pixels, 0, GL_DEPTH_COMPONENT,
                  GL_UNSIGNED_INT, nullptr);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -130,7 +130,7 @@ class ShadowMap {
 
   void begin() const {
     glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-    glViewport(0, 0, shadow_pixels, shadow_pixels);
+    glViewport(0, 0, pixels_, pixels_);
     glClear(GL_DEPTH_BUFFER_BIT);
   }
   void bind() const {
@@ -138,7 +138,10 @@ class ShadowMap {
     glBindTexture(GL_TEXTURE_2D, texture_);
   }
 
+  int pixels() const { return pixels_; }
+
  private:
+  int pixels_;
   GLuint texture_ = 0, frame_ = 0;
 };
 
@@ -179,6 +182,14 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
   return arrows;
 }
 
+int sensible_samples() {
+  const auto* const text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string name = text ? text : "";
+  const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos ||
+                        name.find("SwiftShader") != std::string::npos;
+  return software ? 1 : 4;
+}
+
 struct Renderer::Impl {
   RoomMeasures measures;
   DrawingBoard board;
@@ -199,6 +210,7 @@ struct Renderer::Impl {
   Impl(const RoomMeasures& m, int samples)
       : measures(m),
         board(samples),
+        shadow(samples > 1 ? 2048 : 1024),
         block(make_rounded_box(half_block(), 0.0035f)),
         cube(make_rounded_box(Vector3f(1, 1, 1), 0.0f + 1e-4f)),
         sphere(make_sphere(48)),
@@ -229,12 +241,12 @@ struct Renderer::Impl {
 
   // A rod in many short pieces, which the shader bends.
   static Triangles make_strand() {
-    constexpr int pieces = 10;
+    constexpr int pieces = 8;
     Triangles shape;
     for (int i = 0; i < pieces; ++i) {
-      Triangles piece = make_rod(7, 1.0f);
+      Triangles piece = make_rod(6, 1.0f);
       const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      const std::size_t side = 16;  // vertices of the mantle; the ends between pieces are not seen
+      const std::size_t side = 14;  // vertices of the mantle; the ends between pieces are not seen
       for (std::size_t v = 0; v < side; ++v) {
         Vertex vertex = piece.vertices[v];
         vertex.position.z() = (vertex.position.z() + static_cast<float>(i)) / pieces;
@@ -395,7 +407,7 @@ struct Renderer::Impl {
     Vector4f found(1, 1, 0, 0);
     const auto take = [&](const Vector3f& point, float around) {
       const Eigen::Vector2f at = 0.5f * ((light_camera * point.homogeneous()).head<2>().array() + 1);
-      const float rim = 0.5f * around / shadow_reach + 4.0f / shadow_pixels;
+      const float rim = 0.5f * around / shadow_reach + 4.0f / static_cast<float>(shadow.pixels());
       found.head<2>() = found.head<2>().cwiseMin((at.array() - rim).matrix());
       found.tail<2>() = found.tail<2>().cwiseMax((at.array() + rim).matrix());
     };

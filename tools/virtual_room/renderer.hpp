@@ -30,6 +30,9 @@ struct ForceArrows {
 };
 ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures);
 
+/// Samples a pixel for the current context: 4, or 1 where OpenGL is computed in software.
+int sensible_samples();
+
 /// Needs a current context from construction to destruction, always on one thread.
 class Renderer {
  public:

@@ -94,7 +94,7 @@ class RoomWindow {
     glfwSetScrollCallback(window_.get(), [](GLFWwindow* w, double, double notches) {
       static_cast<RoomWindow*>(glfwGetWindowUserPointer(w))->wheel(notches);
     });
-    view_ = std::make_unique<RoomView>(options.loop.measures, 4, content_scale());
+    view_ = std::make_unique<RoomView>(options.loop.measures, sensible_samples(), content_scale());
     imgui_ = std::make_unique<ImGuiOnGlfw>(window_.get());
     view_->gui.settings = options.loop.settings;
   }
