@@ -18,6 +18,10 @@
 #endif
 
 #include "scenes.hpp"
+#if BRISTLE_HAS_ROOM
+#include "tools/virtual_room/hand_motion.hpp"
+#include "tools/virtual_room/haptic_loop.hpp"
+#endif
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define BRISTLE_COUNTS_ALLOCATIONS 1
@@ -168,5 +172,33 @@ TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocation
   }
   CHECK(calls - before == 0);
   CHECK(body.velocity.norm() > 0.0);
+}
+#endif
+
+#if BRISTLE_HAS_ROOM
+TEST_CASE("A tick of the virtual room allocates nothing, whatever the block touches", "[allocations][room]") {
+  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  const auto at = [](double t, double x, double y, double z) {
+    return room::HandRow{t, {true, {x, y, z}, {0, 0, -1.0}}};
+  };
+  // Along the floor, off centre, along the end wall, and over the top.
+  const room::HandMotion hand{{at(0.0, -0.07, 0.02, 0.03), at(1.0, 0.19, 0.03, 0.05), at(1.5, 0.1, 0.1, 0.1),
+                               at(2.0, 0.22, -0.1, 0.04), at(2.5, 0.28, -0.18, 0.02)}};
+  for (const room::FrictionModel model :
+       {room::FrictionModel::brush, room::FrictionModel::lugre, room::FrictionModel::coulomb}) {
+    INFO("model " << static_cast<int>(model));
+    room::LoopOptions options;
+    options.settings.model = model;
+    options.settings.bristles = 256;
+    options.settings.kinetic = 0.8;
+    options.settings.peak = 0.9;
+    room::HapticLoop loop(options, std::make_unique<room::PlayedHand>("script", hand));
+    loop.advance(1);
+    const long before = calls;
+    loop.advance(3000);
+    CHECK(calls - before == 0);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().block_position[0] > 0.1);
+  }
 }
 #endif

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "tools/cli/user_error.hpp"
 #include "tools/virtual_room/offscreen.hpp"
@@ -12,7 +13,23 @@
 
 namespace room {
 
-DrawFrame draw_into(const RunOptions& options, HapticLoop& loop) {
+namespace {
+
+Camera camera_of(const PictureOptions& picture) {
+  Camera camera;
+  if (const std::vector<double>& eye = picture.eye; eye.size() == 6) {
+    constexpr double degree = 3.14159265358979 / 180;
+    camera.azimuth = static_cast<float>(eye[0] * degree);
+    camera.elevation = static_cast<float>(eye[1] * degree);
+    camera.distance = static_cast<float>(eye[2]);
+    camera.target = Eigen::Vector3d(eye[3], eye[4], eye[5]).cast<float>();
+  }
+  return camera;
+}
+
+}  // namespace
+
+DrawFrame draw_into(const RunOptions& options) {
   std::error_code error;
   std::filesystem::create_directories(options.frames, error);
   if (error) throw cli::UserError("cannot make the folder " + options.frames + ": " + error.message());
@@ -21,11 +38,12 @@ DrawFrame draw_into(const RunOptions& options, HapticLoop& loop) {
   const float scale = picture.scale > 0 ? static_cast<float>(picture.scale) : 1.0f;
   const auto room = std::make_shared<OffscreenRoom>(options.loop.measures, picture.width, picture.height, scale);
   room->view().panels = picture.panels;
+  room->view().camera = camera_of(picture);
   const auto elapsed = static_cast<float>(1 / options.frames_per_second);
-  return [room, elapsed, folder = options.frames, &plot = loop.exchange().plot](const Snapshot& now, long frame) {
-    for (PlotPoint point; plot.pop(point);) room->view().add(point);
-    write_png(fmt::format("{}/frame_{:05d}.png", folder, frame), room->draw(now, elapsed));
-  };
+  return {[room](const PlotPoint& point) { room->view().add(point); },
+          [room, elapsed, folder = options.frames](const Snapshot& now, long frame) {
+            write_png(fmt::format("{}/frame_{:05d}.png", folder, frame), room->draw(now, elapsed));
+          }};
 }
 
 }  // namespace room

@@ -144,6 +144,8 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
   // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
   const std::string shown = fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()),
                                         with_commas(room.settings.bristles));
+  const float half = std::max(0.5f * pen.size(pen.fonts.small, shown).x, 0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) + 8 * pen.scale;
+  pen.draw.AddRectFilled({centre.x - half, y - 4 * pen.scale}, {centre.x + half, y + 2 * pen.fonts.small->FontSize + 11 * pen.scale}, plate, 5 * pen.scale);
   words(y, colours::text, shown, pen.fonts.small);
   y += pen.fonts.small->FontSize + 5 * pen.scale;
   const float wide = 0.9f * p.glass_radius;

@@ -19,6 +19,9 @@ struct Axis {
   double at(double value) const { return (value - low) / (high - low); }
 };
 
+// Width of a curve, with the display's scale.
+float stroke(const Fonts& fonts) { return 1.5f * fonts.small->FontSize / 13; }
+
 // A frame with ticks; values to pixels.
 class Frame {
  public:
@@ -123,7 +126,7 @@ void legend(const Frame& frame, ImDrawList& draw, const Fonts& fonts, float righ
   const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str());
   const float x = right - used - size.x, middle = y + 0.55f * fonts.small->FontSize;
   frame.label(x, y, colours::text, text, 0);
-  draw.AddLine({x - 18, middle}, {x - 6, middle}, colour, 2.5f);
+  draw.AddLine({x - 18, middle}, {x - 6, middle}, colour, 1.7f * stroke(fonts));
   used += size.x + 32;
 }
 
@@ -163,8 +166,8 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     frame.dashed(level, IM_COL32(255, 133, 64, 130));
     frame.dashed(-level, IM_COL32(255, 133, 64, 130));
   }
-  draw_curve(draw, frame, history, first, colours::applied, 1.5f, [](const PlotPoint& p) { return p.applied; });
-  draw_curve(draw, frame, history, first, colours::friction, 1.5f, [](const PlotPoint& p) { return p.friction; });
+  draw_curve(draw, frame, history, first, colours::applied, stroke(fonts), [](const PlotPoint& p) { return p.applied; });
+  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts), [](const PlotPoint& p) { return p.friction; });
   frame.unclip();
   float used = 0;
   const float right = frame.inner().x + frame.inner().width;
@@ -206,10 +209,10 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
       const float dx = next.x - last.x, dy = next.y - last.y;
       if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
       const float age = (history.newest().time - history[i].time) / seconds;
-      draw.AddLine(last, next, (colours::friction & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24), 1.5f);
+      draw.AddLine(last, next, (colours::friction & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24), stroke(fonts));
       last = next;
     }
-    draw.AddCircleFilled(last, 3.5f, colours::text);
+    draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
   }
   frame.unclip();
 }
@@ -226,7 +229,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   for (int d = 0; d < 5; ++d) {
     const float x = frame.at(decades_low + d, 0).x;
     draw.AddLine({x, frame.inner().y}, {x, below}, colours::faint_line);
-    frame.label(x, below + 2, colours::faint_text, names[d], 0.5f);
+    frame.label(x, below + 2, colours::faint_text, names[d], d == 4 ? 0.8f : 0.5f);
   }
   for (int d = 0; d <= static_cast<int>(high); ++d) {
     const float y = frame.at(decades_low, d).y;
@@ -245,7 +248,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
     draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);
   }
   const float line = frame.at(std::log10(loop.deadline), 0).x;
-  draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 2);
+  draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
   frame.unclip();
   frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
   const std::string text = fmt::format("p99 {}", with_unit(loop.p99, "s"));

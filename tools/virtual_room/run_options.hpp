@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/virtual_room/haptic_loop.hpp"
 
@@ -14,7 +15,7 @@ struct PictureOptions {
   int width = 1280, height = 800;
   double scale = 0.0;   ///< of type and panels, 1 = 96 dots an inch; 0 = the display's
   bool panels = true;   ///< without a window: settings and plots beside the room
-  double azimuth = 0.0, elevation = 0.0, distance = 0.0;  ///< degrees, degrees, m; distance 0 = the usual view
+  std::vector<double> eye;  ///< azimuth, elevation (degrees), distance, x, y, z of the target (m); empty = usual
 };
 
 struct RunOptions {

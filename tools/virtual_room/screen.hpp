@@ -12,8 +12,8 @@ namespace room {
 /// --headless.
 int show_window(const RunOptions& options, HapticLoop& loop);
 
-/// Draws options.frames_per_second pictures a second of the simulation into the folder options.frames, as PNG
-/// files, without a window. Takes the points of the plots from the loop's exchange. Throws cli::UserError.
-DrawFrame draw_into(const RunOptions& options, HapticLoop& loop);
+/// Draws pictures into the folder options.frames, as PNG files, without a window. To be used on the calling
+/// thread. Throws cli::UserError.
+DrawFrame draw_into(const RunOptions& options);
 
 }  // namespace room

@@ -121,7 +121,6 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
 
 // The spring's end follows the hand, but not faster than a hand moves: a mouse may jump.
 void World::move_target(double dt, const Hand& hand, double grip) noexcept {
-  const Vector3 before = target_;
   if (!hand.holds || grip <= 0.0) {
     target_ = tool_;
     target_velocity_.setZero();
@@ -129,6 +128,7 @@ void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   }
   const Vector3 wanted(hand.position[0], hand.position[1], hand.position[2]);
   if (!held_) put_tool(wanted);
+  const Vector3 before = target_;
   const Vector3 way = wanted - target_;
   const double length = way.norm(), longest = fastest_target * dt;
   target_ += length > longest ? Vector3(way * (longest / length)) : way;
