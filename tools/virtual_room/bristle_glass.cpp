@@ -8,6 +8,7 @@ namespace room {
 namespace {
 
 constexpr float flash_lasts_s = 0.22f;
+constexpr float bent_after_flash = 0.25f;  // of the snap length
 
 // The golden angle spreads any number of points evenly over a disc.
 void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
@@ -16,6 +17,10 @@ void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
   const float angle = 2.39996323f * static_cast<float>(i);
   root[0] = radius * std::cos(angle);
   root[1] = radius * std::sin(angle);
+}
+
+float bent(const BristleView& view, std::size_t i) {
+  return view.snap_length[i] > 0 ? std::hypot(view.zx[i], view.zy[i]) / view.snap_length[i] : 0.0f;
 }
 
 float median(std::vector<float>& values) {
@@ -42,7 +47,8 @@ void BristleGlass::find_snaps(const BristleView& now) {
     const float x = now.zx[i] - before_.zx[i] - displacement[0], y = now.zy[i] - before_.zy[i] - displacement[1];
     const bool redrawn = now.snap_length[i] != before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
-    hairs_[i].flash = 1.0f;
+    // One that has bent again since is no news: in fast sliding all snap between two pictures.
+    if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
     ++snaps_;
   }
 }
@@ -63,7 +69,8 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
     const float scale = lean_per_length / mean * std::min(1.0f, 2.2f * mean / std::max(z, 1e-12f));
     hairs_[i].lean[0] = scale * now.zx[i];
     hairs_[i].lean[1] = scale * now.zy[i];
-    hairs_[i].bent = now.snap_length[i] > 0 ? z / now.snap_length[i] : 0.0f;
+    hairs_[i].bent = bent(now, i);
+    if (hairs_[i].bent > 2 * bent_after_flash) hairs_[i].flash = 0.0f;
   }
   before_ = now;
 }

@@ -152,7 +152,7 @@ void bristles(Panel& panel, const Snapshot& room, Settings& s) {
 void loop_table(const Panel& panel, const LoopStatistics& loop) {
   panel.heading("Haptic loop");
   panel.readout("computing p50 / max", with_unit(loop.p50, "s") + " / " + with_unit(loop.max, "s"));
-  panel.readout("period p50 / p99", with_unit(loop.period_p50, "s") + " / " + with_unit(loop.period_p99, "s"));
+  panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " + with_unit(loop.period_p99, "s") : "not paced");
   panel.readout("late ticks of ours", with_commas(loop.late_ours), loop.late_ours ? colours::bad : colours::good);
   panel.readout("late by the machine", with_commas(loop.late_machine), loop.late_machine ? colours::warning : colours::text);
 }

@@ -153,8 +153,8 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   double low = -0.05, high = std::max(0.2, 1.2 * level);
   for (std::size_t i = first; i < history.size(); ++i) {
     const PlotPoint& p = history[i];
-    low = std::min({low, static_cast<double>(p.friction), static_cast<double>(p.applied)});
-    high = std::max({high, static_cast<double>(p.friction), static_cast<double>(p.applied)});
+    low = std::min({low, static_cast<double>(-p.friction), static_cast<double>(p.applied)});
+    high = std::max({high, static_cast<double>(-p.friction), static_cast<double>(p.applied)});
   }
   ranges.force.follow(low, high, 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
@@ -167,7 +167,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     frame.dashed(-level, IM_COL32(255, 133, 64, 130));
   }
   draw_curve(draw, frame, history, first, colours::applied, stroke(fonts), [](const PlotPoint& p) { return p.applied; });
-  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts), [](const PlotPoint& p) { return p.friction; });
+  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts), [](const PlotPoint& p) { return -p.friction; });
   frame.unclip();
   float used = 0;
   const float right = frame.inner().x + frame.inner().width;
@@ -181,7 +181,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   double x_low = 0, x_high = 0, y_low = 0, y_high = 0;
   for (std::size_t i = first; i < history.size(); ++i) {
     const PlotPoint& p = history[i];
-    const double x = p.displacement, y = p.friction;
+    const double x = p.displacement, y = -p.friction;
     if (i == first) {
       x_low = x_high = x;
       y_low = y_high = y;
@@ -203,9 +203,9 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   frame.grid_y(1, 4);
   frame.clip();
   if (history.size()) {
-    ImVec2 last = frame.at(history[first].displacement, history[first].friction);
+    ImVec2 last = frame.at(history[first].displacement, -history[first].friction);
     for (std::size_t i = first + 1; i < history.size(); ++i) {
-      const ImVec2 next = frame.at(history[i].displacement, history[i].friction);
+      const ImVec2 next = frame.at(history[i].displacement, -history[i].friction);
       const float dx = next.x - last.x, dy = next.y - last.y;
       if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
       const float age = (history.newest().time - history[i].time) / seconds;
