@@ -173,11 +173,13 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   label_arrows(pen, layout, room, camera, measures, tilt);
   draw_glass_rim(pen, layout, room, glass, camera, tilt);
   float y = s.y + s.height - 22 * layout.scale;
-  for (const std::string& line : {notice, std::string(room.message)}) {
-    if (line.empty()) continue;
-    pen.tag(s.x + 16 * layout.scale, y, 0, colours::warning, line, fonts.text);
+  const auto say = [&](const std::string& line, ImU32 colour) {
+    if (line.empty()) return;
+    pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
     y -= 28 * layout.scale;
-  }
+  };
+  say(notice, colours::text);
+  say(room.message, colours::warning);
   draw.PopClipRect();
 }
 

@@ -151,10 +151,16 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
                           float seconds, double level, PlotRanges& ranges, float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
   double low = -0.05, high = std::max(0.2, 1.2 * level);
-  for (std::size_t i = first; i < history.size(); ++i) {
-    const PlotPoint& p = history[i];
-    low = std::min({low, static_cast<double>(-p.friction), static_cast<double>(p.applied)});
-    high = std::max({high, static_cast<double>(-p.friction), static_cast<double>(p.applied)});
+  // Means of some milliseconds: a knock of one tick does not flatten the rest.
+  constexpr std::size_t together = 16;
+  for (std::size_t i = first; i + together <= history.size(); i += together) {
+    double friction = 0, applied = 0;
+    for (std::size_t j = i; j < i + together; ++j) {
+      friction -= static_cast<double>(history[j].friction) / together;
+      applied += static_cast<double>(history[j].applied) / together;
+    }
+    low = std::min({low, friction, applied});
+    high = std::max({high, friction, applied});
   }
   ranges.force.follow(low, high, 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
