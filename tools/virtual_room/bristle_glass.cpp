@@ -34,16 +34,17 @@ float median(std::vector<float>& values) {
 // All bristles that do not snap move by the same displacement: the median. Who moved otherwise has snapped.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
-  if (now.key != before_.key || now.count != before_.count || now.count == 0) return;
+  const std::size_t count = hairs_.size();
+  if (now.key != before_.key || now.count != before_.count || count == 0) return;
   float displacement[2];
   for (int axis = 0; axis < 2; ++axis) {
     moves_.clear();
-    for (std::size_t i = 0; i < now.count; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       moves_.push_back(axis == 0 ? now.zx[i] - before_.zx[i] : now.zy[i] - before_.zy[i]);
     }
     displacement[axis] = median(moves_);
   }
-  for (std::size_t i = 0; i < now.count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const float x = now.zx[i] - before_.zx[i] - displacement[0], y = now.zy[i] - before_.zy[i] - displacement[1];
     const bool redrawn = now.snap_length[i] != before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;

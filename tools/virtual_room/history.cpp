@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 namespace room {
 
 void History::add(const PlotPoint& point) {
+  for (const float value : {point.time, point.displacement, point.friction, point.applied}) {
+    if (!std::isfinite(value)) return;
+  }
   if (size_ > 0 && point.time < newest().time) clear();
   points_[next_] = point;
   next_ = (next_ + 1) % capacity;

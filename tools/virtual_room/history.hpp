@@ -16,7 +16,8 @@ class History {
 
   History() : points_(capacity) {}
 
-  /// A time before that of the last point (reset, replay) begins anew.
+  /// A time before that of the last point (reset, replay) begins anew; one that is no number is
+  /// left out.
   void add(const PlotPoint& point);
   void clear();
 
