@@ -554,6 +554,22 @@ Response PatchBatch::force(PatchId id) const noexcept {
   return none;
 }
 
+bool PatchBatch::reset(PatchId id) noexcept {
+  impl_->apply_commands();
+  const PatchState* p = impl_->find(id);
+  return p != nullptr && reset(id, p->options.seed, p->options.key);
+}
+
+bool PatchBatch::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
+  impl_->apply_commands();
+  PatchState* p = impl_->find(id);
+  if (p == nullptr) return false;
+  FloatModeScope mode;
+  reset_patch(*p, seed, key);
+  impl_->table->last[slot_of(id)] = Response{};
+  return true;
+}
+
 Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   Impl& impl = *impl_;
   impl.apply_commands();
@@ -643,7 +659,7 @@ struct SavedBatch {
   std::uint64_t bytes;
   std::uint64_t checksum;  // of all that follows
 };
-constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 1};
+constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 2};
 
 std::uint64_t checksum(const std::byte* from, std::size_t bytes) noexcept {
   Hasher hasher;

@@ -49,7 +49,7 @@ std::uint64_t signature(const PatchState& p) noexcept {
   hasher.add(p.material->hash);
   hasher.add(p.weight);
   hasher.add(p.options.max_normal_load);
-  hasher.add(std::uint64_t{p.bristles} << 32 | p.options.seed);
+  hasher.add(std::uint64_t{p.bristles});
   hasher.add(static_cast<std::uint64_t>(p.variant) << 8 | static_cast<std::uint64_t>(p.options.outputs) << 4 |
              (p.options.sampling == Sampling::random ? 2u : 0u) | (p.is_double() ? 1u : 0u));
   return hasher.value();
@@ -64,6 +64,8 @@ void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generatio
   head.generation = generation;
   head.signature = signature(p);
   head.storage_bytes = p.storage_bytes;
+  head.key = p.options.key;
+  head.seed = p.options.seed;
   head.contact = p;
   std::memcpy(to, &head, sizeof head);
   std::memcpy(to + sizeof head, p.storage.get(), p.storage_bytes);
@@ -72,6 +74,8 @@ void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generatio
 void restore_patch(PatchState& p, const std::byte* from) noexcept {
   SavedPatch head;
   std::memcpy(&head, from, sizeof head);
+  p.options.key = head.key;
+  p.options.seed = head.seed;
   static_cast<PatchContact&>(p) = head.contact;
   std::memcpy(p.storage.get(), from + sizeof head, p.storage_bytes);
   p.forget_bounds();

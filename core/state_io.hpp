@@ -17,6 +17,8 @@ struct SavedPatch {
   std::uint32_t slot, generation;
   std::uint64_t signature;  ///< of options, weight and material: what must agree
   std::uint64_t storage_bytes;
+  std::uint64_t key;  ///< with the seed: a reset may have changed both
+  std::uint32_t seed;
   PatchContact contact;
 };
 

@@ -1,5 +1,5 @@
-// States of the virtual room set up by hand, for tests of what is drawn. No physics: the figures are plausible,
-// not computed.
+// States of the virtual room set up by hand, for tests of what is drawn. No physics: the figures are
+// plausible, not computed.
 #pragma once
 
 #include <cmath>

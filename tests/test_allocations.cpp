@@ -1,14 +1,8 @@
-// After warm_up a step allocates nothing, on any thread. An executable of its own: it counts every call of
-// malloc.
-//
-// glibc has no hooks any more: malloc and its kin are defined here over glibc's own entry points, and
-// operator new ends up in them. Sanitizers bring their own malloc: there the test says that it was skipped.
+// After warm_up a step allocates nothing, on any thread.
 #include <catch2/catch.hpp>
 
 #include <array>
-#include <atomic>
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <new>
 #include <string>
@@ -18,56 +12,7 @@
 #endif
 
 #include "scenes.hpp"
-#if BRISTLE_HAS_ROOM
-#include "tools/virtual_room/hand_motion.hpp"
-#include "tools/virtual_room/haptic_loop.hpp"
-#endif
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BRISTLE_COUNTS_ALLOCATIONS 1
-#else
-#define BRISTLE_COUNTS_ALLOCATIONS 0
-#endif
-
-namespace {
-std::atomic<long> calls{0};
-}
-
-#if BRISTLE_COUNTS_ALLOCATIONS
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-void __libc_free(void*);
-
-void* malloc(std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_calloc(count, size);
-}
-void* realloc(void* block, std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_realloc(block, size);
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(alignment, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
-int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
-  *block = memalign(alignment, size);
-  return *block ? 0 : 12;  // ENOMEM
-}
-void free(void* block) {
-  if (block) calls.fetch_add(1, std::memory_order_relaxed);
-  __libc_free(block);
-}
-}
-#endif
+#include "servo_watch.hpp"
 
 using namespace bristle_test;
 
@@ -92,15 +37,15 @@ std::vector<PatchId> many_patches(PatchBatch& batch) {
 }  // namespace
 
 TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[allocations]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) {
+  if (!can_watch()) {
     std::printf("skipped: this build's malloc cannot be counted\n");
     return;
   }
   {
-    const long before = calls;
+    const long before = counts_so_far().allocations;
     void* volatile probe = ::operator new(100);  // volatile: or the compiler leaves the pair out
     ::operator delete(probe);
-    REQUIRE(calls - before == 2);  // the counter counts
+    REQUIRE(counts_so_far().allocations - before == 2);  // the counter counts
   }
   for (int threads : {1, 2}) {
     INFO(threads << " threads");
@@ -114,9 +59,9 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
     std::map<std::string, long> counted;
     const auto count = [&](const char* what, auto&& call) {
       long& sum = counted[what];
-      const long before = calls;
+      const long before = counts_so_far().allocations;
       call();
-      sum += calls - before;
+      sum += counts_so_far().allocations - before;
     };
     for (int k = 0; k < 60; ++k) {
       for (std::size_t i = 0; i < motions.size(); ++i) {
@@ -144,7 +89,7 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
 
 #if BRISTLE_HAS_EIGEN
 TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  if (!can_watch()) return;
   PatchBatch batch;
   constexpr std::size_t feet_count = 9;  // more contacts than velocities
   std::array<Motion, feet_count> motions;
@@ -158,7 +103,7 @@ TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocation
   batch.warm_up();
   auto body = bristle::rigid_body(0.25, Eigen::Vector3d(1e-4, 2e-4, 3e-4).asDiagonal());
   const bristle::BodyVector<6> force = Eigen::Matrix<double, 6, 1>::Constant(0.3);
-  const long before = calls;
+  const long before = counts_so_far().allocations;
   for (int i = 0; i < 200; ++i) {
     if (i % 2) {
       bristle::predict_displacements(batch, tick, body, force, feet, motions);
@@ -170,35 +115,7 @@ TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocation
       bristle::apply_mean_forces(tick, body, force, feet, responses);
     }
   }
-  CHECK(calls - before == 0);
+  CHECK(counts_so_far().allocations - before == 0);
   CHECK(body.velocity.norm() > 0.0);
-}
-#endif
-
-#if BRISTLE_HAS_ROOM
-TEST_CASE("A tick of the virtual room allocates nothing, whatever the block touches", "[allocations][room]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
-  const auto at = [](double t, double x, double y, double z) {
-    return room::HandRow{t, {true, {x, y, z}, {0, 0, -1.0}}};
-  };
-  // Along the floor, off centre, along the end wall, and over the top.
-  const room::HandMotion hand{{at(0.0, -0.07, 0.02, 0.03), at(1.0, 0.19, 0.03, 0.05), at(1.5, 0.1, 0.1, 0.1),
-                               at(2.0, 0.22, -0.1, 0.04), at(2.5, 0.28, -0.18, 0.02)}};
-  for (const room::FrictionModel model :
-       {room::FrictionModel::brush, room::FrictionModel::lugre, room::FrictionModel::coulomb}) {
-    INFO("model " << static_cast<int>(model));
-    room::LoopOptions options;
-    options.settings.model = model;
-    options.settings.bristles = 256;
-    options.settings.kinetic = 0.8;
-    options.settings.peak = 0.9;
-    room::HapticLoop loop(options, std::make_unique<room::PlayedHand>("script", hand));
-    loop.advance(1);
-    const long before = calls;
-    loop.advance(3000);
-    CHECK(calls - before == 0);
-    loop.exchange().room.refresh();
-    CHECK(loop.exchange().room.latest().block_position[0] > 0.1);
-  }
 }
 #endif

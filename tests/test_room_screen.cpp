@@ -1,5 +1,5 @@
-// What the virtual room shows, apart from its window: geometry, the glass, plots' memory, the mouse, and pictures of
-// states set up by hand. The window itself: room_window_test.
+// What the virtual room shows, apart from its window: geometry, the glass, plots' memory, the mouse, and
+// pictures of states set up by hand. The window itself: room_window_test.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -40,7 +40,8 @@ struct Pixel {
 };
 
 Pixel pixel(const room::PixelImage& image, int x, int y) {
-  const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
+  const std::size_t at =
+      3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
   return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
 }
 
@@ -90,7 +91,8 @@ TEST_CASE("A camera sees its target in the middle and offsets by the rules of pe
 TEST_CASE("The ray through a pixel meets the point that is seen there", "[room]") {
   Camera camera;
   const Area area{312, 46, 968, 546};
-  for (const Vector3f& point : {Vector3f(0, 0, 0), Vector3f(0.2f, -0.1f, 0.02f), Vector3f(-0.28f, 0.17f, 0.25f)}) {
+  for (const Vector3f& point :
+       {Vector3f(0, 0, 0), Vector3f(0.2f, -0.1f, 0.02f), Vector3f(-0.28f, 0.17f, 0.25f)}) {
     float x = 0, y = 0;
     REQUIRE(camera.find_pixel(area, point, x, y));
     const room::Ray ray = camera.ray(area, x, y);
@@ -112,7 +114,8 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     mouse.move(x, y, {true, false, false}, area, camera, room, measures);
     REQUIRE(mouse.hand_changed());
     CHECK(mouse.hand().holds);
-    for (int axis = 0; axis < 3; ++axis) CHECK(mouse.hand().position[axis] == Approx(wanted[axis]).margin(1e-5));
+    for (int axis = 0; axis < 3; ++axis)
+      CHECK(mouse.hand().position[axis] == Approx(wanted[axis]).margin(1e-5));
 
     // The wheel raises it by 2 mm a notch, and with control presses it by 0.1 N; it stays in the room.
     mouse.turn_wheel(3, false, camera, measures);
@@ -147,7 +150,8 @@ TEST_CASE("The glass bends every hair as far as its bristle and tells who has sn
   REQUIRE(glass.hairs().size() == room::bristles_shown);
   const auto mean = static_cast<float>(room.presliding_length);
   for (std::size_t i = 0; i < 400; i += 37) {
-    CHECK(glass.hairs()[i].lean[0] == Approx(room::BristleGlass::lean_per_length * room.bristles.zx[i] / mean));
+    CHECK(glass.hairs()[i].lean[0] ==
+          Approx(room::BristleGlass::lean_per_length * room.bristles.zx[i] / mean));
     CHECK(glass.hairs()[i].bent == Approx(room.bristles.zx[i] / room.bristles.snap_length[i]));
     CHECK(std::hypot(glass.hairs()[i].root[0], glass.hairs()[i].root[1]) < room::BristleGlass::reach);
   }
@@ -171,7 +175,8 @@ TEST_CASE("The glass bends every hair as far as its bristle and tells who has sn
   CHECK(glass.hairs()[50].flash == 0.0f);
 }
 
-TEST_CASE("The plots' memory keeps the newest points in order and begins anew when time goes back", "[room]") {
+TEST_CASE("The plots' memory keeps the newest points in order and begins anew when time goes back",
+          "[room]") {
   room::History history;
   const std::size_t pushed = room::History::capacity + 1000;
   for (std::size_t i = 0; i < pushed; ++i) history.add({static_cast<float>(i), 0, 0, 0, 0});
@@ -214,7 +219,8 @@ TEST_CASE("Quantities are written with the prefix that fits", "[room]") {
   CHECK(room::with_commas(999) == "999");
 }
 
-TEST_CASE("A picture shows the block where perspective puts it, its arrows, and bristles by their bending", "[room]") {
+TEST_CASE("A picture shows the block where perspective puts it, its arrows, and bristles by their bending",
+          "[room]") {
   const auto offscreen = try_offscreen(700, 520);
   if (!offscreen) return;
   room::RoomView& view = offscreen->view();
@@ -225,7 +231,8 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   int arrow[2];
   for (int i = 0; i < 2; ++i) {
     const double x = i == 0 ? -0.1 : 0.1;
-    const room::PixelImage image = offscreen->draw(made_up::room_with_block_at(x, i == 0 ? 0.0 : 1.5, 0), 0.02f);
+    const room::PixelImage image =
+        offscreen->draw(made_up::room_with_block_at(x, i == 0 ? 0.0 : 1.5, 0), 0.02f);
     REQUIRE(count(image, is_wood, &seen[i]) > 1000);
     float px = 0, py = 0;
     view.camera.find_pixel(view.layout().picture.scene, Vector3f(static_cast<float>(x), 0, 0.03f), px, py);
@@ -243,7 +250,8 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const auto is_red = [](Pixel p) { return p.r > p.g + 60 && p.r > p.b + 60 && p.r < 250; };
   Snapshot room = made_up::room_with_block_at(0, 0, 0);
   const room::PixelImage straight = offscreen->draw(room, 0.02f);
-  for (std::size_t i = 0; i < room.bristles.count; ++i) room.bristles.zx[i] = 0.9f * room.bristles.snap_length[i];
+  for (std::size_t i = 0; i < room.bristles.count; ++i)
+    room.bristles.zx[i] = 0.9f * room.bristles.snap_length[i];
   room.bristles.key = 2;  // another patch: nobody has snapped
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);

@@ -110,6 +110,7 @@ SceneMaterial read_material(SceneTable table) {
     }
     result.material.damper_decay =
         static_cast<bristle::DamperDecay>(table.choice("damper_decay", {"exponential", "gaussian"}, 0));
+    if (result.coefficients) result.coefficients->damper_decay = result.material.damper_decay;
     result.material.validate();
   } catch (const bristle::Error& error) {
     table.fail(error.what());

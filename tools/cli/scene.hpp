@@ -28,6 +28,8 @@ struct ScenePatch {
   std::uint32_t stride = 1;  ///< only every so manyth copy: the k-th of `count` is then copy k stride
   std::string where;         ///< "file:line: [[patch]] 'name'", for messages
   std::optional<PrescribedMotion> motion;
+
+  bool is_carried() const noexcept { return !motion.has_value(); }  ///< by a body
 };
 
 struct ForceRow {

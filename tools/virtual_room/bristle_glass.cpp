@@ -12,8 +12,8 @@ constexpr float bent_after_flash = 0.25f;  // of the snap length
 
 // The golden angle spreads any number of points evenly over a disc.
 void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
-  const float radius = 0.86f * BristleGlass::reach *
-                       std::sqrt((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+  const float radius =
+      0.86f * BristleGlass::reach * std::sqrt((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
   const float angle = 2.39996323f * static_cast<float>(i);
   root[0] = radius * std::cos(angle);
   root[1] = radius * std::sin(angle);
@@ -45,7 +45,8 @@ void BristleGlass::find_snaps(const BristleView& now) {
     displacement[axis] = median(moves_);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const float x = now.zx[i] - before_.zx[i] - displacement[0], y = now.zy[i] - before_.zy[i] - displacement[1];
+    const float x = now.zx[i] - before_.zx[i] - displacement[0],
+                y = now.zy[i] - before_.zy[i] - displacement[1];
     const bool redrawn = now.snap_length[i] != before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
     // One that has bent again since is no news: in fast sliding all snap between two pictures.

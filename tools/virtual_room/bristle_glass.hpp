@@ -18,8 +18,8 @@ struct Hair {
 /// Follows the bristles from picture to picture.
 class BristleGlass {
  public:
-  static constexpr float reach = 2.3f;           ///< radius of the floor shown, hairs
-  static constexpr float lean_per_length = 0.8f; ///< hairs, for a deflection of the mean snap length
+  static constexpr float reach = 2.3f;            ///< radius of the floor shown, hairs
+  static constexpr float lean_per_length = 0.8f;  ///< hairs, for a deflection of the mean snap length
 
   /// `elapsed`: s of a person's time since the last call; 0 while nothing moves.
   void update(const Snapshot& room, float elapsed);

@@ -13,16 +13,14 @@ struct Ray {
 struct Area {
   float x = 0, y = 0, width = 1, height = 1;
 
-  bool holds(float px, float py) const {
-    return px >= x && py >= y && px < x + width && py < y + height;
-  }
+  bool holds(float px, float py) const { return px >= x && py >= y && px < x + width && py < y + height; }
 };
 
 struct Camera {
   Eigen::Vector3f target{-0.015f, 0.0f, 0.072f};  ///< m
-  float distance = 0.99f;                       ///< m
-  float azimuth = -1.93f, elevation = 0.40f;    ///< rad, of the eye seen from the target
-  float field_of_view = 0.56f;                  ///< rad, vertical
+  float distance = 0.99f;                         ///< m
+  float azimuth = -1.93f, elevation = 0.40f;      ///< rad, of the eye seen from the target
+  float field_of_view = 0.56f;                    ///< rad, vertical
 
   Eigen::Vector3f eye() const;
   Eigen::Matrix4f view() const;

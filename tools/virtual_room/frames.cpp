@@ -36,7 +36,8 @@ DrawFrame draw_into(const RunOptions& options) {
   leave_cores_to_the_haptic_loop();
   const PictureOptions& picture = options.picture;
   const float scale = picture.scale > 0 ? static_cast<float>(picture.scale) : 1.0f;
-  const auto room = std::make_shared<OffscreenRoom>(options.loop.measures, picture.width, picture.height, scale);
+  const auto room =
+      std::make_shared<OffscreenRoom>(options.loop.measures, picture.width, picture.height, scale);
   room->view().panels = picture.panels;
   room->view().camera = camera_of(picture);
   const auto elapsed = static_cast<float>(1 / options.frames_per_second);

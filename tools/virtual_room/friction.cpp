@@ -144,14 +144,14 @@ Velocity Friction::find_rival_motion(double dt_s, const Body& body, const Veloci
 void Friction::step(double dt_s, Body& body, const Velocity& external,
                     bristle::Span<PatchContact> contacts) noexcept {
   const std::size_t n = contacts.size();
-  report_ = {};
   if (model_ == FrictionModel::brush) {
-    report_ = batch_.step(dt_s, {motions_.data(), n}, {responses_.data(), n});
+    batch_.step(dt_s, {motions_.data(), n}, {responses_.data(), n});
     bristle::apply_end_forces<velocities>(dt_s, body, external, {feet_.data(), n}, {responses_.data(), n});
     for (std::size_t i = 0; i < n; ++i) {
       contacts[i].force[0] = responses_[i].end[0];
       contacts[i].force[1] = responses_[i].end[1];
       contacts[i].limit = responses_[i].force_limit;
+      contacts[i].status = responses_[i].status;
     }
     return;
   }

@@ -27,8 +27,9 @@ struct PatchContact {
   std::size_t patch = 0;  ///< 0 to patch_count - 1
   TangentRows rows = TangentRows::Zero();
   double load = 0.0;         ///< N; 0: the patch forgets
-  double force[2] = {0, 0};  ///< N, on the block: filled in by step()
-  double limit = 0.0;        ///< N, highest elastic force: filled in by step()
+  double force[2] = {0, 0};  ///< N, on the block: this and the rest filled in by step()
+  bristle::Status status = bristle::Status::ok;
+  double limit = 0.0;  ///< N, highest elastic force
 };
 
 class Friction {
@@ -45,8 +46,11 @@ class Friction {
   /// Moves the patches by these displacements, and gives `body` the velocity of the forces that acted.
   void step(double dt_s, Body& body, const Velocity& external, bristle::Span<PatchContact> contacts) noexcept;
 
-  bristle::StepReport last_report() const noexcept { return report_; }
   bristle::PatchId patch(std::size_t i) const noexcept { return ids_[i]; }
+  /// Representatives in contact, with the fraction; 0 for a rival.
+  double active_bristles(std::size_t i) const noexcept {
+    return model_ == FrictionModel::brush ? batch_.info(ids_[i]).active : 0.0;
+  }
   std::uint64_t state_hash() const noexcept;  ///< of the brush's patches, or of the rival's states
 
  private:
@@ -65,7 +69,6 @@ class Friction {
   std::array<bristle::BodyContact<velocities>, patch_count + probes> feet_{};
   std::array<bristle::Motion, patch_count + probes> motions_{};
   std::array<bristle::Response, patch_count> responses_{};
-  bristle::StepReport report_;
 };
 
 }  // namespace room

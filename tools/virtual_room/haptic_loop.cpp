@@ -158,6 +158,7 @@ struct HapticLoop::Impl {
     now = within_reach(now, there);
     if (there) hand = now;
     note_device(there);
+    device_seen = device_seen || there;
     // Fades: a device that is lost and a hand that lets go leave no jump.
     const double change = dt / fade_time;
     presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
@@ -182,8 +183,10 @@ struct HapticLoop::Impl {
     if (there == device_there) return;
     device_there = there;
     char line[sizeof message.text];
-    std::snprintf(line, sizeof line, "device %s %s", device->name(),
-                  there ? "is there" : "lost: its force fades to zero");
+    const char* what = there         ? "is there"
+                       : device_seen ? "lost: its force fades to zero"
+                                     : "is not there yet";
+    std::snprintf(line, sizeof line, "device %s %s", device->name(), what);
     remember(line);
   }
 
@@ -197,6 +200,7 @@ struct HapticLoop::Impl {
     if (order.device) {
       device = order.device;
       device_there = true;
+      device_seen = false;
     }
     if (order.reset) {
       world.reset();
@@ -244,7 +248,6 @@ struct HapticLoop::Impl {
     row.hand.holds = hand.holds;
     row.device_there = there;
     row.revision = revision;
-    row.bristles = world.settings().bristles;
     row_waits = true;
   }
   // The forces of the step stand in the row of the step.
@@ -272,7 +275,6 @@ struct HapticLoop::Impl {
     for (int i = 0; i < 3; ++i) s.device[i] = hand.position[i];
     s.device_lost = !device_there;
     s.bristles = bristles;
-    s.bristles_total = s.contacts * static_cast<std::uint64_t>(world.settings().bristles);
     const bool stands = !device_there || message_left > 0;
     if (message_left > 0) --message_left;
     std::memcpy(s.message, stands ? message.text : Message{}.text, sizeof s.message);
@@ -330,7 +332,10 @@ struct HapticLoop::Impl {
       const std::uint64_t rows = finish_recorder();
       closing = false;
       Order order;
-      order.message = to_message(fmt::format("recorded {} ticks", rows));
+      const std::uint64_t lost = recorder.lost();
+      order.message = to_message(
+          lost == 0 ? fmt::format("recorded {} ticks", rows)
+                    : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
       give(order);
     }
   }
@@ -439,7 +444,7 @@ struct HapticLoop::Impl {
   // Haptic thread.
   Device* device = nullptr;
   Hand hand;
-  bool device_there = true, paused = false, recording = false, row_waits = false;
+  bool device_there = true, device_seen = false, paused = false, recording = false, row_waits = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;

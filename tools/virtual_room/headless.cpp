@@ -81,7 +81,8 @@ void run_virtual(const RunOptions& o, HapticLoop& loop, const DrawFrame& draw, S
   for (std::uint64_t done = 0; done < ticks;) {
     const auto next_frame = static_cast<std::uint64_t>(
         std::llround(static_cast<double>(frame + 1) * loop.rate_hz() / o.frames_per_second));
-    const std::uint64_t until = std::min({ticks, draw.draw_frame ? next_frame : ticks, done + most_ticks_at_once});
+    const std::uint64_t until =
+        std::min({ticks, draw.draw_frame ? next_frame : ticks, done + most_ticks_at_once});
     loop.advance(until - done);
     done = until;
     summary.take(loop.exchange(), draw);

@@ -40,6 +40,8 @@ void TimeHistogram::add(double seconds) {
   ++total_;
 }
 
-double TimeHistogram::begin_of(int which) { return least * std::pow(10.0, static_cast<double>(which) / per_decade); }
+double TimeHistogram::begin_of(int which) {
+  return least * std::pow(10.0, static_cast<double>(which) / per_decade);
+}
 
 }  // namespace room

@@ -23,7 +23,9 @@ class History {
 
   std::size_t size() const { return size_; }
   /// 0 is the oldest.
-  const PlotPoint& operator[](std::size_t i) const { return points_[(next_ + capacity - size_ + i) % capacity]; }
+  const PlotPoint& operator[](std::size_t i) const {
+    return points_[(next_ + capacity - size_ + i) % capacity];
+  }
   const PlotPoint& newest() const { return (*this)[size_ - 1]; }
   /// Index of the first point of the last `seconds`.
   std::size_t first_of_last(float seconds) const;
@@ -41,7 +43,10 @@ class TimeHistogram {
   static constexpr double least = 1e-7;  ///< s, where the first class begins
 
   void add(double seconds);
-  void clear() { counts_ = {}; total_ = 0; }
+  void clear() {
+    counts_ = {};
+    total_ = 0;
+  }
   std::uint64_t count(int which) const { return counts_[static_cast<std::size_t>(which)]; }
   std::uint64_t total() const { return total_; }
   static double begin_of(int which);

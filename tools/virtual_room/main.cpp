@@ -59,10 +59,12 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--height", o.picture.height, "pixels")->check(CLI::Range(240, 4320))->capture_default_str();
   app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
       ->check(CLI::Range(0.0, 4.0));
-  app.add_option("--eye", o.picture.eye, "azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
+  app.add_option("--eye", o.picture.eye,
+                 "azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
       ->expected(6);
   app.add_flag("!--no-panels", o.picture.panels, "pictures of the room alone");
-  app.add_option("--stall-graphics", o.stall_graphics_ms, "ms that the graphic loop stands still, once a second")
+  app.add_option("--stall-graphics", o.stall_graphics_ms,
+                 "ms that the graphic loop stands still, once a second")
       ->check(CLI::Range(0.0, 10000.0))
       ->group("");  // for tests
 }
@@ -122,7 +124,14 @@ int main(int argc, char** argv) {
   RunOptions options;
   const CLI::Option* device = add_options(app, options);
   add_picture_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
+    return 2;
+  }
   // What was given says what moves the tool.
   if (device->count() == 0 && !options.script.empty()) options.device = room::DeviceKind::script;
   if (device->count() == 0 && !options.motion.empty()) options.device = room::DeviceKind::file;

@@ -98,8 +98,8 @@ Triangles make_rod(int around, float end_radius) {
     for (int i = 0; i <= around; ++i) {
       const float angle = 2 * pi * static_cast<float>(i) / static_cast<float>(around);
       const Vector3f out(std::cos(angle), std::sin(angle), 0);
-      shape.vertices.push_back(
-          {radius * out + static_cast<float>(j) * Vector3f::UnitZ(), Vector3f(out.x(), out.y(), lean).normalized()});
+      shape.vertices.push_back({radius * out + static_cast<float>(j) * Vector3f::UnitZ(),
+                                Vector3f(out.x(), out.y(), lean).normalized()});
     }
   }
   join_rings(shape, 0, 2, around);

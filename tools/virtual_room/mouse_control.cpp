@@ -41,12 +41,14 @@ void MouseControl::move(float px, float py, MouseButtons buttons, const Area& sc
 // Where the ray meets the plane on which the hand moves.
 void MouseControl::hold(const Ray& ray, const Snapshot& room, const RoomMeasures& measures) {
   const Eigen::Matrix3f to_room = room_tilt(room.settings.slope).transpose();
-  const Eigen::Vector3d from = (to_room * ray.from).cast<double>(), along = (to_room * ray.along).cast<double>();
+  const Eigen::Vector3d from = (to_room * ray.from).cast<double>(),
+                        along = (to_room * ray.along).cast<double>();
   double position[3] = {hand_.position[0], hand_.position[1], height_};
   const double way = (height_ - from.z()) / along.z();
   if (std::isfinite(way) && way > 0) {
     const Eigen::Vector3d at = from + way * along;
-    const double x = measures.length / 2 - measures.tool_radius, y = measures.width / 2 - measures.tool_radius;
+    const double x = measures.length / 2 - measures.tool_radius,
+                 y = measures.width / 2 - measures.tool_radius;
     position[0] = std::clamp(at.x(), -x, x);
     position[1] = std::clamp(at.y(), -y, y);
   }
@@ -57,7 +59,8 @@ void MouseControl::hold(const Ray& ray, const Snapshot& room, const RoomMeasures
   changed_ = true;
 }
 
-std::string MouseControl::turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures) {
+std::string MouseControl::turn_wheel(float notches, bool control, Camera& camera,
+                                     const RoomMeasures& measures) {
   if (drag_ != Drag::hand) {
     camera.zoom(std::pow(0.9f, notches));
     return {};

@@ -27,7 +27,8 @@ struct Pen {
   void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font) const {
     const ImVec2 s = size(font, text);
     const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
-    draw.AddRectFilled({left - pad, top - 0.5f * pad}, {left + s.x + pad, top + s.y + 0.5f * pad}, plate, 4 * scale);
+    draw.AddRectFilled({left - pad, top - 0.5f * pad}, {left + s.x + pad, top + s.y + 0.5f * pad}, plate,
+                       4 * scale);
     draw.AddText(font, font->FontSize, {left, top}, colour, text.c_str());
   }
 };
@@ -35,14 +36,15 @@ struct Pen {
 void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                   const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   const ForceArrows arrows = place_arrows(room, measures);
-  const auto label = [&](const Vector3f& from, const Vector3f& to, const double (&force)[3], ImU32 colour,
+  const auto label = [&](const Vector3f& from, const Vector3f& to, const double(&force)[3], ImU32 colour,
                          const char* name, float drop) {
     float x, y, x0, y0;
     if (!camera.find_pixel(layout.picture.scene, tilt * to, x, y)) return;
     if (!camera.find_pixel(layout.picture.scene, tilt * from, x0, y0)) return;
     const float ahead = x >= x0 ? 1.0f : -1.0f;
     const std::string text = fmt::format("{} {:.2f} N", name, to_vector(force).norm());
-    pen.tag(x + ahead * 10 * layout.scale, y + drop * layout.scale, x >= x0 ? 0.0f : 1.0f, colour, text, pen.fonts.bold);
+    pen.tag(x + ahead * 10 * layout.scale, y + drop * layout.scale, x >= x0 ? 0.0f : 1.0f, colour, text,
+            pen.fonts.bold);
   };
   if (arrows.friction) {
     label(arrows.friction_from, arrows.friction_to, room.friction, colours::friction, "friction", 8);
@@ -65,7 +67,8 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
     const std::string text = centimetres == 0 ? "0 cm" : fmt::format("{}", centimetres);
     const ImVec2 s = pen.size(pen.fonts.small, text);
     pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
-                     {std::round(px - 0.5f * s.x), std::round(py - 0.5f * s.y)}, IM_COL32(150, 160, 175, 220), text.c_str());
+                     {std::round(px - 0.5f * s.x), std::round(py - 0.5f * s.y)}, IM_COL32(150, 160, 175, 220),
+                     text.c_str());
   }
 }
 
@@ -106,8 +109,8 @@ void draw_scale(const Pen& pen, float x, float y, float width) {
   static constexpr float at[] = {0, 0.4f, 0.75f, 1};
   const float high = 5 * pen.scale;
   for (int i = 0; i < 3; ++i) {
-    pen.draw.AddRectFilledMultiColor({x + width * at[i], y}, {x + width * at[i + 1], y + high}, stops[i], stops[i + 1],
-                                     stops[i + 1], stops[i]);
+    pen.draw.AddRectFilledMultiColor({x + width * at[i], y}, {x + width * at[i + 1], y + high}, stops[i],
+                                     stops[i + 1], stops[i + 1], stops[i]);
   }
 }
 
@@ -133,27 +136,34 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
 
   const auto words = [&](float y, ImU32 colour, const std::string& text, ImFont* font) {
     const ImVec2 s = pen.size(font, text);
-    pen.draw.AddText(font, font->FontSize, {std::round(centre.x - 0.5f * s.x), std::round(y)}, colour, text.c_str());
+    pen.draw.AddText(font, font->FontSize, {std::round(centre.x - 0.5f * s.x), std::round(y)}, colour,
+                     text.c_str());
   };
   float y = centre.y + p.glass_radius + 8 * pen.scale;
   if (glass.hairs().empty()) {
     const bool brush = room.settings.model == FrictionModel::brush;
-    words(centre.y - 8 * pen.scale, colours::text, brush ? "no contact" : "this model has no bristles", pen.fonts.text);
+    words(centre.y - 8 * pen.scale, colours::text, brush ? "no contact" : "this model has no bristles",
+          pen.fonts.text);
     return;
   }
   // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
   const std::string shown = fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()),
                                         with_commas(room.settings.bristles));
-  const float half = std::max(0.5f * pen.size(pen.fonts.small, shown).x, 0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) + 8 * pen.scale;
-  pen.draw.AddRectFilled({centre.x - half, y - 4 * pen.scale}, {centre.x + half, y + 2 * pen.fonts.small->FontSize + 11 * pen.scale}, plate, 5 * pen.scale);
+  const float half =
+      std::max(0.5f * pen.size(pen.fonts.small, shown).x,
+               0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) +
+      8 * pen.scale;
+  pen.draw.AddRectFilled({centre.x - half, y - 4 * pen.scale},
+                         {centre.x + half, y + 2 * pen.fonts.small->FontSize + 11 * pen.scale}, plate,
+                         5 * pen.scale);
   words(y, colours::text, shown, pen.fonts.small);
   y += pen.fonts.small->FontSize + 5 * pen.scale;
   const float wide = 0.9f * p.glass_radius;
   draw_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
   const auto beside = [&](float x, float anchor, const char* text) {
     const ImVec2 s = pen.size(pen.fonts.small, text);
-    pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize, {std::round(x - anchor * s.x), std::round(y)},
-                     colours::faint_text, text);
+    pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
+                     {std::round(x - anchor * s.x), std::round(y)}, colours::faint_text, text);
   };
   beside(centre.x - 0.5f * wide - 7 * pen.scale, 1, "straight");
   beside(centre.x + 0.5f * wide + 7 * pen.scale, 0, "snaps");

@@ -1,4 +1,5 @@
-// Words and rings over the picture of the room: forces in newtons, lengths on the floor, the rim of the glass.
+// Words and rings over the picture of the room: forces in newtons, lengths on the floor, the rim of the
+// glass.
 #pragma once
 
 #include <string>

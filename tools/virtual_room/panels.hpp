@@ -1,4 +1,5 @@
-// The panels around the room: settings on the left, what to do above, plots below. Plain data in, plain data out.
+// The panels around the room: settings on the left, what to do above, plots below. Plain data in, plain data
+// out.
 #pragma once
 
 #include <string>
@@ -33,8 +34,10 @@ struct GuiState {
   bool live = true;  ///< a person is there: show keys and what the mouse does
 };
 
-void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state, Wishes& wishes);
-void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state, Wishes& wishes);
+void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
+                   Wishes& wishes);
+void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
+              Wishes& wishes);
 void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, const History& history,
                 const TimeHistogram& times, GuiState& state, float elapsed);
 

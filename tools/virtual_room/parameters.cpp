@@ -21,7 +21,7 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
       .with_max_normal_load(floor  ? floor_load
                             : tool ? tool_load
                                    : wall_load)
-      .with_bristles(floor || tool ? s.bristles : std::min(s.bristles, most_wall_bristles))
+      .with_bristles(bristles_of(s, patch))
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
@@ -40,7 +40,17 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
   return surface;
 }
 
+bool same_material(const Settings& a, const Settings& b) {
+  return a.kinetic == b.kinetic && a.peak == b.peak && a.presliding_length == b.presliding_length &&
+         a.damping_per_newton == b.damping_per_newton && a.viscous_friction == b.viscous_friction &&
+         a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep;
+}
+
 }  // namespace
+
+std::uint32_t bristles_of(const Settings& s, std::size_t patch) noexcept {
+  return patch < 4 || patch == tool_patch ? s.bristles : std::min(s.bristles, most_wall_bristles);
+}
 
 Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message) {
   Settings s = wanted;
@@ -69,6 +79,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = least_peak_over_kinetic * s.kinetic;
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
+  if (same_material(s, before)) return s;
   try {
     (void)material_of(s);
   } catch (const bristle::Error& error) {
@@ -97,7 +108,8 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   std::string message;
   Parameters next = now_;
   next.settings = checked_settings(wanted, now_.settings, message);
-  const bristle::Material material = material_of(next.settings);
+  const bool same = now_.patches[0] && same_material(next.settings, now_.settings);
+  const bristle::Material material = same ? material_ : material_of(next.settings);
   next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles;
   if (next.new_patches) {
     old_ = now_.patches;
@@ -109,8 +121,10 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   }
   material_ = material;
   next.surface = surface_of(next.settings, material);
-  next.kinetic = material.kinetic_coefficient();
-  next.peak = material.peak_coefficient();
+  if (!same) {
+    next.kinetic = material.kinetic_coefficient();
+    next.peak = material.peak_coefficient();
+  }
   next.presliding_length = material.snap_length.mean();
   message.copy(next.message, sizeof next.message - 1);
   next.message[std::min(message.size(), sizeof next.message - 1)] = '\0';

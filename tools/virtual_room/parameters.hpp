@@ -38,6 +38,8 @@ inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
 /// Patches are made before the loop runs and wait for contacts: four for the floor, as many corners as can
 /// rest on it; four each for the end wall, the side walls and the roof; one for the tool.
 inline constexpr std::size_t patch_count = 17, tool_patch = 16;
+/// Representatives of one of them: walls and roof, touched now and then, have fewer.
+std::uint32_t bristles_of(const Settings& settings, std::size_t patch) noexcept;
 using PatchIds = std::array<bristle::PatchId, patch_count>;
 
 /// What the haptic loop works with. Plain data.

@@ -28,11 +28,14 @@ class Frame {
   Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
       : draw_(draw), fonts_(fonts), x_(x), y_(y) {
     const float line = fonts.small->FontSize;
-    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, area.width - 3.9f * line, area.height - 3.0f * line};
+    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, area.width - 3.9f * line,
+              area.height - 3.0f * line};
     inner_.width = std::max(inner_.width, 20.0f);
     inner_.height = std::max(inner_.height, 20.0f);
-    draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, plot_ground, 2);
-    draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text, title);
+    draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height},
+                        plot_ground, 2);
+    draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
+                  title);
     draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
   }
   ~Frame() { draw_.PopClipRect(); }
@@ -51,7 +54,8 @@ class Frame {
 
   void label(float x, float y, ImU32 colour, const std::string& text, float anchor) const {
     const ImVec2 size = fonts_.small->CalcTextSizeA(fonts_.small->FontSize, 1e4f, 0, text.c_str());
-    draw_.AddText(fonts_.small, fonts_.small->FontSize, {std::round(x - anchor * size.x), std::round(y)}, colour, text.c_str());
+    draw_.AddText(fonts_.small, fonts_.small->FontSize, {std::round(x - anchor * size.x), std::round(y)},
+                  colour, text.c_str());
   }
 
   void grid_x(double scale, int wanted) const {
@@ -68,8 +72,10 @@ class Frame {
     for (double v = std::ceil(y_.low / step) * step; v <= y_.high + 1e-9 * step; v += step) {
       const float y = at(x_.low, v).y;
       const bool zero = std::abs(v) < 1e-9 * step;
-      draw_.AddLine({inner_.x, y}, {inner_.x + inner_.width, y}, zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
-      label(inner_.x - 5, y - 0.5f * fonts_.small->FontSize, colours::faint_text, number(v / scale, step / scale), 1.0f);
+      draw_.AddLine({inner_.x, y}, {inner_.x + inner_.width, y},
+                    zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
+      label(inner_.x - 5, y - 0.5f * fonts_.small->FontSize, colours::faint_text,
+            number(v / scale, step / scale), 1.0f);
     }
   }
   void dashed(double y, ImU32 colour) const {
@@ -164,7 +170,8 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   }
   ranges.force.follow(low, high, 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
-  const Frame frame(draw, fonts, area, "Force, N, over time, s", {end - seconds, end}, {ranges.force.low, ranges.force.high});
+  const Frame frame(draw, fonts, area, "Force, N, over time, s", {end - seconds, end},
+                    {ranges.force.low, ranges.force.high});
   frame.grid_x(1, 5);
   frame.grid_y(1, 4);
   frame.clip();
@@ -172,8 +179,10 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     frame.dashed(level, IM_COL32(255, 133, 64, 130));
     frame.dashed(-level, IM_COL32(255, 133, 64, 130));
   }
-  draw_curve(draw, frame, history, first, colours::applied, stroke(fonts), [](const PlotPoint& p) { return p.applied; });
-  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts), [](const PlotPoint& p) { return -p.friction; });
+  draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
+             [](const PlotPoint& p) { return p.applied; });
+  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
+             [](const PlotPoint& p) { return -p.friction; });
   frame.unclip();
   float used = 0;
   const float right = frame.inner().x + frame.inner().width;
@@ -204,7 +213,8 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   const double scale = size >= 1e-3 ? 1e-3 : size >= 1e-6 ? 1e-6 : 1e-9;
   const char* unit = scale == 1e-3 ? "mm" : scale == 1e-6 ? "µm" : "nm";
   const std::string title = fmt::format("Friction, N, over displacement, {}", unit);
-  const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high}, {ranges.loop_force.low, ranges.loop_force.high});
+  const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high},
+                    {ranges.loop_force.low, ranges.loop_force.high});
   frame.grid_x(scale, 4);
   frame.grid_y(1, 4);
   frame.clip();
@@ -215,7 +225,9 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
       const float dx = next.x - last.x, dy = next.y - last.y;
       if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
       const float age = (history.newest().time - history[i].time) / seconds;
-      draw.AddLine(last, next, (colours::friction & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24), stroke(fonts));
+      draw.AddLine(last, next,
+                   (colours::friction & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
+                   stroke(fonts));
       last = next;
     }
     draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
@@ -241,13 +253,17 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
     const float y = frame.at(decades_low, d).y;
     draw.AddLine({frame.inner().x, y}, {frame.inner().x + frame.inner().width, y}, colours::faint_line);
     static constexpr const char* counts[] = {"1", "10", "100", "1k", "10k", "100k", "1M", "10M", "100M"};
-    if (d < 9) frame.label(frame.inner().x - 5, y - 0.5f * fonts.small->FontSize, colours::faint_text, counts[d], 1.0f);
+    if (d < 9)
+      frame.label(frame.inner().x - 5, y - 0.5f * fonts.small->FontSize, colours::faint_text, counts[d],
+                  1.0f);
   }
   frame.clip();
   for (int i = 0; i < TimeHistogram::classes; ++i) {
     if (!times.count(i)) continue;
     const double begin = TimeHistogram::begin_of(i), end = TimeHistogram::begin_of(i + 1);
-    const ImU32 colour = begin >= loop.deadline ? colours::bad : end > 0.7 * loop.deadline ? colours::warning : colours::good;
+    const ImU32 colour = begin >= loop.deadline      ? colours::bad
+                         : end > 0.7 * loop.deadline ? colours::warning
+                                                     : colours::good;
     // A class of one tick still stands a little above the axis.
     const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
     const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);

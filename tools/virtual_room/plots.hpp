@@ -20,7 +20,8 @@ struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };
 
-/// Friction is drawn as it resists a motion along x: with the sign of what is applied against it. `level` is the kinetic friction, N, drawn as a dashed line; `seconds` those looked back on.
+/// Friction is drawn as it resists a motion along x: with the sign of what is applied against it. `level` is
+/// the kinetic friction, N, drawn as a dashed line; `seconds` those looked back on.
 void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
                           float seconds, double level, PlotRanges& ranges, float elapsed);
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,

@@ -19,6 +19,7 @@ void Recorder::start_forces(const std::string& path) {
   while (rows_.pop(old)) continue;
   forces_.emplace(path, false, false);
   written_ = 0;
+  lost_before_ = rows_.dropped();
 }
 
 void Recorder::start_all(const std::string& base, const Settings& settings, std::uint64_t revision) {
@@ -41,8 +42,9 @@ void Recorder::write(const RecordRow& row) {
     bristle::Response response;
     response.end[0] = p.force[0];
     response.end[1] = p.force[1];
-    forces_->write(row.time + row.dt, patch_name(p.key), bristle::Outputs::end, response, p.load,
-                   row.bristles, p.point[0], p.point[1]);
+    response.status = p.status;
+    forces_->write(row.time + row.dt, patch_name(p.key), bristle::Outputs::end, response, p.load, p.bristles,
+                   p.point[0], p.point[1]);
   }
   ++written_;
   if (!hand_) return;

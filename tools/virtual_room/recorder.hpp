@@ -26,9 +26,8 @@ struct RecordRow {
   Hand hand;
   bool device_there = true;
   std::uint64_t revision = 0;  ///< of the settings in force
-  std::uint32_t bristles = 0;
   std::size_t patches = 0;
-  std::array<World::PatchForce, patch_count> patch;
+  std::array<World::PatchForce, patch_count> patch{};
 };
 
 class Recorder {
@@ -47,8 +46,8 @@ class Recorder {
   ///@}
   bool is_open() const noexcept { return forces_.has_value(); }
   std::uint64_t rows_written() const noexcept { return written_; }
-  /// Rows that found the ring full since the start of the program.
-  std::uint64_t lost() const noexcept { return rows_.dropped(); }
+  /// Rows that found the ring full since the recording began.
+  std::uint64_t lost() const noexcept { return rows_.dropped() - lost_before_; }
 
  private:
   void write(const RecordRow& row);
@@ -58,7 +57,7 @@ class Recorder {
   std::optional<cli::FilePointer> hand_;
   std::string base_, hand_text_, script_text_;
   std::vector<std::pair<std::uint64_t, Settings>> settings_;
-  std::uint64_t revision_ = 0, written_ = 0;
+  std::uint64_t revision_ = 0, written_ = 0, lost_before_ = 0;
   double end_ = 0.0;
 };
 

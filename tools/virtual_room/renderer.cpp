@@ -23,9 +23,12 @@ using Eigen::Vector3f;
 using Eigen::Vector4f;
 
 // Colours, linear.
-const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f), slab_paint(0.10f, 0.11f, 0.13f);
-const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f), backdrop(0.014f, 0.017f, 0.022f);
-const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f), lost_paint(0.6f, 0.08f, 0.05f);
+const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
+    slab_paint(0.10f, 0.11f, 0.13f);
+const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
+    backdrop(0.014f, 0.017f, 0.022f);
+const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f),
+    lost_paint(0.6f, 0.08f, 0.05f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
 constexpr float shadow_reach = 0.46f;  // m, from the middle of the room
@@ -185,7 +188,8 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
 int sensible_samples() {
   const auto* const text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   const std::string name = text ? text : "";
-  const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos ||
+  const bool software = name.find("llvmpipe") != std::string::npos ||
+                        name.find("softpipe") != std::string::npos ||
                         name.find("SwiftShader") != std::string::npos;
   return software ? 1 : 4;
 }
@@ -264,7 +268,8 @@ struct Renderer::Impl {
   void place_room(const Camera& camera) {
     const Vector3f half = half_room();
     const float thick = 0.006f;
-    add(bodies, cube, placed({0, 0, -thick}, {half.x() + thick, half.y() + thick, thick}), slab_paint, plain, 0.05f);
+    add(bodies, cube, placed({0, 0, -thick}, {half.x() + thick, half.y() + thick, thick}), slab_paint, plain,
+        0.05f);
     bodies.back().by_room = bodies.back().by_block = false;
     add(bodies, rectangle, placed({0, 0, 0.0002f}, {half.x(), half.y(), 1}), floor_paint, tiles, 0.10f);
 
@@ -289,8 +294,8 @@ struct Renderer::Impl {
       if (!seen) clear.back().alpha = 0.05f;
     }
     const bool under_roof = eye.z() < half.z();
-    add(under_roof ? bodies : clear, rectangle, placed({0, 0, half.z()}, {half.x(), -half.y(), -1}), wall_paint,
-        under_roof ? wall : glowing, 0.04f);
+    add(under_roof ? bodies : clear, rectangle, placed({0, 0, half.z()}, {half.x(), -half.y(), -1}),
+        wall_paint, under_roof ? wall : glowing, 0.04f);
     if (!under_roof) clear.back().alpha = 0.035f;
     place_edges(half);
   }
@@ -320,9 +325,11 @@ struct Renderer::Impl {
     // A stylus, held from above and behind.
     const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
     add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, plain, 0.5f);
-    add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, plain, 0.4f);
+    add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, plain,
+        0.4f);
     add(bodies, rod, between(hand + 0.034f * ahead, hand + 0.042f * ahead, 0.0046f), tool_paint, plain, 0.6f);
-    add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, plain, 0.4f);
+    add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, plain,
+        0.4f);
     const Vector3f way = hand - tool;
     if (way.norm() > 0.5f * radius) {
       spring.replace(make_coil(tool, hand, 9, 0.0034f, 0.00065f));
@@ -369,8 +376,8 @@ struct Renderer::Impl {
     for (auto* list : {&bodies, &shadowless, &clear, &ghosts}) list->clear();
     tilt = Affine3f(room_tilt(room.settings.slope));
     const auto& q = room.block_orientation;
-    const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]), static_cast<float>(q[2]),
-                                  static_cast<float>(q[3]));
+    const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
+                                  static_cast<float>(q[2]), static_cast<float>(q[3]));
     block_place = tilt * Eigen::Translation3f(to_vector(room.block_position)) * turn.normalized();
     bodies.push_back({&block, block_place, Vector3f::Ones(), wood, 0.16f});
     bodies.back().by_block = false;
@@ -442,7 +449,8 @@ struct Renderer::Impl {
   void draw_scene(const Snapshot& room, const Camera& camera, const Picture& picture) {
     const Area& s = picture.scene;
     const auto bottom = static_cast<GLint>(static_cast<float>(picture.height) - s.y - s.height);
-    glViewport(static_cast<GLint>(s.x), bottom, static_cast<GLsizei>(s.width), static_cast<GLsizei>(s.height));
+    glViewport(static_cast<GLint>(s.x), bottom, static_cast<GLsizei>(s.width),
+               static_cast<GLsizei>(s.height));
     const Vector3f behind = backdrop.cwiseSqrt();
     glClearColor(behind.x(), behind.y(), behind.z(), 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);

@@ -13,7 +13,7 @@ namespace room {
 /// Where things are in a picture, in pixels from above left.
 struct Picture {
   int width = 1280, height = 800;
-  Area scene{0, 0, 1280, 800};  ///< what the camera fills
+  Area scene{0, 0, 1280, 800};                       ///< what the camera fills
   float glass_x = 0, glass_y = 0, glass_radius = 0;  ///< 0: no glass
 };
 

@@ -13,9 +13,10 @@ enum class DeviceKind : unsigned char { mouse, script, file, udp };
 
 struct PictureOptions {
   int width = 1280, height = 800;
-  double scale = 0.0;   ///< of type and panels, 1 = 96 dots an inch; 0 = the display's
-  bool panels = true;   ///< without a window: settings and plots beside the room
-  std::vector<double> eye;  ///< azimuth, elevation (degrees), distance, x, y, z of the target (m); empty = usual
+  double scale = 0.0;  ///< of type and panels, 1 = 96 dots an inch; 0 = the display's
+  bool panels = true;  ///< without a window: settings and plots beside the room
+  std::vector<double>
+      eye;  ///< azimuth, elevation (degrees), distance, x, y, z of the target (m); empty = usual
 };
 
 struct RunOptions {

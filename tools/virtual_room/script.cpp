@@ -32,7 +32,7 @@ void read_settings(const SceneTable& table, Settings& s) {
   }
   if (table.has("slope_deg")) s.slope = degree * table.number("slope_deg", {-45.0, 45.0, false, "degrees"});
   std::string message;
-  checked_settings(s, s, message);
+  checked_settings(s, Settings{}, message);
   if (!message.empty()) table.fail(message);
 }
 

@@ -16,8 +16,8 @@ class SurfacelessContext {
   void* context_ = nullptr;
 };
 
-/// Lets a software OpenGL (llvmpipe) compute on one thread: the others belong to the haptic loop. To be called
-/// before the first context; what the person set stays.
+/// Lets a software OpenGL (llvmpipe) compute on one thread: the others belong to the haptic loop. To be
+/// called before the first context; what the person set stays.
 void leave_cores_to_the_haptic_loop();
 
 }  // namespace room

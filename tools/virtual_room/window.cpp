@@ -128,7 +128,8 @@ class RoomWindow {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-    GLFWwindow* window = glfwCreateWindow(options.picture.width, options.picture.height, "bristle room", nullptr, nullptr);
+    GLFWwindow* window =
+        glfwCreateWindow(options.picture.width, options.picture.height, "bristle room", nullptr, nullptr);
     if (!window) complain("OpenGL 3.3 is not to be had");
     glfwSetWindowSizeLimits(window, 640, 480, GLFW_DONT_CARE, GLFW_DONT_CARE);
     return window;
@@ -159,7 +160,9 @@ class RoomWindow {
     follow_mouse(width);
     if (glfwGetTime() > notice_until_) view_->notice.clear();
     if (!touched_ && options_.device == DeviceKind::mouse) {
-      view_->notice = "drag: push with the tool    wheel while dragging: height, with Ctrl: load    right drag: turn    middle drag: move    wheel: zoom";
+      view_->notice =
+          "drag: push with the tool    wheel while dragging: height, with Ctrl: load    right drag: turn    "
+          "middle drag: move    wheel: zoom";
     }
     ImGui_ImplGlfw_NewFrame();
     const Wishes wishes = view_->draw(room(), width, height, static_cast<float>(elapsed), 0);
@@ -214,8 +217,8 @@ class RoomWindow {
       buttons.right = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
       buttons.middle = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
     }
-    mouse_.move(static_cast<float>(x * density), static_cast<float>(y * density), buttons, view_->layout().picture.scene,
-                view_->camera, room(), view_->measures());
+    mouse_.move(static_cast<float>(x * density), static_cast<float>(y * density), buttons,
+                view_->layout().picture.scene, view_->camera, room(), view_->measures());
     if (mouse_.hand_changed()) {
       touched_ = true;
       exchange_.mouse.write(mouse_.hand());
@@ -226,7 +229,8 @@ class RoomWindow {
     if (ImGui::GetIO().WantCaptureMouse) return;
     const bool control = glfwGetKey(window_.get(), GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
                          glfwGetKey(window_.get(), GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
-    const std::string what = mouse_.turn_wheel(static_cast<float>(notches), control, view_->camera, view_->measures());
+    const std::string what =
+        mouse_.turn_wheel(static_cast<float>(notches), control, view_->camera, view_->measures());
     if (!what.empty()) say(what);
   }
 
@@ -237,22 +241,39 @@ class RoomWindow {
       exchange_.settings.write(view_->gui.settings);
     };
     switch (key) {
-      case GLFW_KEY_SPACE: return act(room().paused ? Act::run : Act::pause);
-      case GLFW_KEY_PERIOD: return act(Act::single_step);
-      case GLFW_KEY_R: return act(Act::reset);
-      case GLFW_KEY_C: return act(room().recording ? Act::stop_recording : Act::record);
-      case GLFW_KEY_P: return act(Act::replay);
-      case GLFW_KEY_1: return choose(FrictionModel::brush);
-      case GLFW_KEY_2: return choose(FrictionModel::lugre);
-      case GLFW_KEY_3: return choose(FrictionModel::coulomb);
-      case GLFW_KEY_F12: screenshot_ = true; return;
-      case GLFW_KEY_G: view_->glass_shown = !view_->glass_shown; return;
-      case GLFW_KEY_H: view_->panels = !view_->panels; return;
-      case GLFW_KEY_V: view_->camera = Camera{}; return;
+      case GLFW_KEY_SPACE:
+        return act(room().paused ? Act::run : Act::pause);
+      case GLFW_KEY_PERIOD:
+        return act(Act::single_step);
+      case GLFW_KEY_R:
+        return act(Act::reset);
+      case GLFW_KEY_C:
+        return act(room().recording ? Act::stop_recording : Act::record);
+      case GLFW_KEY_P:
+        return act(Act::replay);
+      case GLFW_KEY_1:
+        return choose(FrictionModel::brush);
+      case GLFW_KEY_2:
+        return choose(FrictionModel::lugre);
+      case GLFW_KEY_3:
+        return choose(FrictionModel::coulomb);
+      case GLFW_KEY_F12:
+        screenshot_ = true;
+        return;
+      case GLFW_KEY_G:
+        view_->glass_shown = !view_->glass_shown;
+        return;
+      case GLFW_KEY_H:
+        view_->panels = !view_->panels;
+        return;
+      case GLFW_KEY_V:
+        view_->camera = Camera{};
+        return;
       case GLFW_KEY_Q:
         if (mods & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
         return;
-      default: return;
+      default:
+        return;
     }
   }
 
@@ -270,11 +291,12 @@ class RoomWindow {
 
 void print_summary(const Snapshot& room, long pictures) {
   const LoopStatistics& l = room.loop;
-  fmt::print("bristle-room: {:.1f} s, {} ticks, {} pictures; late ticks: {} of ours, {} of the machine\n", room.time,
-             with_commas(l.ticks), with_commas(static_cast<std::uint64_t>(pictures)), l.late_ours, l.late_machine);
-  fmt::print("bristle-room: a tick computes {} (p50), {} (p99), {} (max); period {}, {}, {}\n", with_unit(l.p50, "s"),
-             with_unit(l.p99, "s"), with_unit(l.max, "s"), with_unit(l.period_p50, "s"), with_unit(l.period_p99, "s"),
-             with_unit(l.period_max, "s"));
+  fmt::print("bristle-room: {:.1f} s, {} ticks, {} pictures; late ticks: {} of ours, {} of the machine\n",
+             room.time, with_commas(l.ticks), with_commas(static_cast<std::uint64_t>(pictures)), l.late_ours,
+             l.late_machine);
+  fmt::print("bristle-room: a tick computes {} (p50), {} (p99), {} (max); period {}, {}, {}\n",
+             with_unit(l.p50, "s"), with_unit(l.p99, "s"), with_unit(l.max, "s"),
+             with_unit(l.period_p50, "s"), with_unit(l.period_p99, "s"), with_unit(l.period_max, "s"));
   fmt::print("bristle-room: the block lies at {:.1f}, {:.1f}, {:.1f} mm\n", 1e3 * room.block_position[0],
              1e3 * room.block_position[1], 1e3 * room.block_position[2]);
 }

@@ -389,6 +389,7 @@ void World::show(Snapshot& to) const noexcept {
   to.kinetic_coefficient = parameters_.kinetic;
   to.presliding_length = parameters_.presliding_length;
   to.contacts = 0;
+  to.bristles_total = 0;
   for (std::size_t i = 0; i < touches_.count && to.contacts < most_contacts; ++i) {
     const Touch& touch = touches_.list[i];
     const Place& place = places_[static_cast<std::size_t>(touch.key())];
@@ -403,6 +404,9 @@ void World::show(Snapshot& to) const noexcept {
     copy(place.force, view.friction);
     view.load = place.load;
     view.limit = place.limit;
+    if (parameters_.settings.model == FrictionModel::brush) {
+      to.bristles_total += bristles_of(parameters_.settings, static_cast<std::size_t>(place.patch));
+    }
   }
 }
 
@@ -437,7 +441,13 @@ std::size_t World::patch_forces(std::array<PatchForce, patch_count>& to) const n
     const int key = touches_.list[contact_touch_[i]].key();
     const Place& place = places_[static_cast<std::size_t>(key)];
     const PatchContact& c = contacts_[i];
-    to[count++] = {c.patch, key, {c.force[0], c.force[1]}, c.load, {place.way[0], place.way[1]}};
+    to[count++] = {c.patch,
+                   key,
+                   {c.force[0], c.force[1]},
+                   c.load,
+                   {place.way[0], place.way[1]},
+                   friction_.active_bristles(c.patch),
+                   c.status};
   }
   return count;
 }

@@ -46,7 +46,10 @@ class World {
   struct PatchForce {
     std::size_t patch;
     int key;
-    double force[2], load, point[2];  ///< N, N, m: the body's way in the patch's axes since it touched
+    double force[2], load;  ///< N
+    double point[2];        ///< m, the block's way in the patch's axes since it touched
+    double bristles;        ///< representatives in contact
+    bristle::Status status;
   };
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
 

@@ -3,6 +3,7 @@
 
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "bristle/keyed_patches.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"

@@ -29,6 +29,7 @@ struct Coefficients {
   double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
   double viscous_friction = 0.0;    ///< N s/m, sigma2
   double stribeck_velocity = 1e-3;  ///< m/s, vs
+  DamperDecay damper_decay = DamperDecay::exponential;
 
   Coefficients& with_kinetic(double value) {
     kinetic = value;
@@ -64,6 +65,10 @@ struct Coefficients {
   }
   Coefficients& with_stribeck_velocity(double value) {
     stribeck_velocity = value;
+    return *this;
+  }
+  Coefficients& with_damper_decay(DamperDecay value) {
+    damper_decay = value;
     return *this;
   }
 };

@@ -52,7 +52,7 @@ struct StepReport {
 
 /// Contact patches of the brush model.
 ///
-/// Thread rule: one thread, the stepping thread, calls step, move, force, find_force, info,
+/// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, info,
 /// stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
 /// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
 /// once, the change takes effect at the stepping thread's next call. threads() and isa() may be called by
@@ -90,6 +90,13 @@ class PatchBatch {
   Response force(
       PatchId id) const noexcept;  ///< of the last step(dt_s); Status::unknown_id where there is none
   ///@}
+
+  /// Makes a patch what `add` made it: out of contact, all deflections zero, no draw made; with another seed
+  /// and key, what `add` would make with them, to the bit. False when there is no such patch. A new seed
+  /// costs a quantile of the snap-length law for every bristle, else a reset costs a pass over the bristles'
+  /// memory. What energy the bristles held is forgotten. For the stepping thread; does not allocate.
+  bool reset(PatchId id) noexcept;
+  bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
   /// The response to a trial motion, state unchanged: what step would give. For implicit solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
