@@ -23,9 +23,10 @@ struct Summary {
   double farthest = 0.0;                                                             // m
   std::string last_message;
 
-  void take(Exchange& exchange) {
+  void take(Exchange& exchange, const DrawFrame& draw) {
     PlotPoint p;
     while (exchange.plot.pop(p)) {
+      if (draw.see) draw.see(p);
       highest_friction = std::max(highest_friction, std::fabs(static_cast<double>(p.friction)));
       highest_applied = std::max(highest_applied, std::fabs(static_cast<double>(p.applied)));
       farthest = std::max(farthest, std::fabs(static_cast<double>(p.displacement)));
@@ -80,11 +81,12 @@ void run_virtual(const RunOptions& o, HapticLoop& loop, const DrawFrame& draw, S
   for (std::uint64_t done = 0; done < ticks;) {
     const auto next_frame = static_cast<std::uint64_t>(
         std::llround(static_cast<double>(frame + 1) * loop.rate_hz() / o.frames_per_second));
-    const std::uint64_t until = std::min({ticks, draw ? next_frame : ticks, done + most_ticks_at_once});
+    const std::uint64_t until =
+        std::min({ticks, draw.draw_frame ? next_frame : ticks, done + most_ticks_at_once});
     loop.advance(until - done);
     done = until;
-    summary.take(loop.exchange());
-    if (draw && done == next_frame) draw(loop.exchange().room.latest(), frame++);
+    summary.take(loop.exchange(), draw);
+    if (draw.draw_frame && done == next_frame) draw.draw_frame(loop.exchange().room.latest(), frame++);
     progress.update(static_cast<double>(done) / static_cast<double>(ticks));
   }
 }
@@ -97,13 +99,13 @@ void run_real(const RunOptions& o, HapticLoop& loop, const DrawFrame& draw, Summ
   for (long frame = 0;; ++frame) {
     const std::chrono::duration<double> due(static_cast<double>(frame + 1) / o.frames_per_second);
     std::this_thread::sleep_until(start + due);
-    summary.take(loop.exchange());
-    if (draw) draw(loop.exchange().room.latest(), frame);
+    summary.take(loop.exchange(), draw);
+    if (draw.draw_frame) draw.draw_frame(loop.exchange().room.latest(), frame);
     progress.update(std::min(1.0, due.count() / o.seconds));
     if (due.count() >= o.seconds) break;
   }
   loop.stop();
-  summary.take(loop.exchange());
+  summary.take(loop.exchange(), draw);
 }
 
 }  // namespace

@@ -8,10 +8,13 @@
 
 namespace room {
 
-/// Called on the graphic side for each frame, `frame` counting from 0.
-using DrawFrame = std::function<void(const Snapshot& room, long frame)>;
+/// What draws, on the graphic side; both empty where nothing is drawn.
+struct DrawFrame {
+  std::function<void(const PlotPoint& point)> see;                   ///< each tick, in order
+  std::function<void(const Snapshot& room, long frame)> draw_frame;  ///< `frame` counts from 0
+};
 
-/// Runs options.seconds of the room by the clock asked for; `draw` (may be null) sees frames_per_second
+/// Runs options.seconds of the room by the clock asked for; `draw` sees frames_per_second
 /// snapshots a second of the simulation. Prints a table to stdout. Throws cli::UserError.
 void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw);
 

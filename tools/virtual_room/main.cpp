@@ -52,6 +52,23 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   return device;
 }
 
+void add_picture_options(CLI::App& app, RunOptions& o) {
+  app.add_option("--width", o.picture.width, "of window and pictures, pixels")
+      ->check(CLI::Range(320, 7680))
+      ->capture_default_str();
+  app.add_option("--height", o.picture.height, "pixels")->check(CLI::Range(240, 4320))->capture_default_str();
+  app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
+      ->check(CLI::Range(0.0, 4.0));
+  app.add_option("--eye", o.picture.eye,
+                 "azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
+      ->expected(6);
+  app.add_flag("!--no-panels", o.picture.panels, "pictures of the room alone");
+  app.add_option("--stall-graphics", o.stall_graphics_ms,
+                 "ms that the graphic loop stands still, once a second")
+      ->check(CLI::Range(0.0, 10000.0))
+      ->group("");  // for tests
+}
+
 std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& script) {
   switch (o.device) {
     case room::DeviceKind::mouse:
@@ -91,7 +108,7 @@ int run(RunOptions options) {
   room::DrawFrame draw;
   if (!options.frames.empty()) {
 #if BRISTLE_ROOM_SCREEN
-    draw = room::draw_into(options.frames, options.loop.measures);
+    draw = room::draw_into(options);
 #else
     throw cli::UserError("--frames: this build draws no pictures");
 #endif
@@ -106,6 +123,7 @@ int main(int argc, char** argv) {
   CLI::App app("The virtual room: a block, a hand, and friction by bristles", "bristle-room");
   RunOptions options;
   const CLI::Option* device = add_options(app, options);
+  add_picture_options(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help

@@ -3,12 +3,21 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/virtual_room/haptic_loop.hpp"
 
 namespace room {
 
 enum class DeviceKind : unsigned char { mouse, script, file, udp };
+
+struct PictureOptions {
+  int width = 1280, height = 800;
+  double scale = 0.0;  ///< of type and panels, 1 = 96 dots an inch; 0 = the display's
+  bool panels = true;  ///< without a window: settings and plots beside the room
+  std::vector<double>
+      eye;  ///< azimuth, elevation (degrees), distance, x, y, z of the target (m); empty = usual
+};
 
 struct RunOptions {
   bool headless = false;
@@ -21,6 +30,8 @@ struct RunOptions {
   double frames_per_second = 30.0;
   double seconds = 0.0;  ///< of the simulation; 0 = to the end of the script, or until the window closes
   std::string csv;       ///< forces; empty = none
+  PictureOptions picture;
+  double stall_graphics_ms = 0.0;  ///< for tests: the graphic loop stands still so long, once a second
   LoopOptions loop;
 };
 

@@ -12,7 +12,8 @@ namespace room {
 /// --headless.
 int show_window(const RunOptions& options, HapticLoop& loop);
 
-/// Draws frames into the folder as PNG files, without a window. Throws cli::UserError.
-DrawFrame draw_into(const std::string& folder, const RoomMeasures& measures);
+/// Draws pictures into the folder options.frames, as PNG files, without a window. To be used on the calling
+/// thread. Throws cli::UserError.
+DrawFrame draw_into(const RunOptions& options);
 
 }  // namespace room
