@@ -591,6 +591,9 @@ Material Material::from_coefficients(const Coefficients& c) {
   if (c.rule != SnapRule::redraw && c.rule != SnapRule::keep) {
     detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0) or keep (1)");
   }
+  if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian) {
+    detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay), "exponential (0) or gaussian (1)");
+  }
   if (static_cast<int>(c.law) > static_cast<int>(SnapLaw::exponential)) {
     throw Error("Coefficients: law = " + std::string(to_string(c.law)) +
                 "; allowed are single, uniform, normal, lognormal, exponential: coefficients do not "
@@ -628,6 +631,7 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.bristle_damping = c.damping_per_newton / c.bristles_per_newton;
   material.viscous_friction = c.viscous_friction;
   material.stribeck_velocity = c.stribeck_velocity;
+  material.damper_decay = c.damper_decay;
   material.validate();
   return material;
 }
@@ -644,6 +648,7 @@ Coefficients Material::coefficients() const {
   c.damping_per_newton = bristle_damping * c.bristles_per_newton;
   c.viscous_friction = viscous_friction;
   c.stribeck_velocity = stribeck_velocity;
+  c.damper_decay = damper_decay;
   return c;
 }
 

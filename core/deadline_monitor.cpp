@@ -1,9 +1,10 @@
 #include "bristle/deadline_monitor.hpp"
 
-#include <algorithm>
-#include <limits>
+#include <cmath>
 
 #if defined(__unix__) || defined(__APPLE__)
+#include <sys/resource.h>
+
 #include <ctime>
 #else
 #include <chrono>
@@ -12,29 +13,6 @@
 namespace bristle {
 
 namespace {
-
-constexpr int mantissa_bits = 6;  // 64 buckets per octave
-
-// Bucket 0 holds 0 ns; below 2^6 ns every nanosecond has a bucket of its own, spread over the octaves
-// as if it had all mantissa bits, so that one formula serves.
-int bucket_of(std::uint64_t ns, int last) noexcept {
-  if (ns == 0) return 0;
-  int octave = 0;
-  while (octave < 63 && (ns >> octave) > 1) ++octave;
-  const std::uint64_t fraction =
-      octave >= mantissa_bits ? (ns >> (octave - mantissa_bits)) & 63 : (ns << (mantissa_bits - octave)) & 63;
-  return std::min(octave * 64 + static_cast<int>(fraction) + 1, last);
-}
-
-/// Largest whole number of nanoseconds in a bucket, in seconds.
-double upper_edge_s(int bucket) noexcept {
-  if (bucket == 0) return 0.0;
-  const int octave = (bucket - 1) / 64;
-  const std::uint64_t mantissa = static_cast<std::uint64_t>(64 + (bucket - 1) % 64);
-  const std::uint64_t ns = octave >= mantissa_bits ? ((mantissa + 1) << (octave - mantissa_bits)) - 1
-                                                   : mantissa >> (mantissa_bits - octave);
-  return static_cast<double>(ns) * 1e-9;
-}
 
 #if defined(__unix__) || defined(__APPLE__)
 double read_clock(clockid_t clock) noexcept {
@@ -46,38 +24,180 @@ double read_clock(clockid_t clock) noexcept {
 
 }  // namespace
 
-DeadlineMonitor::DeadlineMonitor(double deadline_s) noexcept : deadline_s_(deadline_s) {}
-
-void DeadlineMonitor::record(double wall_s, double cpu_s) noexcept {
-  if (!(wall_s >= 0.0)) wall_s = 0.0;  // a clock that went back, or NaN
-  ++count_;
-  sum_s_ += wall_s;
-  max_s_ = std::max(max_s_, wall_s);
-  if (wall_s > deadline_s_) {
-    ++misses_;
-    if (!(cpu_s >= 0.0) || cpu_s > deadline_s_) ++misses_ours_;
-  }
-  constexpr int last = buckets_per_octave * octaves;
-  // Above 2^36 ns (69 s) all falls into the last bucket, whose percentile is the maximum.
-  const double ns = wall_s * 1e9 + 0.5;
-  const int bucket = ns < 0x1p36 ? bucket_of(static_cast<std::uint64_t>(ns), last) : last;
-  std::uint32_t& cell = histogram_[bucket];
-  if (cell != std::numeric_limits<std::uint32_t>::max()) ++cell;
+ThreadEvents ThreadEvents::now() noexcept {
+  ThreadEvents events;
+#if defined(RUSAGE_THREAD)
+  rusage thread{}, process{};
+  getrusage(RUSAGE_THREAD, &thread);
+  getrusage(RUSAGE_SELF, &process);
+  events.involuntary_switches = static_cast<std::uint64_t>(thread.ru_nivcsw);
+  events.other_switches = static_cast<std::uint64_t>(process.ru_nivcsw - thread.ru_nivcsw);
+  events.minor_faults = static_cast<std::uint64_t>(thread.ru_minflt);
+  events.major_faults = static_cast<std::uint64_t>(thread.ru_majflt);
+#endif
+  return events;
 }
 
-void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline_s_); }
+ThreadEvents DeadlineMonitor::SharedEvents::get() const noexcept {
+  return {involuntary_switches.get(), other_switches.get(), minor_faults.get(), major_faults.get()};
+}
 
-double DeadlineMonitor::percentile(double share) const noexcept {
-  if (count_ == 0) return 0.0;
-  constexpr int last = buckets_per_octave * octaves;
-  // The smallest time that at least this share of the ticks does not exceed.
-  const double wanted = std::min(std::max(share, 0.0), 1.0) * static_cast<double>(count_);
-  std::uint64_t seen = 0;
-  for (int bucket = 0; bucket < last; ++bucket) {
-    seen += histogram_[bucket];
-    if (seen > 0 && static_cast<double>(seen) >= wanted) return std::min(upper_edge_s(bucket), max_s_);
+void DeadlineMonitor::SharedEvents::set(const ThreadEvents& events) noexcept {
+  involuntary_switches.set(events.involuntary_switches);
+  other_switches.set(events.other_switches);
+  minor_faults.set(events.minor_faults);
+  major_faults.set(events.major_faults);
+}
+
+DeadlineMonitor::DeadlineMonitor(double deadline_s, double period_s) noexcept {
+  numbers_.deadline_s = deadline_s;
+  numbers_.period_s = period_s;
+}
+
+namespace {
+
+/// A sequence lock: the writer never waits, a reader copies again. No fences, which the thread sanitizer does
+/// not know: every number is stored with release and read with acquire, so a reader that meets a number of a
+/// new tick also finds the count odd or gone on.
+class Change {
+ public:
+  explicit Change(detail::SharedNumber<std::uint64_t>& changes) noexcept : changes_(changes) {
+    changes_.add(1);
   }
-  return max_s_;
+  ~Change() { changes_.add(1); }
+  Change(const Change&) = delete;
+  Change& operator=(const Change&) = delete;
+
+ private:
+  detail::SharedNumber<std::uint64_t>& changes_;
+};
+
+}  // namespace
+
+bool DeadlineMonitor::snapshot(DeadlineMonitor& to) const noexcept {
+  for (int copies = 0; copies < 1000; ++copies) {
+    const std::uint64_t before = changes_.get();
+    if (before % 2 != 0) continue;
+    to.numbers_ = numbers_;
+    if (changes_.get() == before) return true;
+  }
+  return false;
+}
+
+void DeadlineMonitor::record(double wall_s, double cpu_s) noexcept {
+  const Step step = judge(0.0, wall_s, cpu_s);
+  const Change change(changes_);
+  keep(step);
+}
+
+void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
+  const Step step = judge(tick.start_s - tick.due_s, tick.end_s - tick.start_s, tick.cpu_s);
+  const Change change(changes_);
+  Numbers& n = numbers_;
+  const double last = n.last_start_s.get(), period = n.period_s.get();
+  if (last >= 0.0 && period > 0.0) n.jitter.record(std::fabs(tick.start_s - last - period));
+  n.last_start_s = tick.start_s;
+  keep(step);
+}
+
+/// All that needs the system, so that readers find the numbers in change for some nanoseconds only.
+DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
+                                             double cpu_s) const noexcept {
+  Step step;
+  if (started_late_s >= 0.0) step.started_late_s = started_late_s;
+  if (wall_s >= 0.0) step.wall_s = wall_s;  // else a clock that went back, or NaN
+  step.cpu_s = cpu_s;
+  step.end_s = step.started_late_s + step.wall_s;
+  step.late = step.end_s > numbers_.deadline_s.get();
+  step.reads_events = step.late || !numbers_.events_known.get();
+  if (step.reads_events) step.events = ThreadEvents::now();
+  return step;
+}
+
+void DeadlineMonitor::keep(const Step& step) noexcept {
+  Numbers& n = numbers_;
+  ThreadEvents events;
+  if (step.reads_events) events = events_until(step.events);
+  if (step.late) {
+    n.misses.add(1);
+    if (!(step.cpu_s >= 0.0) || step.cpu_s > n.deadline_s.get()) n.misses_ours.add(1);
+    count_missed(1);
+    n.late_events.set(n.late_events.get() + events);
+  } else {
+    n.run = 0;
+    events = {};
+  }
+  const std::uint64_t number = n.steps.count();
+  if (number == 0 || step.end_s > n.worst_end_s.get()) {
+    n.worst_number = number;
+    n.worst_end_s = step.end_s;
+    n.worst_started_s = step.started_late_s;
+    n.worst_step_s = step.wall_s;
+    n.worst_cpu_s = step.cpu_s;
+    n.worst_late = step.late;
+    n.worst_events.set(events);
+  }
+  n.steps.record(step.wall_s);
+}
+
+/// Since the last call; the first one only learns where the counters stand.
+ThreadEvents DeadlineMonitor::events_until(const ThreadEvents& now) noexcept {
+  Numbers& n = numbers_;
+  const ThreadEvents since = n.events_known.get() ? now - n.last_events.get() : ThreadEvents{};
+  n.last_events.set(now);
+  n.events_known = true;
+  return since;
+}
+
+void DeadlineMonitor::count_missed(std::uint64_t ticks) noexcept {
+  Numbers& n = numbers_;
+  n.run.add(ticks);
+  if (n.run.get() > n.longest_run.get()) n.longest_run = n.run.get();
+}
+
+void DeadlineMonitor::record_skipped(std::uint64_t ticks) noexcept {
+  const Change change(changes_);
+  numbers_.skipped.add(ticks);
+  count_missed(ticks);
+}
+
+void DeadlineMonitor::pause() noexcept {
+  const Change change(changes_);
+  numbers_.last_start_s = -1.0;
+  numbers_.run = 0;
+}
+
+void DeadlineMonitor::refresh_events() noexcept {
+  const ThreadEvents now = ThreadEvents::now();
+  const Change change(changes_);
+  events_until(now);
+}
+
+void DeadlineMonitor::reset() noexcept {
+  const Change change(changes_);
+  Numbers fresh;
+  fresh.deadline_s = numbers_.deadline_s;
+  fresh.period_s = numbers_.period_s;
+  numbers_ = fresh;
+}
+
+std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
+  // Read in this order, a tick that is recorded meanwhile cannot make it negative.
+  const std::uint64_t ours = misses_ours();
+  return misses() - ours;
+}
+
+DeadlineMonitor::WorstTick DeadlineMonitor::worst() const noexcept {
+  const Numbers& n = numbers_;
+  WorstTick worst;
+  worst.number = n.worst_number.get();
+  worst.end_after_due = n.worst_end_s.get();
+  worst.started_late = n.worst_started_s.get();
+  worst.step = n.worst_step_s.get();
+  worst.cpu = n.worst_cpu_s.get();
+  worst.late = n.worst_late.get();
+  worst.events = n.worst_events.get();
+  return worst;
 }
 
 double DeadlineMonitor::wall_now() noexcept {

@@ -30,6 +30,8 @@ constexpr Totals no_totals{};
 constexpr int max_tasks = 512;
 constexpr int max_split = 64;
 
+thread_local char this_thread;  // its address tells threads apart
+
 constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
 constexpr std::uint32_t generation_of(PatchId id) noexcept {
   return static_cast<std::uint32_t>(id.value >> 32);
@@ -272,8 +274,7 @@ struct PatchBatch::Impl {
   static void run_task(void* self, int index) {
     Impl& impl = *static_cast<Impl*>(self);
     Task& task = impl.tasks[static_cast<std::size_t>(index)];
-    static thread_local char here;
-    task.thread = &here;
+    task.thread = &this_thread;
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
@@ -437,7 +438,10 @@ struct PatchBatch::Impl {
   }
 };
 
-PatchBatch::PatchBatch(const BatchOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PatchBatch::PatchBatch(const BatchOptions& options, const BuildSignature& headers) {
+  check_build(headers);
+  impl_ = std::make_unique<Impl>(options);
+}
 PatchBatch::~PatchBatch() = default;
 PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
 PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
@@ -552,6 +556,22 @@ Response PatchBatch::force(PatchId id) const noexcept {
   none.id = id;
   none.status = Status::unknown_id;
   return none;
+}
+
+bool PatchBatch::reset(PatchId id) noexcept {
+  impl_->apply_commands();
+  const PatchState* p = impl_->find(id);
+  return p != nullptr && reset(id, p->options.seed, p->options.key);
+}
+
+bool PatchBatch::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
+  impl_->apply_commands();
+  PatchState* p = impl_->find(id);
+  if (p == nullptr) return false;
+  FloatModeScope mode;
+  reset_patch(*p, seed, key);
+  impl_->table->last[slot_of(id)] = Response{};
+  return true;
 }
 
 Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {

@@ -77,6 +77,33 @@ float shortest_first(const PatchState& p, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
+/// Rows of a column: bristles, padded.
+std::size_t row_count(const PatchState& p) noexcept {
+  return (std::size_t{p.bristles} + lane_count - 1) / lane_count * lane_count;
+}
+
+/// First snap lengths of the patch's seed, and what blocks know of them. Neither throws nor allocates.
+template <class T>
+void fill_first(PatchState& p) noexcept {
+  fill_first_lengths(*p.material, p.options.sampling, p.options.seed,
+                     Span<T>(static_cast<T*>(p.first), row_count(p)));
+  for (std::uint32_t b = 0; b < p.block_count; ++b) p.blocks[b].shortest = shortest_first<T>(p, b);
+}
+
+void fill_first_any(PatchState& p) noexcept {
+  if (p.is_double())
+    fill_first<double>(p);
+  else
+    fill_first<float>(p);
+}
+
+/// Columns of redraw as at the beginning: the first lengths, no draw made.
+void begin_draws(PatchState& p) noexcept {
+  if (p.draw == nullptr) return;
+  std::memcpy(p.delta, p.first, row_count(p) * (p.is_double() ? sizeof(double) : sizeof(float)));
+  fill_draw_states(p.options.seed, Span<std::uint32_t>(p.draw, row_count(p)));
+}
+
 /// Takes block b out of the sums over full blocks (sign -1) or adds it (+1).
 void book_block(PatchState& p, std::uint32_t b, int sign) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
@@ -259,7 +286,7 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
         std::string(p.is_double() ? " and BRISTLE_WITH_DOUBLE=ON" : ""));
 
   // One allocation: blocks and groups first, then the columns this variant needs, rows padded to 16.
-  const std::size_t rows = (std::size_t{p.bristles} + lane_count - 1) / lane_count * lane_count;
+  const std::size_t rows = row_count(p);
   const std::size_t number = p.is_double() ? sizeof(double) : sizeof(float);
   p.block_count = static_cast<std::uint32_t>((rows + block_size - 1) / block_size);
   p.group_count = (p.block_count + blocks_per_group - 1) / blocks_per_group;
@@ -288,23 +315,30 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
   p.first = base + first_at;
   p.draw = redraw ? reinterpret_cast<std::uint32_t*>(base + draw_at) : nullptr;
 
-  const std::uint32_t padded = static_cast<std::uint32_t>(rows);
-  if (p.is_double())
-    fill_first_lengths(*p.material, options.sampling, options.seed,
-                       Span<double>(static_cast<double*>(p.first), padded));
-  else
-    fill_first_lengths(*p.material, options.sampling, options.seed,
-                       Span<float>(static_cast<float*>(p.first), padded));
-  if (redraw) {
-    std::memcpy(p.delta, p.first, rows * number);
-    fill_draw_states(options.seed, Span<std::uint32_t>(p.draw, padded));
-  }
-  for (std::uint32_t b = 0; b < p.block_count; ++b) {
-    p.blocks[b].shortest = p.is_double() ? shortest_first<double>(p, b) : shortest_first<float>(p, b);
-    enter_block(p, b);
-  }
+  fill_first_any(p);
+  begin_draws(p);
+  for (std::uint32_t b = 0; b < p.block_count; ++b) enter_block(p, b);
   p.forget_upper_bounds();
   return patch;
+}
+
+void change_seed(PatchState& p, std::uint32_t seed) noexcept {
+  if (p.options.seed == seed) return;
+  p.options.seed = seed;
+  fill_first_any(p);
+}
+
+void reset_patch(PatchState& p, std::uint32_t seed, std::uint64_t key) noexcept {
+  static_cast<PatchContact&>(p) = PatchContact{};
+  p.options.key = key;
+  change_seed(p, seed);
+  begin_draws(p);
+  const std::size_t bytes = row_count(p) * (p.is_double() ? sizeof(double) : sizeof(float));
+  std::memset(p.zx, 0, bytes);
+  if (p.zy != nullptr) std::memset(p.zy, 0, bytes);
+  for (std::uint32_t b = 0; b < p.block_count; ++b) enter_block(p, b);
+  p.forget_upper_bounds();
+  p.tracks = true;
 }
 
 double apply_load(PatchState& p, double normal_load_n) noexcept {
@@ -647,6 +681,12 @@ void take_over_columns(PatchState& to, PatchState& from, bool same_law) noexcept
 }  // namespace
 
 void take_over(PatchState& to, PatchState& from) noexcept {
+  // A patch that was reset since: its bristles are those of its own seed.
+  to.options.key = from.options.key;
+  if (to.options.seed != from.options.seed) {
+    change_seed(to, from.options.seed);
+    begin_draws(to);
+  }
   for (std::uint32_t b = 0; b < from.active_blocks(); ++b) from.rewrite_block(b);
   const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
   to.pending_snaps = from.pending_snaps;

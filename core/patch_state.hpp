@@ -104,6 +104,12 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
                                        const PatchOptions& options, const KernelTable& kernels,
                                        double weight = 0.0);
 
+/// First snap lengths of another seed; deflections and draws stay.
+void change_seed(PatchState& patch, std::uint32_t seed) noexcept;
+/// The patch as make_patch would make it with this seed and key. Costs the snap lengths of all bristles when
+/// the seed changes.
+void reset_patch(PatchState& patch, std::uint32_t seed, std::uint64_t key) noexcept;
+
 /// Changes the load, N >= 0: bristles enter and leave. Returns the elastic energy that left, J (0 and
 /// uncounted when the patch does not compute energy).
 double apply_load(PatchState& patch, double normal_load_n) noexcept;

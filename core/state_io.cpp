@@ -54,7 +54,7 @@ std::uint64_t signature(const PatchState& p) noexcept {
   hasher.add(p.material->hash);
   hasher.add(p.weight);
   hasher.add(p.options.max_normal_load);
-  hasher.add(std::uint64_t{p.bristles} << 32 | p.options.seed);
+  hasher.add(std::uint64_t{p.bristles});
   hasher.add(static_cast<std::uint64_t>(p.variant) << 8 | static_cast<std::uint64_t>(p.options.outputs) << 4 |
              (p.options.sampling == Sampling::random ? 2u : 0u) | (p.is_double() ? 1u : 0u));
   return hasher.value();
@@ -76,6 +76,8 @@ void head_fields(Io& io, Head& head) noexcept {
   io(head.generation);
   io(head.signature);
   io(head.bytes);
+  io(head.key);
+  io(head.seed);
 }
 template <class Io, class Contact>
 void contact_fields(Io& io, Contact& c) noexcept {
@@ -287,7 +289,8 @@ std::size_t saved_size(const PatchState& p) noexcept {
 
 void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generation, std::byte* to) noexcept {
   ByteWriter write(to);
-  const SavedPatch head{slot, generation, signature(p), saved_size(p)};
+  const SavedPatch head{slot,          generation,    signature(p),
+                        saved_size(p), p.options.key, p.options.seed};
   head_fields(write, head);
   contact_fields(write, static_cast<const PatchContact&>(p));
   constexpr Block away{};
@@ -317,6 +320,9 @@ const char* find_fault(const PatchState& p, const std::byte* from) noexcept {
 }
 
 void restore_patch(PatchState& p, const std::byte* from) noexcept {
+  const SavedPatch head = read_saved_patch(from);
+  p.options.key = head.key;
+  change_seed(p, head.seed);
   ByteReader read(from + saved_patch_size);
   contact_fields(read, static_cast<PatchContact&>(p));
   for (std::uint32_t b = 0; b < p.block_count; ++b) block_fields(read, p.blocks[b]);

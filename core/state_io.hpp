@@ -28,8 +28,10 @@ struct SavedPatch {
   std::uint32_t slot = 0, generation = 0;
   std::uint64_t signature = 0;  ///< of options, weight and material: what must agree
   std::uint64_t bytes = 0;      ///< of this patch, head included
+  std::uint64_t key = 0;        ///< with the seed: a reset may have changed both
+  std::uint32_t seed = 0;
 };
-constexpr std::size_t saved_patch_size = 24;
+constexpr std::size_t saved_patch_size = 36;
 
 /// Writes the head before patches that are written already: `state` is the whole.
 void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;

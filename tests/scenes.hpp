@@ -33,6 +33,9 @@ using bristle::StepRule;
 constexpr double dbar = 10e-6;
 constexpr double tick = 1e-3;  ///< s
 
+/// The law of most scenes.
+inline const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+
 /// The precisions of this build.
 inline std::vector<Precision> precisions() {
   if (BRISTLE_WITH_DOUBLE) return {Precision::single, Precision::double_};

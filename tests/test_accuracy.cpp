@@ -10,13 +10,12 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <bristle/patch_batch.hpp>
 
+#include "temporary_folder.hpp"
 #include "tools/cli/accuracy.hpp"
 #include "tools/cli/scene.hpp"
 
@@ -36,18 +35,6 @@ std::string ramp_scene(const std::string& rule, double velocity) {
        << "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = " << velocity << "\nload = 1.0\n";
   return text.str();
 }
-
-struct File {
-  fs::path path;
-  File(const std::string& name, const std::string& text)
-      : path(fs::temp_directory_path() / ("bristle_accuracy_" + std::to_string(getpid()) + "_" + name)) {
-    std::ofstream(path, std::ios::binary) << text;
-  }
-  ~File() {
-    std::error_code ignored;
-    fs::remove(path, ignored);
-  }
-};
 
 std::vector<double> snap_lengths(bristle::Sampling sampling, std::uint32_t n, std::uint32_t seed) {
   bristle::PatchBatch batch;
@@ -210,12 +197,13 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
           "[accuracy]") {
   if (!BRISTLE_WITH_DOUBLE) return;
   const bool keep = GENERATE(true, false);
-  const File file(keep ? "keep.toml" : "redraw.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
+  const bristle_test::TemporaryFolder folder;
+  const std::string file = folder.write("ramp.toml", ramp_scene(keep ? "keep" : "redraw", 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
   options.seconds = 1.5;
   options.error = 0.02;
-  const cli::Scene before = cli::read_scene(file.path.string());
+  const cli::Scene before = cli::read_scene(file);
   const cli::AccuracyResult result = cli::study_accuracy(before, options);
   const json r = json::parse(cli::accuracy_json(before, options, result));
   CHECK(r["schema"] == "bristle-accuracy-1");
@@ -266,21 +254,21 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   result.reference_dt_s = 1.0 / 3000.0;
   result.recommendation.setting.bristles = 76;
   result.recommendation.setting.parts = 1;
-  const File motion("m\xC3\xBC.csv", "t,x,load\n0,0,1\n1,1e-3,1\n");
+  const bristle_test::TemporaryFolder folder;
+  const std::string motion = folder.write("m\xC3\xBC.csv", "t,x,load\n0,0,1\n1,1e-3,1\n");
   const std::string scene =
       "scene = { name = \"s\", dt = " + fmt::format("{}", 2.0 / 3000.0) +
       ", duration = 0.05 }\nmaterial = [ { name = \"m\" } ]\npatch = [ { bristles = 100, name = \"tip\", "
       "precision = \"double\", material = \"m\", max_normal_load = 1.0 } ]\nmotion = [ { file = \"" +
-      motion.path.filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
-  const File file("inline.toml", scene);
-  const cli::Scene before = cli::read_scene(file.path.string());
+      fs::path(motion).filename().string() + "\", patch = \"tip\", type = \"trace\" } ] # mine\n";
+  const std::string file = folder.write("inline.toml", scene);
+  const cli::Scene before = cli::read_scene(file);
   // Written to another folder: the motion file is named from there.
   const std::string text = cli::tuned_scene(before, result, "/tuned/here.toml");
   CAPTURE(text);
-  CHECK(text.find(motion.path.string().substr(1) + "\", patch") != std::string::npos);
+  CHECK(text.find(motion.substr(1) + "\", patch") != std::string::npos);
   CHECK(text.find("# mine") != std::string::npos);
-  const File tuned("tuned.toml", cli::tuned_scene(before, result, "-"));
-  const cli::Scene after = cli::read_scene(tuned.path.string());
+  const cli::Scene after = cli::read_scene(folder.write("tuned.toml", cli::tuned_scene(before, result, "-")));
   CHECK(after.patches[0].options.bristles == 76);
   CHECK(after.patches[0].options.precision == bristle::Precision::single);
   CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // twelve digits

@@ -1,69 +1,22 @@
-// After warm_up a step allocates nothing, on any thread. An executable of its own: it counts every call of
-// malloc.
-//
-// glibc has no hooks any more: malloc and its kin are defined here over glibc's own entry points, and
-// operator new ends up in them. Sanitizers bring their own malloc: there the test says that it was skipped.
+// After warm_up a step allocates nothing, on any thread.
 #include <catch2/catch.hpp>
 
+#include <bristle/bristle.h>
+
 #include <array>
-#include <atomic>
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <new>
 #include <string>
 
 #if BRISTLE_HAS_EIGEN
+#include <bristle/contact_frame.hpp>
 #include <bristle/coupling.hpp>
+#include <bristle/haptic_point.hpp>
 #endif
 
 #include "scenes.hpp"
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BRISTLE_COUNTS_ALLOCATIONS 1
-#else
-#define BRISTLE_COUNTS_ALLOCATIONS 0
-#endif
-
-namespace {
-std::atomic<long> calls{0};
-}
-
-#if BRISTLE_COUNTS_ALLOCATIONS
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-void __libc_free(void*);
-
-void* malloc(std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_calloc(count, size);
-}
-void* realloc(void* block, std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_realloc(block, size);
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_memalign(alignment, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
-int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
-  *block = memalign(alignment, size);
-  return *block ? 0 : 12;  // ENOMEM
-}
-void free(void* block) {
-  if (block) calls.fetch_add(1, std::memory_order_relaxed);
-  __libc_free(block);
-}
-}
-#endif
+#include "servo_watch.hpp"
 
 using namespace bristle_test;
 
@@ -88,15 +41,15 @@ std::vector<PatchId> many_patches(PatchBatch& batch) {
 }  // namespace
 
 TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[allocations]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) {
+  if (!can_watch()) {
     std::printf("skipped: this build's malloc cannot be counted\n");
     return;
   }
   {
-    const long before = calls;
+    const long before = counts_so_far().allocations;
     void* volatile probe = ::operator new(100);  // volatile: or the compiler leaves the pair out
     ::operator delete(probe);
-    REQUIRE(calls - before == 2);  // the counter counts
+    REQUIRE(counts_so_far().allocations - before == 2);  // the counter counts
   }
   for (int threads : {1, 2}) {
     INFO(threads << " threads");
@@ -110,9 +63,9 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
     std::map<std::string, long> counted;
     const auto count = [&](const char* what, auto&& call) {
       long& sum = counted[what];
-      const long before = calls;
+      const long before = counts_so_far().allocations;
       call();
-      sum += calls - before;
+      sum += counts_so_far().allocations - before;
     };
     for (int k = 0; k < 60; ++k) {
       for (std::size_t i = 0; i < motions.size(); ++i) {
@@ -138,9 +91,89 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
   }
 }
 
+TEST_CASE("A step of the C interface allocates nothing", "[allocations][c]") {
+  if (!can_watch()) return;
+  bristle_batch* batch = nullptr;
+  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
+  bristle_material material;
+  bristle_init_material(&material, sizeof material);
+  bristle_motion motions[3] = {};
+  bristle_response responses[3] = {};
+  for (bristle_motion& motion : motions) {
+    REQUIRE(bristle_add(batch, &material, nullptr, &motion.id) == BRISTLE_OK);
+    motion.normal_load = 0.5;
+  }
+  bristle_step_report report;
+  bristle_init_step_report(&report, sizeof report);
+  REQUIRE(bristle_warm_up(batch) == BRISTLE_OK);
+  const long before = counts_so_far().allocations;
+  std::uint32_t stepped = 0;
+  for (int k = 0; k < 100; ++k) {
+    for (bristle_motion& motion : motions) motion.displacement[0] = k % 3 == 0 ? 20e-6 : -1e-6;
+    bristle_step(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3, &report);
+    stepped += report.patches_stepped;
+    bristle_find_force(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3);
+  }
+  CHECK(counts_so_far().allocations - before == 0);
+  CHECK(stepped == 300);
+  bristle_destroy(batch);
+}
+
+TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][keys]") {
+  if (!can_watch()) return;
+  PatchBatch batch;
+  bristle::KeyedPatches patches(batch, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
+                                plain_options(40),
+                                bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
+  bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
+  batch.warm_up();
+  std::vector<bristle::ContactPoint> points(70);  // more than the matcher takes
+  std::vector<std::uint64_t> keys(points.size());
+  std::vector<Motion> motions(points.size());
+  std::vector<Response> responses(points.size());
+  std::vector<bristle::KeyedPatches::Entry> entries(100);
+  const long before = counts_so_far().allocations;
+  for (std::size_t k = 0; k < 200; ++k) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i] = {i / 5, {0.01 * static_cast<double>(i * (k / 10)), 0.0, 0.0}};
+    matcher.match(points, keys);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      motions[i] = {patches.find_or_add(keys[i] + 7 * (k / 3)), {1e-6, 0.0}, 30.0};
+    batch.step(tick, motions, responses);
+    if (k % 20 == 0) batch.reset(patches.find(keys[3]), 5, 6);
+    patches.read_entries(entries);
+    patches.end_step();
+  }
+  patches.clear();
+  CHECK(counts_so_far().allocations - before == 0);
+}
+
 #if BRISTLE_HAS_EIGEN
+TEST_CASE("A contact frame and a haptic point allocate nothing", "[allocations][frame][haptic]") {
+  if (!can_watch()) return;
+  PatchBatch batch;
+  Motion motion;
+  Response response;
+  motion.id = batch.add(Material{}, PatchOptions{}.with_bristles(200));
+  batch.warm_up();
+  const long before = counts_so_far().allocations;
+  bristle::ContactFrame frame(Eigen::Vector3d(1, 2, 3));
+  bristle::HapticPoint point(bristle::HapticOptions{}.with_force_limit(1.0).with_resolution(1e-5));
+  Eigen::Vector3d sum(0, 0, 0);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d normal(std::sin(0.1 * i), 0.3, std::cos(0.1 * i));
+    frame.carry(normal, 0.1 * normal, Eigen::Vector3d::Zero());
+    sum += frame.force(response.end);
+    point.prepare(tick, 1e-6 * i * normal, normal, 0.5, motion);
+    batch.step(tick, {&motion, 1}, {&response, 1});
+    sum += point.finish(response);
+  }
+  CHECK(counts_so_far().allocations - before == 0);
+  CHECK(sum.norm() > 0.0);
+}
+
 TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocations][coupling]") {
-  if (!BRISTLE_COUNTS_ALLOCATIONS) return;
+  if (!can_watch()) return;
   PatchBatch batch;
   constexpr std::size_t feet_count = 9;  // more contacts than velocities
   std::array<Motion, feet_count> motions;
@@ -154,7 +187,7 @@ TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocation
   batch.warm_up();
   auto body = bristle::rigid_body(0.25, Eigen::Vector3d(1e-4, 2e-4, 3e-4).asDiagonal());
   const bristle::BodyVector<6> force = Eigen::Matrix<double, 6, 1>::Constant(0.3);
-  const long before = calls;
+  const long before = counts_so_far().allocations;
   for (int i = 0; i < 200; ++i) {
     if (i % 2) {
       bristle::predict_displacements(batch, tick, body, force, feet, motions);
@@ -166,7 +199,7 @@ TEST_CASE("Coupling a rigid body to its patches allocates nothing", "[allocation
       bristle::apply_mean_forces(tick, body, force, feet, responses);
     }
   }
-  CHECK(calls - before == 0);
+  CHECK(counts_so_far().allocations - before == 0);
   CHECK(body.velocity.norm() > 0.0);
 }
 #endif

@@ -14,13 +14,13 @@
 #include <vector>
 
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
 #include <bristle/patch_batch.hpp>
 #include <bristle/version.hpp>
 
+#include "temporary_folder.hpp"
 #include "tools/cli/waveform.hpp"
 
 using Catch::Matchers::Contains;
@@ -28,22 +28,7 @@ using nlohmann::json;
 
 namespace {
 
-namespace fs = std::filesystem;
-
-/// A folder of its own, gone at the end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("bristle_test_cli_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return (path / name).string();
-  }
-  std::string at(const std::string& name) const { return (path / name).string(); }
-};
+using Folder = bristle_test::TemporaryFolder;
 
 std::string read_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

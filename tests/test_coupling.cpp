@@ -20,7 +20,6 @@ namespace {
 enum class Way { predictor, midpoint };
 
 constexpr double mass = 0.1;
-const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
 /// A mass on a rail over one patch, with k = K T^2/m and c = C T/m at T = tick.
 class Rail {

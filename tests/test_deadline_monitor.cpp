@@ -2,15 +2,28 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
+#include <thread>
 #include <vector>
+
+#if defined(__linux__)
+#include <sched.h>
+#include <sys/mman.h>
+#endif
 
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/version.hpp>
 
+#include "expect.hpp"
+
 using bristle::DeadlineMonitor;
+using bristle::ThreadEvents;
+using bristle::Tick;
+using bristle::TimeHistogram;
 
 namespace {
 
@@ -106,6 +119,210 @@ TEST_CASE("The clocks run forward, and the thread clock counts work", "[deadline
   volatile double sum = 0.0;
   while (DeadlineMonitor::cpu_now() - cpu < 2e-3) sum = sum + 1.0;
   CHECK(DeadlineMonitor::wall_now() - wall >= 1.9e-3);
+}
+
+TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
+  std::mt19937_64 random(3);
+  std::lognormal_distribution<double> law(std::log(2e-6), 3.0);
+  TimeHistogram histogram;
+  std::vector<double> times;
+  for (int i = 0; i < 20000; ++i) {
+    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds: edges are exact for these
+    histogram.record(times.back());
+  }
+  std::uint64_t all = 0;
+  for (int b = 0; b < TimeHistogram::buckets; ++b) {
+    const TimeHistogram::Bucket bucket = histogram.bucket(b);
+    all += bucket.count;
+    if (bucket.count == 0) continue;
+    const auto inside = std::count_if(times.begin(), times.end(), [&](double t) {
+      return (t > bucket.low_s + 0.5e-9 || b == 0) && t < bucket.high_s + 0.5e-9;
+    });
+    if (inside != bucket.count) FAIL_CHECK(bucket.low_s << " to " << bucket.high_s << " s: " << bucket.count);
+  }
+  CHECK(all == times.size());
+  CHECK(histogram.count() == times.size());
+}
+
+TEST_CASE("Jitter is how far the way from start to start is off the period, pauses left out", "[deadline]") {
+  DeadlineMonitor monitor(1e-3, 1e-3);
+  const auto tick = [&](double due_s, double late_s) {
+    monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
+  };
+  tick(5.000, 10e-6);
+  tick(5.001, 40e-6);  // 30 us long
+  tick(5.002, 20e-6);  // 20 us short
+  tick(5.005, 0e-6);   // two ticks left out: 2 ms - 20 us long
+  monitor.pause();
+  tick(9.000, 70e-6);
+  tick(9.001, 70e-6);  // none
+  const TimeHistogram& jitter = monitor.period_jitter();
+  REQUIRE(jitter.count() == 4);
+  CHECK(jitter.max() == Approx(2e-3 - 20e-6).epsilon(1e-9));
+  CHECK(jitter.mean() == Approx((30e-6 + 20e-6 + 2e-3 - 20e-6 + 0.0) / 4.0).epsilon(1e-9));
+  CHECK(jitter.percentile(0.75) == Approx(30e-6).epsilon(1.0 / 64));
+  CHECK(jitter.percentile(0.5) == Approx(20e-6).epsilon(1.0 / 64));
+  CHECK(monitor.p50() == Approx(0.2e-3).epsilon(1.0 / 64));
+  CHECK(monitor.misses() == 0);
+
+  DeadlineMonitor aperiodic(1e-3);
+  aperiodic.record_tick(Tick{1.0, 1.0, 1.1, 0.0});
+  aperiodic.record_tick(Tick{2.0, 2.0, 2.1, 0.0});
+  CHECK(aperiodic.period_jitter().count() == 0);
+}
+
+TEST_CASE("A tick is late when it ends too long after it was due, however short its step", "[deadline]") {
+  DeadlineMonitor monitor(1e-3, 1e-3);
+  monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // in time
+  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // started late, in time
+  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: the machine's
+  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // too long: ours
+  CHECK(monitor.misses() == 2);
+  CHECK(monitor.misses_ours() == 1);
+  CHECK(monitor.misses_machine() == 1);
+  CHECK(monitor.longest_run() == 2);
+  const DeadlineMonitor::WorstTick worst = monitor.worst();
+  CHECK(worst.number == 3);
+  CHECK(worst.late);
+  CHECK(worst.end_after_due == Approx(1.6e-3));
+  CHECK(worst.started_late == 0.0);
+  CHECK(worst.step == Approx(1.6e-3));
+  CHECK(worst.cpu == 1.5e-3);
+  monitor.record_tick(Tick{1.006, 1.0090, 1.0091, 0.1e-3});
+  CHECK(monitor.worst().number == 4);
+  CHECK(monitor.worst().started_late == Approx(3e-3));
+  CHECK(monitor.worst().step == Approx(0.1e-3));
+  CHECK(monitor.max() == Approx(1.6e-3));  // of step times
+}
+
+TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]") {
+  DeadlineMonitor monitor(1e-3, 1e-3);
+  const auto run = [&](int late, int in_time) {
+    for (int i = 0; i < late; ++i) monitor.record(2e-3, 0.0);
+    for (int i = 0; i < in_time; ++i) monitor.record(0.5e-3, 0.0);
+  };
+  run(0, 3);
+  CHECK(monitor.longest_run() == 0);
+  run(3, 1);
+  run(2, 5);
+  CHECK(monitor.longest_run() == 3);
+  run(1, 0);
+  monitor.record_skipped(4);
+  CHECK(monitor.longest_run() == 5);
+  run(1, 1);
+  CHECK(monitor.longest_run() == 6);
+  CHECK(monitor.skipped() == 4);
+  CHECK(monitor.misses() == 7);
+  run(4, 0);
+  monitor.pause();  // what comes after a pause is no part of the run
+  run(4, 0);
+  CHECK(monitor.longest_run() == 6);
+  monitor.reset();
+  CHECK(monitor.longest_run() == 0);
+  CHECK(monitor.skipped() == 0);
+  CHECK(monitor.worst().number == 0);
+}
+
+#if defined(__linux__)
+TEST_CASE("Page faults and preemptions since the last reading are told of late ticks only", "[deadline]") {
+  constexpr std::size_t page = 4096;
+  const auto touch = [](std::size_t pages) {  // fresh memory: each page faults once
+    void* block = mmap(nullptr, pages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    REQUIRE(block != MAP_FAILED);
+    madvise(block, pages * page, MADV_NOHUGEPAGE);
+    for (std::size_t i = 0; i < pages; ++i) static_cast<volatile char*>(block)[i * page] = 1;
+    munmap(block, pages * page);
+  };
+  DeadlineMonitor monitor(1e-3);
+  monitor.record(0.1e-3, 0.0);
+  touch(1000);
+  monitor.record(0.1e-3, 0.0);  // in time: not read
+  CHECK(monitor.late_events().minor_faults == 0);
+  monitor.refresh_events();
+  touch(100);
+  monitor.record(5e-3, 0.0);  // late: the hundred, not the thousand
+  CHECK(monitor.late_events().minor_faults >= 100);
+  CHECK(monitor.late_events().minor_faults < 1000);
+  CHECK(monitor.worst().events.minor_faults == monitor.late_events().minor_faults);
+
+  // A second thread on the same core that never rests: the system must take this one off to let it run.
+  cpu_set_t before, one;
+  sched_getaffinity(0, sizeof before, &before);
+  CPU_ZERO(&one);
+  CPU_SET(sched_getcpu(), &one);
+  sched_setaffinity(0, sizeof one, &one);
+  std::atomic<bool> stop{false};
+  std::thread rival([&] {  // inherits the core
+    while (!stop) {
+    }
+  });
+  monitor.refresh_events();
+  const std::uint64_t known = monitor.late_events().involuntary_switches;
+  const double start = DeadlineMonitor::wall_now();
+  while (ThreadEvents::now().other_switches == 0 || DeadlineMonitor::wall_now() - start < 0.05) {
+    if (DeadlineMonitor::wall_now() - start > 5.0) break;
+  }
+  monitor.record(DeadlineMonitor::wall_now() - start, 0.0);
+  stop = true;
+  rival.join();
+  sched_setaffinity(0, sizeof before, &before);
+  CHECK(monitor.late_events().involuntary_switches > known);
+  CHECK(monitor.late_events().other_switches > 0);
+}
+#endif
+
+TEST_CASE("A snapshot taken while another thread records holds whole ticks only", "[deadline][threads]") {
+  // Tick k ends k us after it was due, every second one has used more CPU time than the deadline: in any
+  // whole number of ticks the numbers fit together in closed form.
+  const std::uint64_t ticks = bristle_test::test_size(20000);
+  const double longest_s = 1e-6 * static_cast<double>(ticks);
+  constexpr double us = 1e-6;
+  DeadlineMonitor monitor(0.5 * us, 1e-3);
+  std::atomic<bool> done{false};
+  std::uint64_t snapshots = 0, refused = 0, torn = 0, backward = 0, last_count = 0;
+  std::thread reader([&] {
+    DeadlineMonitor seen;
+    while (!done) {
+      if (!monitor.snapshot(seen)) {
+        ++refused;
+        std::this_thread::yield();  // the other thread may have lost its core in the middle of a tick
+        continue;
+      }
+      ++snapshots;
+      const std::uint64_t n = seen.count();
+      std::uint64_t in_buckets = 0;
+      for (int b = 0; b < TimeHistogram::buckets; ++b) in_buckets += seen.step_times().bucket(b).count;
+      const double d = static_cast<double>(n);
+      const bool whole =
+          in_buckets == n && seen.misses() == n && seen.misses_ours() == n / 2 && seen.longest_run() == n &&
+          seen.period_jitter().count() == (n > 0 ? n - 1 : 0) && std::fabs(seen.max() - d * us) < 1e-9 &&
+          std::fabs(seen.mean() * d - 0.5 * d * (d + 1.0) * us) < 1e-6 * (d + 1.0) * us * d + 1e-12 &&
+          (n == 0 || seen.worst().number == n - 1);
+      if (!whole) ++torn;
+      if (n < last_count) ++backward;
+      last_count = n;
+      // Numbers read one by one are never behind those of the snapshot before.
+      if (monitor.count() < n || monitor.misses_machine() > ticks || monitor.p99() > longest_s * 1.02) ++torn;
+    }
+  });
+  for (std::uint64_t k = 1; k <= ticks; ++k) {
+    const double due = static_cast<double>(k) * 1e-3;
+    monitor.record_tick(Tick{due, due, due + static_cast<double>(k) * us, k % 2 == 0 ? us : 0.0});
+    const double start = DeadlineMonitor::wall_now();
+    while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // ticks come in bursts of four
+    }
+  }
+  done = true;
+  reader.join();
+  INFO(snapshots << " snapshots, " << refused << " refused");
+  CHECK(snapshots > 10);
+  CHECK(torn == 0);
+  CHECK(backward == 0);
+  DeadlineMonitor end;
+  REQUIRE(monitor.snapshot(end));
+  CHECK(end.count() == ticks);
+  CHECK(end.p50() == monitor.p50());
+  CHECK(end.deadline() == 0.5 * us);
 }
 
 TEST_CASE("The library's version is that of the headers", "[version]") {

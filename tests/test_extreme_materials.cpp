@@ -13,7 +13,6 @@ using namespace bristle_test;
 
 namespace {
 
-const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 
 }  // namespace
 

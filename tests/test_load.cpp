@@ -14,7 +14,6 @@ namespace {
 
 // Weight 1 and stiffness 1: the load in newton is the number of bristles in contact, and the elastic force
 // is minus the weighted sum of the deflections.
-const SnapLength uniform = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
 constexpr double longest = 1.5 * dbar;
 
 /// What rounding may do to one bristle whose fraction changes: it is rewritten once.

@@ -411,7 +411,8 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
                                       .with_rule(c.rule)
                                       .with_damping_per_newton(90.0)
                                       .with_viscous_friction(0.4)
-                                      .with_stribeck_velocity(2e-3);
+                                      .with_stribeck_velocity(2e-3)
+                                      .with_damper_decay(bristle::DamperDecay::gaussian);
       const Material material = Material::from_coefficients(wanted);
       const Coefficients back = material.coefficients();
       CHECK(back.kinetic == Approx(0.37).epsilon(1e-12));
@@ -421,6 +422,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
       CHECK(back.damping_per_newton == Approx(90.0).epsilon(1e-12));
       CHECK(back.viscous_friction == 0.4);
       CHECK(back.stribeck_velocity == 2e-3);
+      CHECK(back.damper_decay == bristle::DamperDecay::gaussian);
       CHECK(back.rule == c.rule);
       CHECK(back.law == (ratio == 2.0 ? SnapLaw::single : c.law));
       CHECK(material.asperity_height_deviation == 1e-6);
@@ -525,6 +527,8 @@ TEST_CASE("Bad coefficients are refused by name, value and range", "[coefficient
   }
   CHECK(names(ask(Coefficients{}.with_kinetic(0.0)), {"kinetic = 0;"}));
   CHECK(names(ask(Coefficients{}.with_bristles_per_newton(0.0)), {"bristles_per_newton = 0;"}));
+  CHECK(names(ask(Coefficients{}.with_damper_decay(static_cast<bristle::DamperDecay>(7))),
+              {"damper_decay = 7;", "gaussian (1)"}));
 }
 
 TEST_CASE("Bad bristle parameters are refused by name, value and range", "[material][bad_input]") {

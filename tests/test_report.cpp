@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
+#include "temporary_folder.hpp"
 #include "tools/cli/html_page.hpp"
 #include "tools/cli/report.hpp"
 #include "tools/cli/user_error.hpp"
@@ -19,20 +18,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-namespace fs = std::filesystem;
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("bristle_test_report_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return (path / name).string();
-  }
-};
+using Folder = bristle_test::TemporaryFolder;
 
 const char* const conditions =
     R"("conditions": {"version": "0.1.0", "commit": "abc1234", "flags": "GNU 12 -O3",

@@ -11,17 +11,11 @@
 
 #include "expect.hpp"
 #include "scenes.hpp"
+#include "stress.hpp"
 
 using namespace bristle_test;
 
 namespace {
-
-#if defined(__OPTIMIZE__) && defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-constexpr bool timed_build = true;
-#else
-constexpr bool timed_build = false;  // the same work, without asserting on time
-#endif
 
 /// Median thread CPU time of a step (s), the best of several tries.
 template <class Step>
@@ -40,11 +34,6 @@ double step_time(Step&& step, int steps = 60, int tries = 7) {
   return best;
 }
 
-void check_below(double value, double limit, const char* what) {
-  std::printf("%s: %.4g (limit %.4g)\n", what, value, limit);
-  if (timed_build) CHECK(value < limit);
-}
-
 OnePatch sliding_patch(std::uint32_t n, SnapRule rule, Outputs outputs) {
   OnePatch patch(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), rule),
                  plain_options(n, 2, Precision::single, outputs));
@@ -54,23 +43,6 @@ OnePatch sliding_patch(std::uint32_t n, SnapRule rule, Outputs outputs) {
 }
 
 }  // namespace
-
-TEST_CASE(
-    "Ninety thousand bristles, a hundred times the paper's, all snap within a millisecond on one thread",
-    "[stress]") {
-  constexpr std::uint32_t n = 90000;
-  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-    OnePatch patch = sliding_patch(n, rule, Outputs::mean);
-    std::uint64_t snapped = 0;
-    {
-      OnePatch counted = sliding_patch(n, rule, Outputs::all);
-      snapped = counted.step(1.6 * dbar, 0.0, n).snaps;
-    }
-    REQUIRE(snapped >= n);  // 1.6 is beyond every length
-    const double time = step_time([&] { patch.step(1.6 * dbar, 0.0, n); });
-    check_below(time, 1e-3, rule == SnapRule::keep ? "keep, all snap, s" : "redraw, all snap, s");
-  }
-}
 
 TEST_CASE("The cost of a step grows linearly with the number of bristles", "[stress]") {
   double per_bristle[3];

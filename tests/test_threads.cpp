@@ -171,7 +171,6 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
 }
 
 TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]") {
-  LongStep free_scene(BatchOptions{}.with_threads(2));
   LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(0));
   for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
   }
@@ -181,7 +180,6 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
     return;
   }
   CHECK(scene.batch.unbound_workers() == 0);
-  CHECK(free_scene.batch.unbound_workers() == 0);
   int kept_off = 0;
   for (const auto& [thread, cores] : other_threads("Cpus_allowed_list:")) {
     const std::string list = cores.substr(cores.find_first_not_of(" \t"));

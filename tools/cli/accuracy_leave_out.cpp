@@ -44,8 +44,6 @@ Scene changed(const Scene& scene, Change change) {
   return copy;
 }
 
-bool is_carried(const ScenePatch& patch) { return !patch.motion.has_value(); }
-
 template <class Test>
 bool any_patch(const Scene& scene, Test test) {
   return std::any_of(scene.patches.begin(), scene.patches.end(), test);
@@ -127,15 +125,15 @@ Trial mean_trial(const Scene& scene, bool own_mean) {
   Trial t("mean force",
           any_patch(scene, [](const ScenePatch& p) { return has(p.options.outputs, Outputs::mean); }), scene);
   if (t.used && !any_patch(scene, [](const ScenePatch& p) {
-        return !is_carried(p) && has(p.options.outputs, Outputs::mean);
+        return !p.is_carried() && has(p.options.outputs, Outputs::mean);
       })) {
     t.needed = "the body's equation of motion is solved with it";
   }
   t.with = changed(scene, [&](ScenePatch& p) {
-    if (!t.used || is_carried(p)) p.options.outputs = p.options.outputs | Outputs::mean;
+    if (!t.used || p.is_carried()) p.options.outputs = p.options.outputs | Outputs::mean;
   });
   t.without = changed(scene, [](ScenePatch& p) {
-    if (!is_carried(p)) p.options.outputs = without(p.options.outputs, Outputs::mean);
+    if (!p.is_carried()) p.options.outputs = without(p.options.outputs, Outputs::mean);
   });
   t.mean_with = t.used ? own_mean : true;
   t.note = "errors: of the mean with it, of the force at the end of a step without";

@@ -140,8 +140,6 @@ class RecordedRun {
   SettingRun out_;
 };
 
-bool is_carried(const Scene& scene, std::size_t patch) { return !scene.patches[patch].motion.has_value(); }
-
 }  // namespace
 
 Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32_t round) {
@@ -149,8 +147,8 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
   Scene changed = scene;
   if (!changed.duration) changed.duration = changed.trace_length();
   changed.dt = dt_s;
-  for (std::size_t p = 0; p < changed.patches.size(); ++p) {
-    bristle::PatchOptions& o = changed.patches[p].options;
+  for (ScenePatch& p : changed.patches) {
+    bristle::PatchOptions& o = p.options;
     o.seed += round * 0x9E3779B9u;  // wraps; copies have neighbouring seeds, rounds must not share them
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);
@@ -158,7 +156,7 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
     o.step_rule = setting.rule;
     o.precision = setting.precision;
     o.sampling = setting.sampling;
-    o.outputs = setting.mean || is_carried(changed, p) ? Outputs::mean : Outputs::end;
+    o.outputs = setting.mean || p.is_carried() ? Outputs::mean : Outputs::end;
     if (energy) o.outputs = o.outputs | Outputs::energy;
   }
   return changed;

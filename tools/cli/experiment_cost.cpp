@@ -1,12 +1,12 @@
 // What a step of each model costs, in one interleaved run: CPU time of the thread, which other programs do
 // not stretch.
-#include <algorithm>
 #include <memory>
 
 #include <bristle/deadline_monitor.hpp>
 
 #include "tools/cli/experiment.hpp"
 #include "tools/cli/experiment_subject.hpp"
+#include "tools/cli/quantile.hpp"
 
 namespace cli {
 namespace {
@@ -60,11 +60,7 @@ std::vector<CostRow> measure_cost(const ExperimentInput& input) {
       input.progress(static_cast<double>(round + 1) / static_cast<double>(rounds));
     }
     for (std::size_t m = 0; m < subjects.size(); ++m) {
-      std::vector<double>& t = times[m];
-      std::sort(t.begin(), t.end());
-      const auto at = [&](double share) {
-        return 1e9 * t[static_cast<std::size_t>(share * static_cast<double>(t.size() - 1) + 0.5)];
-      };
+      const auto at = [&](double share) { return 1e9 * quantile(times[m], share); };
       rows.push_back({input.models[m], motion.name, at(0.5), at(0.25), at(0.75)});
     }
   }

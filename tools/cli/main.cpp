@@ -158,6 +158,34 @@ void add_experiments(CLI::App& app, cli::ExperimentOptions& options) {
   add("list", "What experiments, models and parameters there are");
 }
 
+// `run --realtime` and what belongs to it.
+void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options) {
+  CLI::Option* realtime = run_app->add_flag(
+      "--realtime", wanted,
+      "Step against the clock, a bare sleep loop in turn with it; Ctrl-C ends it with the report");
+  run_app->add_option("--rate", options.rate_hz, "Ticks per second, e.g. 1000; the scene's dt becomes 1/rate")
+      ->check(CLI::Range(1.0, 1e5))
+      ->needs(realtime);
+  run_app->add_option("--fifo", options.thread.fifo_priority, "Real-time priority (SCHED_FIFO), if permitted")
+      ->check(CLI::Range(1, 99))
+      ->needs(realtime);
+  run_app->add_option("--core", options.thread.core, "Bind the loop to this core, its workers to the others")
+      ->check(CLI::Range(0, 1023))
+      ->needs(realtime);
+  run_app
+      ->add_option_function<double>(
+          "--busy-wait", [&options](double us) { options.busy_wait_s = 1e-6 * us; },
+          "Sleep until so many us before a tick, then watch the clock")
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs(realtime);
+  run_app->add_flag("--mlock", options.thread.lock_memory, "Lock the process in memory, if permitted")
+      ->needs(realtime);
+  run_app
+      ->add_option("--histograms", options.histograms,
+                   "Write histograms of step time and jitter to this CSV file (- for stdout)")
+      ->needs(realtime);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.require_subcommand(1);
@@ -184,6 +212,13 @@ int run(int argc, char** argv) {
   run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version");
   run_app->add_option("--steps", run_options.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
+  run_app
+      ->add_option("--bristles", run_options.bristles,
+                   "Representative bristles of each patch, instead of the scene's")
+      ->check(CLI::Range(std::uint32_t{1}, bristle::max_bristles_per_patch));
+  cli::RealtimeOptions realtime_options;
+  bool realtime = false;
+  add_realtime(run_app, realtime, realtime_options);
   run_app->add_option("--restore-state", run_options.restore_state,
                       "Go on from this state file, written by a run of the same scene");
   run_app->add_option("--save-state", run_options.save_state,
@@ -290,7 +325,10 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
   }
-  if (run_app->parsed()) cli::run_command(run_options);
+  if (run_app->parsed()) {
+    if (realtime) run_options.realtime = realtime_options;
+    cli::run_command(run_options);
+  }
   if (!experiment_options.name.empty()) cli::experiment_command(experiment_options);
   if (accuracy_app->parsed()) {
     if (!wanted_error.empty()) accuracy_options.error = parse_share(wanted_error);

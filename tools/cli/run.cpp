@@ -9,6 +9,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/cli/force_file.hpp"
+#include "tools/cli/paced_clock.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/cli/run_state.hpp"
 #include "tools/cli/scene_stepper.hpp"
@@ -24,6 +25,13 @@ class SceneRun {
   RunResult run();
 
  private:
+  double time_of(std::uint64_t k) const noexcept {  // s, when step k of this run begins
+    return static_cast<double>(result_.steps_before + k) * scene_.dt;
+  }
+  void run_back_to_back();
+  void run_paced(const RealtimeOptions& realtime);
+  std::uint64_t run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
+                                  const QueueClock& queue, Progress& progress);
   void step(double t);
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
@@ -42,7 +50,8 @@ class SceneRun {
 bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options) {
   return bristle::BatchOptions{}
       .with_threads(options.threads.value_or(scene.threads))
-      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
+      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str())
+      .with_servo_core(options.realtime ? options.realtime->thread.core.value_or(-1) : -1);
 }
 
 SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
@@ -171,18 +180,86 @@ std::uint64_t SceneRun::steps_to_do() const {
   return all - result_.steps_before;
 }
 
+void SceneRun::run_back_to_back() {
+  Progress progress("run");
+  for (std::uint64_t k = 0; k < result_.steps; ++k) {
+    const double t = time_of(k);
+    stepper_.prescribe(t);
+    step(t);
+    account(t + scene_.dt);
+    if (k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
+  }
+}
+
+// The motion of a tick is made ready before the sleep: what is timed starts when the tick is due.
+std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
+                                          const QueueClock& queue, Progress& progress) {
+  using bristle::DeadlineMonitor;
+  PacedLoopResult& loop = result_.realtime->ours;
+  std::uint64_t k = first;
+  loop.monitor.pause();
+  loop.monitor.refresh_events();
+  double queued_s = queue.now();
+  clock.start();
+  double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(), step_cpu = 0.0;
+  for (; k < first + ticks; ++k) {
+    // The step was done in time, but it and what this tool does after it do not fit into a period: no fault
+    // of step or machine.
+    const bool held_up =
+        end <= clock.next_due_s() && step_cpu + DeadlineMonitor::cpu_now() - end_cpu > clock.period_s();
+    const std::uint64_t left_out = clock.wait();
+    if (stop_requested()) break;
+    if (held_up) {
+      result_.realtime->held_up += left_out;
+      loop.monitor.pause();
+    } else if (left_out > 0) {
+      loop.monitor.record_skipped(left_out);
+    }
+    const double t = time_of(k);
+    const double cpu = DeadlineMonitor::cpu_now();
+    const double start = DeadlineMonitor::wall_now();
+    stepper_.step(t);
+    end = DeadlineMonitor::wall_now();
+    end_cpu = DeadlineMonitor::cpu_now();
+    step_cpu = end_cpu - cpu;
+    record_tick(loop, {clock.due_s(), start, end, step_cpu}, queue, queued_s);
+    account(t + scene_.dt);
+    stepper_.prescribe(time_of(k + 1));
+    progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
+  }
+  return k;
+}
+
+void SceneRun::run_paced(const RealtimeOptions& realtime) {
+  const RealtimeThread thread(realtime.thread);
+  const StopOnSignal stop;
+  const QueueClock queue;
+  RealtimeResult& result =
+      result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
+  Progress progress("run --realtime");
+  PacedClock clock(scene_.dt, realtime.busy_wait_s);
+  // A second each in turn, so that both loops meet the same machine; shorter where the run is.
+  const std::uint64_t segment = std::clamp<std::uint64_t>(
+      result_.steps / 4, 1, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 1.0)));
+  std::uint64_t done = 0;
+  stepper_.prescribe(time_of(0));
+  while (done < result_.steps && !stop_requested()) {
+    const std::uint64_t ticks = std::min(segment, result_.steps - done);
+    run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
+    run_segment(result.bare, [&] { run_bare_segment(result.bare, ticks, clock, queue); });
+  }
+  result.stopped = stop_requested();
+  result_.steps = done;
+  result_.monitor = result.ours.monitor;
+}
+
 RunResult SceneRun::run() {
   result_.steps = steps_to_do();
   const double start = bristle::DeadlineMonitor::wall_now();
-  {
-    Progress progress("run");
-    for (std::uint64_t k = 0; k < result_.steps; ++k) {
-      const double t = static_cast<double>(result_.steps_before + k) * scene_.dt;
-      stepper_.prescribe(t);
-      step(t);
-      account(t + scene_.dt);
-      if (k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
-    }
+  if (options_.realtime) {
+    run_paced(*options_.realtime);
+  } else {
+    run_back_to_back();
   }
   result_.seconds = bristle::DeadlineMonitor::wall_now() - start;
   finish();
@@ -196,6 +273,11 @@ double ForceStatistics::rms() const noexcept {
 }
 
 RunResult run_scene(const Scene& scene, const RunOptions& options) { return SceneRun(scene, options).run(); }
+
+void set_rate(Scene& scene, double rate_hz) {
+  scene.dt = 1.0 / rate_hz;
+  scene.deadline = std::min(scene.deadline, scene.dt);
+}
 
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material) {
   std::vector<std::string> features;
@@ -214,16 +296,32 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
 void run_command(const RunOptions& options) {
   Scene scene = read_scene(options.scene);
   if (!options.trace.empty()) replace_motion(scene, options.trace);
-  if (options.json == "-" && options.out == "-")
-    throw UserError("--json - and --out -: only one can have stdout");
+  if (options.bristles) set_bristles(scene, *options.bristles);
+  const double scene_dt = scene.dt;
+  if (options.realtime) {
+    if (options.realtime->rate_hz) set_rate(scene, *options.realtime->rate_hz);
+    if (options.realtime->thread.fifo_priority && !options.realtime->thread.core &&
+        options.threads.value_or(scene.threads) != 1) {
+      throw UserError(
+          "--fifo with more than one thread needs --core: workers must keep off the core of a thread that "
+          "nothing interrupts");
+    }
+  }
+  const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
+  if ((options.json == "-") + (options.out == "-") + (histogram_file == "-") > 1)
+    throw UserError("--json -, --out -, --histograms -: only one can have stdout");
   // Opened before the run: a path that cannot be written must not cost the result.
   std::optional<FilePointer> json;
   if (!options.json.empty()) json.emplace(open_for_writing(options.json));
-  const RunResult result = run_scene(scene, options);
-  if (options.json != "-" && options.out != "-") {
+  std::optional<FilePointer> histograms;
+  if (!histogram_file.empty()) histograms.emplace(open_for_writing(histogram_file));
+  RunResult result = run_scene(scene, options);
+  if (result.realtime) result.realtime->scene_dt = scene_dt;
+  if (options.json != "-" && options.out != "-" && histogram_file != "-") {
     write_text(stdout, run_table(scene, options, result), "standard output");
   }
   if (json) write_text(json->get(), run_json(scene, options, result), options.json);
+  if (histograms) write_text(histograms->get(), histogram_csv(*result.realtime), histogram_file);
 }
 
 }  // namespace cli

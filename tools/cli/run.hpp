@@ -10,6 +10,7 @@
 #include <bristle/patch.hpp>
 
 #include "tools/cli/body_motion.hpp"
+#include "tools/cli/realtime.hpp"
 #include "tools/cli/scene.hpp"
 
 namespace cli {
@@ -22,6 +23,8 @@ struct RunOptions {
   std::optional<int> threads;
   std::string isa;  ///< empty: the library's choice
   std::optional<std::uint64_t> steps;
+  std::optional<std::uint32_t> bristles;    ///< of each patch, in place of the scene's
+  std::optional<RealtimeOptions> realtime;  ///< against the clock; none: back to back
   std::string restore_state;  ///< state file to go on from; empty: the scene's beginning
   std::string save_state;     ///< state file to write at the end; empty: none
 };
@@ -76,7 +79,11 @@ struct RunResult {
   std::size_t patches_written = 0;  ///< to the force file
   std::vector<PatchResult> patches;
   std::vector<BodyResult> bodies;
+  std::optional<RealtimeResult> realtime;
 };
+
+/// Another time step, one over the rate; a deadline that would be longer becomes as long.
+void set_rate(Scene& scene, double rate_hz);
 
 /// Throws UserError.
 RunResult run_scene(const Scene& scene, const RunOptions& options);

@@ -201,8 +201,9 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
 }  // namespace
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
-  std::string text =
-      head(scene, options, r) + '\n' + force_table(scene, r) + '\n' + friction_table(scene, r) + '\n';
+  std::string text = head(scene, options, r) + '\n' +
+                     (r.realtime ? realtime_table(*r.realtime, r.threads) + '\n' : "") +
+                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n';
   if (!r.bodies.empty()) text += body_table(scene, r) + '\n';
   text += feature_table(scene, r);
   text += fmt::format("\nstate hash  {:016x}\n", r.state_hash);
@@ -226,6 +227,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
                         {"misses", m.misses()},
                         {"misses_ours", m.misses_ours()},
                         {"misses_machine", m.misses_machine()}};
+  if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
   report["bristles"] = r.bristles;
   report["patch_count"] = scene.patch_count();
   report["memory_bytes"] = r.memory_bytes;

@@ -112,6 +112,7 @@ SceneMaterial read_material(SceneTable table) {
     }
     result.material.damper_decay =
         static_cast<bristle::DamperDecay>(table.choice("damper_decay", {"exponential", "gaussian"}, 0));
+    if (result.coefficients) result.coefficients->damper_decay = result.material.damper_decay;
     result.material.validate();
   } catch (const bristle::Error& error) {
     table.fail(error.what());
@@ -494,6 +495,11 @@ void replace_motion(Scene& scene, const std::string& motion_path) {
   }
   if (!replaced) throw UserError(fmt::format("{}: has no [[motion]] that a trace could replace", scene.file));
   scene.duration.reset();
+}
+
+void set_bristles(Scene& scene, std::uint32_t bristles) {
+  for (ScenePatch& patch : scene.patches) patch.options.bristles = bristles;
+  check_size(scene);
 }
 
 }  // namespace cli

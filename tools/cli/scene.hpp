@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ struct ScenePatch {
   std::uint32_t stride = 1;  ///< only every so manyth copy: the k-th of `count` is then copy k stride
   std::string where;         ///< "file:line: [[patch]] 'name'", for messages
   std::optional<PrescribedMotion> motion;
+
+  bool is_carried() const noexcept { return !motion.has_value(); }  ///< by a body
 };
 
 struct ForceRow {
@@ -82,5 +85,8 @@ Scene parse_scene(const std::string& text, const std::string& path);
 /// Replaces every trace of the scene, or every prescribed motion when it has none, by a motion file; the
 /// scene then lasts as long as the file. Throws UserError.
 void replace_motion(Scene& scene, const std::string& motion_path);
+
+/// Gives every patch this many representative bristles. Throws UserError when they are too many in all.
+void set_bristles(Scene& scene, std::uint32_t bristles);
 
 }  // namespace cli

@@ -1,12 +1,17 @@
 // All of bristle's C++ interface.
 #pragma once
 
+#include "bristle/build_check.hpp"
+#include "bristle/config.hpp"
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "bristle/export.hpp"
+#include "bristle/keyed_patches.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
+#include "bristle/time_histogram.hpp"
 #include "bristle/state_file.hpp"
 #include "bristle/version.hpp"

@@ -1,50 +1,152 @@
-// Step times against a deadline, in constant memory.
+// Step times and periods of a loop against its deadline, in constant memory.
 #pragma once
 
 #include <cstdint>
 
+#include "bristle/export.hpp"
+#include "bristle/time_histogram.hpp"
+
 namespace bristle {
 
-/// Histogram of step times with logarithmic buckets (64 per octave from 1 ns to 64 s: percentiles are
-/// at most 1.6 % high). Plain data; one thread records. No allocation, no lock.
-///
-/// A late tick is ours when the thread's CPU time in it exceeds the budget; other late ticks are the
-/// machine's (preemption, steal).
-class DeadlineMonitor {
- public:
-  explicit DeadlineMonitor(double deadline_s = 1e-3) noexcept;
+/// What the system has counted for the calling thread so far; the difference of two says what disturbed it.
+/// All zero where the system does not count (elsewhere than on Linux).
+struct BRISTLE_API ThreadEvents {
+  std::uint64_t involuntary_switches = 0;  ///< taken off its core: preempted
+  std::uint64_t other_switches = 0;        ///< the same of all other threads of the process: workers
+  std::uint64_t minor_faults = 0;          ///< pages that were not mapped yet
+  std::uint64_t major_faults = 0;          ///< pages that had to be read
 
-  /// One step: wall time and CPU time of the stepping thread, s. A negative cpu_s means "not measured":
-  /// a late tick then counts as ours.
+  /// Two system calls, about a microsecond: between ticks, not in a step.
+  static ThreadEvents now() noexcept;
+  friend ThreadEvents operator+(const ThreadEvents& a, const ThreadEvents& b) noexcept {
+    return {a.involuntary_switches + b.involuntary_switches, a.other_switches + b.other_switches,
+            a.minor_faults + b.minor_faults, a.major_faults + b.major_faults};
+  }
+  friend ThreadEvents operator-(const ThreadEvents& a, const ThreadEvents& b) noexcept {
+    return {a.involuntary_switches - b.involuntary_switches, a.other_switches - b.other_switches,
+            a.minor_faults - b.minor_faults, a.major_faults - b.major_faults};
+  }
+};
+
+/// One turn of a loop. Times of DeadlineMonitor::wall_now, s.
+struct Tick {
+  double due_s = 0.0;    ///< when it should have started: its point on the grid
+  double start_s = 0.0;  ///< when the step started
+  double end_s = 0.0;    ///< when it was done
+  double cpu_s = -1.0;   ///< CPU time of the stepping thread in it; negative: not measured
+};
+
+/// Percentiles of step time, late ticks and whose they are, and jitter of the period.
+///
+/// A tick is late when its step ends more than the deadline after it was due. It is ours when the thread's
+/// CPU time in it exceeds the deadline, or was not measured; other late ticks are the machine's: woken late,
+/// preempted, waiting for a worker that was. (A thread that spins while it waits for a worker uses CPU time,
+/// and so does time that a hypervisor takes without telling the system: such ticks count as ours.)
+///
+/// Thread rule: one thread records and resets, and never waits for a reader. Any thread may read meanwhile:
+/// each number is whole, but two numbers may be some ticks apart. snapshot() gives all numbers of one moment.
+/// 19 kB; no allocation, no lock.
+class BRISTLE_API DeadlineMonitor {
+ public:
+  /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have none.
+  explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;
+  /// Copying is for the thread that records, or when none does.
+  DeadlineMonitor(const DeadlineMonitor&) = default;
+  DeadlineMonitor& operator=(const DeadlineMonitor&) = default;
+
+  /// One step that was due when it started: wall time and CPU time of the stepping thread, s. A negative
+  /// cpu_s means "not measured".
   void record(double wall_s, double cpu_s = -1.0) noexcept;
+  /// One tick of a loop with a period. Reads ThreadEvents if it was late or the first, nothing else of the
+  /// system.
+  void record_tick(const Tick& tick) noexcept;
+  /// Ticks of the grid that were left out: they count in the longest run of misses.
+  void record_skipped(std::uint64_t ticks) noexcept;
+  /// The loop paused: the next tick starts a new grid, and the way to it is no period.
+  void pause() noexcept;
+  /// Reads ThreadEvents, so that those of a late tick are counted from here on and not from the last late
+  /// tick on. For loops that have a microsecond to spare between ticks; call it on the stepping thread.
+  void refresh_events() noexcept;
   void reset() noexcept;
 
-  double deadline() const noexcept { return deadline_s_; }
-  std::uint64_t count() const noexcept { return count_; }
-  double percentile(double share) const noexcept;  ///< s; share in [0, 1], e.g. 0.999
+  /// All numbers of one moment, for any thread: what had been recorded between two ticks, nothing of the
+  /// next. It takes a copy of some microseconds, again when a tick was recorded meanwhile; false, and `to`
+  /// without meaning, after 1000 copies: a loop that leaves no such gap.
+  bool snapshot(DeadlineMonitor& to) const noexcept;
+
+  double deadline() const noexcept { return numbers_.deadline_s.get(); }
+  double period() const noexcept { return numbers_.period_s.get(); }
+  std::uint64_t count() const noexcept { return numbers_.steps.count(); }
+  double percentile(double share) const noexcept {  ///< s; share in [0, 1], e.g. 0.999
+    return numbers_.steps.percentile(share);
+  }
   double p50() const noexcept { return percentile(0.5); }
   double p99() const noexcept { return percentile(0.99); }
   double p999() const noexcept { return percentile(0.999); }
-  double max() const noexcept { return max_s_; }  ///< s, exact
-  double mean() const noexcept { return count_ ? sum_s_ / static_cast<double>(count_) : 0.0; }
-  std::uint64_t misses() const noexcept { return misses_; }            ///< ticks over the deadline
-  std::uint64_t misses_ours() const noexcept { return misses_ours_; }  ///< of these, with CPU time over it
-  std::uint64_t misses_machine() const noexcept { return misses_ - misses_ours_; }
+  double max() const noexcept { return numbers_.steps.max(); }  ///< s, exact
+  double mean() const noexcept { return numbers_.steps.mean(); }
 
-  /// Wall clock (monotonic) and CPU time of the calling thread, s. For record().
+  std::uint64_t misses() const noexcept { return numbers_.misses.get(); }            ///< late ticks
+  std::uint64_t misses_ours() const noexcept { return numbers_.misses_ours.get(); }  ///< of these
+  std::uint64_t misses_machine() const noexcept;                                     ///< the others
+  std::uint64_t skipped() const noexcept { return numbers_.skipped.get(); }
+  /// Most ticks in a row that were late or left out.
+  std::uint64_t longest_run() const noexcept { return numbers_.longest_run.get(); }
+  /// Events of late ticks, from the last refresh_events or late tick on, summed.
+  ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
+
+  const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
+  /// |time from start to start - period|, s. The periods over skipped ticks are among them, pauses are not.
+  const TimeHistogram& period_jitter() const noexcept { return numbers_.jitter; }
+
+  /// The tick that ended the longest after it was due.
+  struct WorstTick {
+    std::uint64_t number = 0;    ///< counted from 0
+    double end_after_due = 0.0;  ///< s
+    double started_late = 0.0;   ///< s after it was due
+    double step = 0.0;           ///< s, wall time
+    double cpu = -1.0;           ///< s; negative: not measured
+    bool late = false;
+    ThreadEvents events;  ///< if it was late, as in late_events
+  };
+  WorstTick worst() const noexcept;
+
+  /// Wall clock (monotonic) and CPU time of the calling thread, s. For record() and record_tick().
   static double wall_now() noexcept;
   static double cpu_now() noexcept;
 
  private:
-  static constexpr int buckets_per_octave = 64;
-  static constexpr int octaves = 36;
-  double deadline_s_;
-  double max_s_ = 0.0;
-  double sum_s_ = 0.0;
-  std::uint64_t count_ = 0;
-  std::uint64_t misses_ = 0;
-  std::uint64_t misses_ours_ = 0;
-  std::uint32_t histogram_[buckets_per_octave * octaves + 1] = {};
+  template <class T>
+  using Shared = detail::SharedNumber<T>;
+  struct SharedEvents {
+    Shared<std::uint64_t> involuntary_switches, other_switches, minor_faults, major_faults;
+    ThreadEvents get() const noexcept;
+    void set(const ThreadEvents& events) noexcept;
+  };
+  struct Numbers {
+    Shared<double> deadline_s, period_s;
+    Shared<double> last_start_s = -1.0;  // negative: none
+    Shared<std::uint64_t> misses, misses_ours, skipped, run, longest_run;
+    Shared<bool> events_known;
+    SharedEvents late_events, last_events;
+    Shared<std::uint64_t> worst_number;
+    Shared<double> worst_end_s, worst_started_s, worst_step_s, worst_cpu_s = -1.0;
+    Shared<bool> worst_late;
+    SharedEvents worst_events;
+    TimeHistogram steps, jitter;
+  };
+  struct Step {
+    double started_late_s = 0.0, wall_s = 0.0, end_s = 0.0, cpu_s = -1.0;
+    bool late = false, reads_events = false;
+    ThreadEvents events;  // counters after it
+  };
+  Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
+  void keep(const Step& step) noexcept;
+  ThreadEvents events_until(const ThreadEvents& now) noexcept;
+  void count_missed(std::uint64_t ticks) noexcept;
+
+  Shared<std::uint64_t> changes_;  // odd while numbers are written
+  Numbers numbers_;
 };
 
 }  // namespace bristle

@@ -4,12 +4,17 @@
 #include <stdexcept>
 #include <string>
 
+#include "bristle/export.hpp"
+
 namespace bristle {
 
 /// Thrown by set-up calls. what() names the parameter, its value and the allowed range.
-class Error : public std::runtime_error {
+class BRISTLE_API Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message) : std::runtime_error(message) {}
+  Error(const Error&) = default;
+  Error& operator=(const Error&) = default;
+  ~Error() override;  // in the library, and with it the one type information that handlers compare
 };
 
 }  // namespace bristle

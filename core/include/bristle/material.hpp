@@ -1,6 +1,7 @@
 // The friction material: what two surfaces are, apart from how hard they are pressed together.
 #pragma once
 
+#include "bristle/export.hpp"
 #include "bristle/snap_length.hpp"
 
 namespace bristle {
@@ -29,6 +30,7 @@ struct Coefficients {
   double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
   double viscous_friction = 0.0;    ///< N s/m, sigma2
   double stribeck_velocity = 1e-3;  ///< m/s, vs
+  DamperDecay damper_decay = DamperDecay::exponential;
 
   Coefficients& with_kinetic(double value) {
     kinetic = value;
@@ -66,11 +68,15 @@ struct Coefficients {
     stribeck_velocity = value;
     return *this;
   }
+  Coefficients& with_damper_decay(DamperDecay value) {
+    damper_decay = value;
+    return *this;
+  }
 };
 
 /// Bristle parameters, SI units. Plain data; checked by validate() and by whoever takes it.
 /// The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
-struct Material {
+struct BRISTLE_API Material {
   double bristle_stiffness = 82.05128205128205;  ///< sigma0, N/m, >= 0: one bristle, tangential
   double bristle_damping = 0.0;                  ///< sigma1, N s/m, >= 0: damper of one bristle at v = 0
   double viscous_friction = 0.0;                 ///< sigma2, N s/m, >= 0: lubricant term of the patch
@@ -142,13 +148,13 @@ struct Material {
   /// The way back: coefficients of these bristle parameters.
   Coefficients coefficients() const;
 
-  friend bool operator==(const Material& x, const Material& y) noexcept;
+  friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;
   friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }
 };
 
 /// Mean deflection over dbar at displacement x from rest with all deflections zero, both in units of
 /// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
 /// on a grid, error below 1e-6). Set-up cost.
-double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
+BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
 
 }  // namespace bristle

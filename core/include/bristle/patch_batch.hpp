@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <memory>
 
+#include "bristle/export.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
+
+struct BuildSignature;
 
 struct BatchOptions {
   int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
@@ -52,16 +55,18 @@ struct StepReport {
 
 /// Contact patches of the brush model.
 ///
-/// Thread rule: one thread, the stepping thread, calls step, move, force, find_force, info,
+/// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, info,
 /// stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
 /// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
 /// once, the change takes effect at the stepping thread's next call. threads() and isa() may be called by
 /// anyone. A batch that was moved from may only be destroyed or assigned to. All memory is taken and freed by
 /// the thread that calls add, remove, set_material, warm_up or the constructor and destructor.
-class PatchBatch {
+class BRISTLE_API PatchBatch {
  public:
-  /// Throws bristle::Error on a bad option or an instruction set that this machine or build lacks.
+  /// Throws bristle::Error on a bad option, an instruction set that this machine or build lacks, or a library
+  /// that these headers do not belong to (see build_check.hpp).
   explicit PatchBatch(const BatchOptions& options = {});
+  PatchBatch(const BatchOptions& options, const BuildSignature& headers);
   ~PatchBatch();
   PatchBatch(PatchBatch&&) noexcept;
   PatchBatch& operator=(PatchBatch&&) noexcept;
@@ -91,6 +96,13 @@ class PatchBatch {
       PatchId id) const noexcept;  ///< of the last step(dt_s); Status::unknown_id where there is none
   ///@}
 
+  /// Makes a patch what `add` made it: out of contact, all deflections zero, no draw made; with another seed
+  /// and key, what `add` would make with them, to the bit. False when there is no such patch. A new seed
+  /// costs a quantile of the snap-length law for every bristle, else a reset costs a pass over the bristles'
+  /// memory. What energy the bristles held is forgotten. For the stepping thread; does not allocate.
+  bool reset(PatchId id) noexcept;
+  bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
+
   /// The response to a trial motion, state unchanged: what step would give. For implicit solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
@@ -112,7 +124,8 @@ class PatchBatch {
   /// Writes the state of all patches; returns the bytes written, 0 when `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores what save_state wrote into a batch with the same patches (added in the same order, same
-  /// materials and options). Throws bristle::Error, state unchanged, when it does not fit.
+  /// materials and options; seeds and keys come from the state). Throws bristle::Error, state unchanged, when
+  /// it does not fit.
   void restore_state(Span<const std::byte> from);
 
   std::size_t patch_count() const noexcept;
@@ -132,6 +145,8 @@ struct IsaInfo {
   const char* name;
   bool usable;
 };
-Span<const IsaInfo> instruction_sets() noexcept;
+BRISTLE_API Span<const IsaInfo> instruction_sets() noexcept;
 
 }  // namespace bristle
+
+#include "bristle/build_check.hpp"

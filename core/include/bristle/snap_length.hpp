@@ -1,6 +1,7 @@
 // The law of the snap length delta: the deflection at which a bristle lets go (paper, section 2.1).
 #pragma once
 
+#include "bristle/export.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
@@ -8,13 +9,13 @@ namespace bristle {
 enum class SnapLaw : unsigned char { single, uniform, normal, lognormal, exponential, table };
 
 /// Name of a law as scenes spell it: "single", "uniform", ... The text lives for ever.
-const char* to_string(SnapLaw law) noexcept;
+BRISTLE_API const char* to_string(SnapLaw law) noexcept;
 
 /// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==.
 /// The factories throw bristle::Error with the parameter, its value and the allowed range; lengths
 /// below 1e-12 m are refused by name. Every function is reproducible to the bit on every machine
 /// (no libm transcendental) and safe to call from several threads.
-class SnapLength {
+class BRISTLE_API SnapLength {
  public:
   /// Largest number of values that `table` takes.
   static constexpr int max_table_size = 257;
@@ -54,7 +55,7 @@ class SnapLength {
   double second_parameter() const noexcept { return b_; }
   Span<const double> table_values() const noexcept { return {table_, static_cast<std::size_t>(table_size_)}; }
 
-  friend bool operator==(const SnapLength& x, const SnapLength& y) noexcept;
+  friend BRISTLE_API bool operator==(const SnapLength& x, const SnapLength& y) noexcept;
   friend bool operator!=(const SnapLength& x, const SnapLength& y) noexcept { return !(x == y); }
 
   /// Uniform between 5 and 15 um: the surface of the README's examples.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bristle/export.hpp"
 #include "bristle/patch_batch.hpp"
 #include "bristle/span.hpp"
 
@@ -25,20 +26,22 @@ struct StateFile {
 /// or not at all: written beside `path` under a name of its own, flushed to the disk, and renamed over what
 /// was there. A symbolic link is replaced by the file. Throws bristle::Error naming the file when it cannot
 /// be written, and when `path` is something else than a file; what was there then stays.
-void write_state_file(const std::string& path, Span<const std::byte> state, Span<const std::byte> extra = {});
+BRISTLE_API void write_state_file(const std::string& path, Span<const std::byte> state,
+                                  Span<const std::byte> extra = {});
 
 /// Reads a state file and checks it: one that is no state file, cut short, longer than it says, damaged or of
 /// another format version is refused. A file of more than `most_bytes` is refused before memory is taken for
 /// it. Throws bristle::Error naming the file.
-StateFile read_state_file(const std::string& path,
-                          std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
+BRISTLE_API StateFile read_state_file(const std::string& path,
+                                      std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
 
 /// PatchBatch::save_state into a file. On the stepping thread, or while it rests. Throws as write_state_file.
-void save_state_file(const std::string& path, const PatchBatch& batch, Span<const std::byte> extra = {});
+BRISTLE_API void save_state_file(const std::string& path, const PatchBatch& batch,
+                                 Span<const std::byte> extra = {});
 
 /// PatchBatch::restore_state from a file, into a batch with the same patches. Returns the caller's own bytes.
 /// On the stepping thread, or while it rests. Throws bristle::Error naming the file; the batch is then as it
 /// was.
-std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch);
+BRISTLE_API std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch);
 
 }  // namespace bristle

@@ -1,0 +1,200 @@
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "bristle/keyed_patches.hpp"
+#include "key_table.hpp"
+#include "range_check.hpp"
+
+namespace bristle {
+
+using detail::KeyTable;
+using detail::mix_key;
+
+namespace {
+
+constexpr std::uint32_t none = KeyTable::none;
+
+std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
+  const std::uint64_t key = mix_key(mix_key(pair) + ordinal);
+  return key == no_contact_key ? 0 : key;
+}
+
+}  // namespace
+
+struct ContactMatcher::Impl {
+  /// A contact, old or new. Those of one pair hang together, in the order in which they were listed.
+  struct Point {
+    std::uint64_t pair = 0;
+    double at[3] = {0.0, 0.0, 0.0};
+    std::uint32_t place = 0;    ///< new: in the caller's list
+    std::uint32_t ordinal = 0;  ///< among the contacts of the pair
+    std::uint32_t missed = 0;   ///< old: steps without it
+    std::uint32_t after = none;
+    std::uint32_t partner = none;  ///< matched with
+    std::uint32_t nearest = none;  ///< of the other side, not matched yet
+    double distance = 0.0;         ///< to it, squared
+  };
+  struct Pair {
+    std::uint64_t pair;
+    std::uint32_t first[2], last[2];  ///< old, new
+  };
+
+  explicit Impl(const MatcherOptions& its_options)
+      : options(its_options), reach_squared(options.reach * options.reach), table(3u * options.capacity) {
+    // As many that are missing are remembered as may be there.
+    points[0].resize(2 * std::size_t{options.capacity});
+    points[1].resize(2 * std::size_t{options.capacity});
+    pairs.resize(3 * std::size_t{options.capacity});
+  }
+
+  void append(int side, std::uint32_t i) noexcept {
+    Point& p = points[side][i];
+    std::uint32_t k = table.find(p.pair);
+    if (k == none) {
+      k = pair_count++;
+      pairs[k] = {p.pair, {none, none}, {none, none}};
+      table.insert(p.pair, k);
+    }
+    Pair& pair = pairs[k];
+    (pair.last[side] == none ? pair.first[side] : points[side][pair.last[side]].after) = i;
+    pair.last[side] = i;
+  }
+
+  /// The nearest point of the other side that has no partner; of equals the one listed first.
+  void find_nearest(const Pair& pair, int side, Point& p) noexcept {
+    p.nearest = none;
+    p.distance = reach_squared;
+    const std::vector<Point>& others = points[1 - side];
+    for (std::uint32_t j = pair.first[1 - side]; j != none; j = others[j].after) {
+      if (others[j].partner != none) continue;
+      const double dx = p.at[0] - others[j].at[0];
+      const double dy = p.at[1] - others[j].at[1];
+      const double dz = p.at[2] - others[j].at[2];
+      const double distance = dx * dx + dy * dy + dz * dz;
+      if (distance < p.distance || (distance == p.distance && p.nearest == none)) {
+        p.nearest = j;
+        p.distance = distance;
+      }
+    }
+  }
+
+  /// Whoever has no partner, or no longer a free nearest one, looks again.
+  void look_again(const Pair& pair, int side) noexcept {
+    for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
+      Point& p = points[side][i];
+      if (p.partner == none && p.nearest != none && points[1 - side][p.nearest].partner != none)
+        find_nearest(pair, side, p);
+    }
+  }
+
+  /// The shortest match of all is one in which each is the other's nearest, and so is the shortest of what is
+  /// left: making all such matches until there is none makes them in order of length.
+  std::uint32_t match_pair(const Pair& pair) noexcept {
+    std::uint32_t matched = 0;
+    if (pair.first[0] == none || pair.first[1] == none) return 0;
+    for (int side : {0, 1})
+      for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after)
+        find_nearest(pair, side, points[side][i]);
+    for (bool more = true; more;) {
+      more = false;
+      for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
+        Point& now = points[1][i];
+        if (now.partner != none || now.nearest == none) continue;
+        Point& before = points[0][now.nearest];
+        if (before.partner != none || before.nearest != i) continue;
+        now.partner = now.nearest;
+        before.partner = i;
+        now.ordinal = before.ordinal;
+        ++matched;
+        more = true;
+      }
+      if (!more) break;
+      look_again(pair, 0);
+      look_again(pair, 1);
+    }
+    return matched;
+  }
+
+  bool is_taken(const Pair& pair, std::uint32_t ordinal) const noexcept {
+    for (std::uint32_t i = pair.first[0]; i != none; i = points[0][i].after)
+      if (points[0][i].ordinal == ordinal) return true;
+    for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after)
+      if (points[1][i].partner != none && points[1][i].ordinal == ordinal) return true;
+    return false;
+  }
+
+  /// New contacts get the least ordinals that none of the pair has, or had and is still remembered by.
+  void number_pair(const Pair& pair) noexcept {
+    std::uint32_t ordinal = 0;
+    for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
+      Point& p = points[1][i];
+      if (p.partner != none) continue;
+      while (is_taken(pair, ordinal)) ++ordinal;
+      p.ordinal = ordinal++;
+    }
+  }
+
+  const MatcherOptions options;
+  const double reach_squared;
+  KeyTable table;  ///< pair to its place in `pairs`; empty between steps
+  std::vector<Point> points[2];
+  std::vector<Pair> pairs;
+  std::uint32_t old_count = 0;
+  std::uint32_t pair_count = 0;
+};
+
+ContactMatcher::ContactMatcher(const MatcherOptions& options) {
+  if (options.capacity < 1 || options.capacity > (1u << 24))
+    detail::refuse("MatcherOptions", "capacity", options.capacity, "1 to 16777216");
+  detail::require_within("MatcherOptions", "reach", options.reach, 1e-12, 1e100, "m");
+  impl_ = std::make_unique<Impl>(options);
+}
+ContactMatcher::~ContactMatcher() = default;
+ContactMatcher::ContactMatcher(ContactMatcher&&) noexcept = default;
+ContactMatcher& ContactMatcher::operator=(ContactMatcher&&) noexcept = default;
+
+std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept {
+  Impl& impl = *impl_;
+  std::vector<Impl::Point>&before = impl.points[0], &now = impl.points[1];
+  for (std::uint32_t i = 0; i < impl.old_count; ++i) {
+    before[i].after = before[i].partner = none;
+    impl.append(0, i);
+  }
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    keys[i] = no_contact_key;
+    if (i >= contacts.size() || count == impl.options.capacity) continue;
+    const ContactPoint& c = contacts[i];
+    if (!std::isfinite(c.point[0]) || !std::isfinite(c.point[1]) || !std::isfinite(c.point[2])) continue;
+    Impl::Point& p = now[count];
+    p = Impl::Point{};
+    p.pair = c.pair;
+    for (int a = 0; a < 3; ++a) p.at[a] = c.point[a];
+    p.place = static_cast<std::uint32_t>(i);
+    impl.append(1, count++);
+  }
+
+  std::size_t matched = 0;
+  for (std::uint32_t k = 0; k < impl.pair_count; ++k) {
+    matched += impl.match_pair(impl.pairs[k]);
+    impl.number_pair(impl.pairs[k]);
+    impl.table.erase(impl.pairs[k].pair);
+  }
+  for (std::uint32_t i = 0; i < count; ++i) keys[now[i].place] = key_of(now[i].pair, now[i].ordinal);
+
+  const std::uint32_t room = static_cast<std::uint32_t>(now.size());
+  for (std::uint32_t i = 0; i < impl.old_count && count < room; ++i) {
+    if (before[i].partner != none || before[i].missed >= impl.options.keep_steps) continue;
+    now[count] = before[i];
+    ++now[count++].missed;
+  }
+  before.swap(now);
+  impl.old_count = count;
+  impl.pair_count = 0;
+  return matched;
+}
+
+void ContactMatcher::clear() noexcept { impl_->old_count = 0; }
+
+}  // namespace bristle

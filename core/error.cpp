@@ -1,0 +1,7 @@
+#include "bristle/error.hpp"
+
+namespace bristle {
+
+Error::~Error() = default;
+
+}  // namespace bristle

@@ -1,0 +1,527 @@
+/* bristle for C99, and for languages that call C: C#, Rust, Python.
+ *
+ * Units are SI, forces act ON the moving body. The C++ headers beside this one say what the numbers mean;
+ * this one says how they travel.
+ *
+ * Results. What can fail returns a bristle_result; outputs are written only with BRISTLE_OK. The text of the
+ * calling thread's last failure is bristle_last_error(). No exception leaves a function, and no call ends the
+ * program. A null pointer where one is needed is BRISTLE_BAD_ARGUMENT.
+ *
+ * Structs that may grow. Those with a `struct_size` are filled with defaults by their bristle_init_...()
+ * function, which also sets it; arrays of structs travel with the size of one element. The library reads and
+ * writes that much of a struct and no more, so a program goes on working with a later library of the same
+ * minor version. The other structs never change.
+ *
+ * Enumerations travel as uint32_t. Every handle is opaque and owned by whoever created it; names and kernel
+ * texts live for ever.
+ *
+ * Thread rules, by the word that each function bears:
+ *   [any]      may be called by any thread at any time.
+ *   [step]     the stepping thread of this batch: one thread at a time.
+ *   [change]   one other thread (or the same one) may call these while the stepping thread steps. Memory is
+ *              taken and freed here, never by [step] functions unless they say so.
+ *   [alone]    while no other call on this handle runs.
+ */
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "bristle/config.hpp"
+#include "bristle/export.hpp"
+#include "bristle/version.hpp"
+
+/* Structs that the library reads in place, as structs of its own. */
+#if defined(__GNUC__)
+#define BRISTLE_SHARED_LAYOUT __attribute__((may_alias))
+#else
+#define BRISTLE_SHARED_LAYOUT
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** @file
+ *  @brief The C interface. */
+
+/* ------------------------------------------------------------------------------------------- results */
+
+/** What a call came to: one of the values below. */
+typedef int32_t bristle_result;
+
+/** Values of bristle_result. */
+enum {
+  BRISTLE_OK = 0,
+  BRISTLE_BAD_ARGUMENT = 1, /**< a null pointer, or a struct size that is none */
+  BRISTLE_REFUSED = 2,      /**< a parameter out of range, an id that names nothing: the text says which */
+  BRISTLE_OUT_OF_MEMORY = 3,
+  BRISTLE_WRONG_BUILD = 4, /**< headers and library do not belong together */
+  BRISTLE_FAILED = 5       /**< anything else */
+};
+
+/** Name of a result, "BRISTLE_OK" and so on. [any] */
+BRISTLE_API const char* bristle_result_name(bristle_result result);
+
+/** Why the last call of the calling thread that failed did so, in one line; "" when none did. Valid until
+ * that thread's next failure. [any] */
+BRISTLE_API const char* bristle_last_error(void);
+
+/** "major.minor.patch" of the library. [any] */
+BRISTLE_API const char* bristle_version(void);
+
+/** BRISTLE_WRONG_BUILD when headers and library do not belong together; the text names what differs. Call it
+ *  first: bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS). [any] */
+BRISTLE_API bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options);
+
+/** How many instruction sets this build has, best first. [any] */
+BRISTLE_API size_t bristle_instruction_set_count(void);
+
+/** Name of an instruction set, null past the last one; `usable` (may be null): 1 when this machine runs it.
+ *  [any] */
+BRISTLE_API const char* bristle_instruction_set(size_t index, uint32_t* usable);
+
+/* ----------------------------------------------------------------------------------------- materials */
+
+/** Families of snap lengths: bristle::SnapLaw. */
+enum {
+  BRISTLE_LAW_SINGLE = 0,      /**< first parameter: length, m */
+  BRISTLE_LAW_UNIFORM = 1,     /**< least and greatest length, m */
+  BRISTLE_LAW_NORMAL = 2,      /**< mean and deviation before the cut at 0, m */
+  BRISTLE_LAW_LOGNORMAL = 3,   /**< mean, m, and coefficient of variation */
+  BRISTLE_LAW_EXPONENTIAL = 4, /**< mean, m */
+  BRISTLE_LAW_TABLE = 5        /**< quantiles in `table`, m */
+};
+/** What a bristle does after a snap: bristle::SnapRule. */
+enum { BRISTLE_RULE_REDRAW = 0, BRISTLE_RULE_KEEP = 1 };
+/** Decay of the bristle damper with speed: bristle::DamperDecay. */
+enum { BRISTLE_DECAY_EXPONENTIAL = 0, BRISTLE_DECAY_GAUSSIAN = 1 };
+
+/** The law of the snap length: bristle::SnapLength. Never changes. */
+typedef struct bristle_snap_length {
+  uint32_t law;            /**< BRISTLE_LAW_... */
+  uint32_t table_size;     /**< 2 to 257 for a table, else not read */
+  double first_parameter;  /**< see BRISTLE_LAW_... */
+  double second_parameter; /**< 0 where there is none */
+  const double* table;     /**< the caller's; read during the call only */
+} bristle_snap_length;
+
+/** Bristle parameters: bristle::Material. */
+typedef struct bristle_material {
+  size_t struct_size;
+  double bristle_stiffness;         /**< N/m */
+  double bristle_damping;           /**< N s/m */
+  double viscous_friction;          /**< N s/m */
+  double stribeck_velocity;         /**< m/s; 0 = no damper */
+  double normal_stiffness;          /**< N/m */
+  double asperity_height_deviation; /**< m */
+  bristle_snap_length snap_length;
+  uint32_t snap_rule;    /**< BRISTLE_RULE_... */
+  uint32_t damper_decay; /**< BRISTLE_DECAY_... */
+} bristle_material;
+
+/** Coefficients that people know of a pair of surfaces: bristle::Coefficients. */
+typedef struct bristle_coefficients {
+  size_t struct_size;
+  double kinetic;             /**< friction over normal load in slow sliding */
+  double peak;                /**< highest friction over normal load at first loading */
+  double presliding_length;   /**< m, mean snap length */
+  double bristles_per_newton; /**< 1/N */
+  double damping_per_newton;  /**< s/m */
+  double viscous_friction;    /**< N s/m */
+  double stribeck_velocity;   /**< m/s */
+  uint32_t law;               /**< BRISTLE_LAW_...; its spread is solved from peak / kinetic */
+  uint32_t snap_rule;         /**< BRISTLE_RULE_... */
+  uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
+  uint32_t reserved;          /**< 0 */
+} bristle_coefficients;
+
+/** What follows from a material. */
+typedef struct bristle_material_facts {
+  size_t struct_size;
+  double kinetic_coefficient;   /**< friction over normal load in slow steady sliding */
+  double peak_coefficient;      /**< highest friction over normal load at first loading */
+  double bristles_per_newton;   /**< zeta / N, 1/N */
+  double mean_snap_length;      /**< m */
+  double snap_length_variation; /**< coefficient of variation */
+  double longest_snap_length;   /**< m, the longest that is drawn */
+} bristle_material_facts;
+
+/** Defaults of bristle::Material. `struct_size` is sizeof *material. [any] */
+BRISTLE_API bristle_result bristle_init_material(bristle_material* material, size_t struct_size);
+/** Defaults of bristle::Coefficients. [any] */
+BRISTLE_API bristle_result bristle_init_coefficients(bristle_coefficients* coefficients, size_t struct_size);
+/** Zeros. [any] */
+BRISTLE_API bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size);
+
+/** Bristle parameters from coefficients; `material` was initialised. Refuses a ratio of peak to kinetic that
+ * the family cannot reach, naming the range. Set-up cost. [any] */
+BRISTLE_API bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
+                                                              bristle_material* material);
+/** The way back; `coefficients` was initialised. Set-up cost. [any] */
+BRISTLE_API bristle_result bristle_material_to_coefficients(const bristle_material* material,
+                                                            bristle_coefficients* coefficients);
+/** Refuses the first parameter out of range by name. [any] */
+BRISTLE_API bristle_result bristle_material_check(const bristle_material* material);
+/** `facts` was initialised. Set-up cost. [any] */
+BRISTLE_API bristle_result bristle_material_find_facts(const bristle_material* material,
+                                                       bristle_material_facts* facts);
+/** Steady friction (N) under a load (N) at each of `count` speeds (m/s). [any] */
+BRISTLE_API bristle_result bristle_material_steady_force(const bristle_material* material,
+                                                         double normal_load_n, const double* speeds,
+                                                         double* forces, size_t count);
+/** Damper of one bristle (N s/m) at each of `count` speeds (m/s). [any] */
+BRISTLE_API bristle_result bristle_material_damping(const bristle_material* material, const double* speeds,
+                                                    double* dampings, size_t count);
+/** Mean deflection over the mean snap length at first loading, at displacements in mean snap lengths: see
+ *  bristle::virgin_deflection. Set-up cost for each. [any] */
+BRISTLE_API bristle_result bristle_material_virgin_deflection(const bristle_material* material,
+                                                              const double* displacements,
+                                                              double* deflections, size_t count);
+/** Quantiles of the snap length (m) at shares in (0, 1). [any] */
+BRISTLE_API bristle_result bristle_snap_length_quantile(const bristle_snap_length* snap_length,
+                                                        const double* shares, double* lengths, size_t count);
+/** P(snap length > x) at lengths x (m). [any] */
+BRISTLE_API bristle_result bristle_snap_length_survival(const bristle_snap_length* snap_length,
+                                                        const double* lengths, double* shares, size_t count);
+/** E[delta^k] and, at lengths x (m), E[delta^k; delta < x] (m^k): k = 0..6, with lengths 0..2. `moment` may
+ * be null, `count` may be 0. [any] */
+BRISTLE_API bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length, int32_t k,
+                                                      double* moment, const double* lengths, double* partial,
+                                                      size_t count);
+
+/* ------------------------------------------------------------------------------------------- batches */
+
+/** Contact patches stepped together: bristle::PatchBatch. */
+typedef struct bristle_batch bristle_batch;
+
+/** Names a patch of one batch; 0 = none. A removed id never names a later patch. */
+typedef uint64_t bristle_id;
+
+/** bristle::BatchOptions. */
+typedef struct bristle_batch_options {
+  size_t struct_size;
+  const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA or the best here */
+  int32_t threads;    /**< threads that may step, the caller included; 0 = one per core */
+  int32_t servo_core; /**< workers keep off this core; -1 = anywhere */
+  uint32_t eager;     /**< 1: visit every bristle in every step; same bits, slower, for comparison */
+  uint32_t reserved;  /**< 0 */
+} bristle_batch_options;
+
+/** bristle::Outputs, joined by |. */
+enum { BRISTLE_OUTPUT_END = 0, BRISTLE_OUTPUT_MEAN = 1, BRISTLE_OUTPUT_ENERGY = 2 };
+/** bristle::Precision. */
+enum { BRISTLE_PRECISION_SINGLE = 0, BRISTLE_PRECISION_DOUBLE = 1 };
+/** bristle::StepRule. */
+enum { BRISTLE_STEP_EXACT = 0, BRISTLE_STEP_LITERAL = 1 };
+/** bristle::Sampling. */
+enum { BRISTLE_SAMPLING_STRATIFIED = 0, BRISTLE_SAMPLING_RANDOM = 1 };
+
+/** bristle::PatchOptions. */
+typedef struct bristle_patch_options {
+  size_t struct_size;
+  double max_normal_load; /**< N */
+  uint64_t key;           /**< the caller's own name of the contact */
+  uint32_t bristles;      /**< representatives; 0 = one per physical bristle, at most 4096 */
+  uint32_t seed;
+  int32_t axes;       /**< 1 or 2 */
+  uint32_t outputs;   /**< BRISTLE_OUTPUT_... */
+  uint32_t precision; /**< BRISTLE_PRECISION_... */
+  uint32_t step_rule; /**< BRISTLE_STEP_... */
+  uint32_t sampling;  /**< BRISTLE_SAMPLING_... */
+  uint32_t reserved;  /**< 0 */
+} bristle_patch_options;
+
+/** Input of one patch for one step: bristle::Motion. All zero is a patch at rest out of contact. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_motion {
+  bristle_id id;
+  double displacement[2]; /**< m, of the moving body over the step */
+  double normal_load;     /**< N */
+  uint8_t has_velocity;   /**< 1: `velocity` is given; 0: displacement / dt is used. No other value. */
+  uint8_t reserved[7];    /**< not read */
+  double velocity[2];     /**< m/s, for dampers only */
+} bristle_motion;
+
+/** bristle::Status of a response, joined by |. */
+enum {
+  BRISTLE_STATUS_OK = 0,
+  BRISTLE_STATUS_UNKNOWN_ID = 1,  /**< no such patch; nothing changed */
+  BRISTLE_STATUS_REPEATED_ID = 2, /**< named twice in one step: this one changed nothing */
+  BRISTLE_STATUS_BAD_INPUT = 4,   /**< NaN, infinity, negative load, dt <= 0: state kept, force zero */
+  BRISTLE_STATUS_OVERLOAD = 8     /**< load above max_normal_load: forces of all bristles scaled */
+};
+
+/** Output of one patch for one step: bristle::Response. Fields of outputs that the patch does not compute are
+ *  left untouched. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
+  bristle_id id;
+  uint32_t status;     /**< BRISTLE_STATUS_... */
+  uint32_t reserved;   /**< not written */
+  double end[2];       /**< N, force at the end of the step */
+  double elastic[2];   /**< N, part of `end` from bent bristles */
+  double damper[2];    /**< N, part of `end` and of `mean` from dampers and lubricant */
+  double mean[2];      /**< N, force averaged over the step */
+  double stiffness;    /**< N/m */
+  double damping;      /**< N s/m, never negative */
+  double force_limit;  /**< N, highest elastic force at first loading under this load */
+  double dissipated;   /**< J, lost in snaps */
+  double contact_loss; /**< J, left with bristles that lost contact */
+  double damper_work;  /**< J, taken by dampers and lubricant */
+  uint64_t snaps;      /**< representatives' snaps */
+} bristle_response;
+
+/** What a step did as a whole: bristle::StepReport. */
+typedef struct bristle_step_report {
+  size_t struct_size;
+  uint32_t status;           /**< all responses' flags together */
+  uint32_t patches_stepped;  /**< motions that were carried out */
+  uint32_t tasks;            /**< pieces of work */
+  uint32_t threads;          /**< threads that took a piece */
+  uint64_t bristles_visited; /**< bristles that a kernel looked at */
+} bristle_step_report;
+
+/** What a patch is and uses right now: bristle::PatchInfo. */
+typedef struct bristle_patch_info {
+  size_t struct_size;
+  uint64_t key;
+  double weight;         /**< physical bristles per representative */
+  double active;         /**< representatives in contact, with the fraction */
+  double normal_load;    /**< N, of the last step */
+  uint64_t memory_bytes; /**< state of this patch */
+  uint32_t bristles;     /**< representatives allocated */
+  uint32_t bytes_per_bristle;
+  const char* kernel; /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
+} bristle_patch_info;
+
+/** Defaults of bristle::BatchOptions. [any] */
+BRISTLE_API bristle_result bristle_init_batch_options(bristle_batch_options* options, size_t struct_size);
+/** Defaults of bristle::PatchOptions. [any] */
+BRISTLE_API bristle_result bristle_init_patch_options(bristle_patch_options* options, size_t struct_size);
+/** Zeros. [any] */
+BRISTLE_API bristle_result bristle_init_step_report(bristle_step_report* report, size_t struct_size);
+/** Zeros. [any] */
+BRISTLE_API bristle_result bristle_init_patch_info(bristle_patch_info* info, size_t struct_size);
+
+/** A new batch. `options` may be null: defaults. Give it back by bristle_destroy. [any] */
+BRISTLE_API bristle_result bristle_create(const bristle_batch_options* options, bristle_batch** batch);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_destroy(bristle_batch* batch);
+
+/** A new patch, out of contact, all deflections zero. `options` may be null: defaults. [change] */
+BRISTLE_API bristle_result bristle_add(bristle_batch* batch, const bristle_material* material,
+                                       const bristle_patch_options* options, bristle_id* id);
+/** `count` patches of one material, patch i with options[i]. All or, where one is refused, none. [change] */
+BRISTLE_API bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* material,
+                                            const bristle_patch_options* options, size_t options_size,
+                                            bristle_id* ids, size_t count);
+/** Refuses an id that names no patch. [change] */
+BRISTLE_API bristle_result bristle_remove(bristle_batch* batch, bristle_id id);
+/** Changes the material from the next step on: see PatchBatch::set_material. [change] */
+BRISTLE_API bristle_result bristle_set_material(bristle_batch* batch, bristle_id id,
+                                                const bristle_material* material);
+
+/** Makes a patch what bristle_add would make it with this seed and key: out of contact, all deflections zero.
+ *  Refuses an id that names no patch. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key);
+
+/** Takes every change that waits and spends every allocation. Call before the loop, on the stepping thread.
+ *  [step] */
+BRISTLE_API bristle_result bristle_warm_up(bristle_batch* batch);
+
+/** Moves patches over dt_s (s): responses[i] answers motions[i]. A patch not named rests under its last load.
+ *  `motion_size` and `response_size` are sizeof(bristle_motion) and sizeof(bristle_response). `report` may be
+ *  null. BRISTLE_OK means that the step was taken: what became of each motion stands in its response.
+ *
+ *  Never allocates, locks, or waits for anything but its own workers, with one exception: for a program
+ *  compiled with another version, whose structs have other sizes, the arrays are copied, into memory that is
+ *  taken when `count` is larger than it was before. [step] */
+BRISTLE_API bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_motion* motions,
+                                        size_t motion_size, bristle_response* responses, size_t response_size,
+                                        size_t count, bristle_step_report* report);
+
+/** The responses to trial motions, each on its own, state unchanged. For implicit solvers. Never allocates.
+ *  [step] */
+BRISTLE_API bristle_result bristle_find_force(bristle_batch* batch, double dt_s,
+                                              const bristle_motion* motions, size_t motion_size,
+                                              bristle_response* responses, size_t response_size,
+                                              size_t count);
+
+/** `info` was initialised. Refuses an id that names no patch. [step] */
+BRISTLE_API bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id,
+                                             bristle_patch_info* info);
+/** Elastic energy of the bristles in contact, J; 0 for an unknown id or a null batch. [step] */
+BRISTLE_API double bristle_stored_energy(const bristle_batch* batch, bristle_id id);
+/** Hash of the state of one patch, of all with id 0; 0 for an unknown id or a null batch. [step] */
+BRISTLE_API uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id);
+/** Deflections and snap lengths (m) of the first `capacity` bristles; columns not wanted are null. Returns
+ * how many were written. [step] */
+BRISTLE_API size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* zx, double* zy,
+                                         double* delta, size_t capacity);
+
+/** Bytes that bristle_save_state writes now. [step] */
+BRISTLE_API size_t bristle_state_size(const bristle_batch* batch);
+/** Writes the state of all patches; returns the bytes written, 0 when `size` is too small. [step] */
+BRISTLE_API size_t bristle_save_state(const bristle_batch* batch, void* to, size_t size);
+/** Restores into a batch with the same patches, added in the same order. Refused, state unchanged, when it
+ * does not fit. [step] */
+BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size);
+
+/** The state in a file, with bytes of the caller's own (`extra` may be null): there whole or not at all.
+ *  Allocates and waits for the disk: not for a servo thread. [step] */
+BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path,
+                                                   const void* extra, size_t extra_size);
+/** Restores from a file. `extra` (may be null) receives the caller's own bytes, as many as `capacity` holds,
+ *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit. [step]
+ */
+BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
+                                                      size_t capacity, size_t* extra_size);
+
+/** Patches of the batch; 0 for null. [step] */
+BRISTLE_API size_t bristle_patch_count(const bristle_batch* batch);
+/** Threads that may step; 0 for null. [any] */
+BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
+/** Workers that should keep off the servo core and could not be bound. [any] */
+BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
+/** Instruction set in use; null for null. [any] */
+BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
+
+/* -------------------------------------------------------------------------------------- patches by key */
+
+/** A pool of patches of one material, found by key: bristle::KeyedPatches. */
+typedef struct bristle_keyed bristle_keyed;
+/** Makes keys that last, by pair of bodies and nearest point: bristle::ContactMatcher. */
+typedef struct bristle_matcher bristle_matcher;
+
+/** Names no contact: answered with id 0. */
+#define BRISTLE_NO_CONTACT_KEY UINT64_MAX
+
+/** bristle::KeyedOptions. */
+typedef struct bristle_keyed_options {
+  size_t struct_size;
+  uint32_t capacity;      /**< patches, all made at once */
+  uint32_t keep_steps;    /**< steps that a key may be missing before its patch goes back */
+  uint32_t seed_from_key; /**< 0: all have the seed of the patch options, and a new key costs less */
+  uint32_t reserved;      /**< 0 */
+} bristle_keyed_options;
+
+/** bristle::MatcherOptions. */
+typedef struct bristle_matcher_options {
+  size_t struct_size;
+  double reach;        /**< m, the farthest that a contact is looked for from where it was */
+  uint32_t capacity;   /**< contacts of one step */
+  uint32_t keep_steps; /**< steps that a contact may be missing and still be found again */
+} bristle_matcher_options;
+
+/** A contact as an engine lists it: bristle::ContactPoint. Never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_contact_point {
+  uint64_t pair;   /**< names the two bodies or geoms; the same from step to step */
+  double point[3]; /**< m */
+} bristle_contact_point;
+
+/** Defaults of bristle::KeyedOptions. [any] */
+BRISTLE_API bristle_result bristle_init_keyed_options(bristle_keyed_options* options, size_t struct_size);
+/** Defaults of bristle::MatcherOptions. [any] */
+BRISTLE_API bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size);
+
+/** Adds a pool of patches to the batch. `patch` and `options` may be null: defaults. Give it back by
+ *  bristle_keyed_destroy before the batch. [change] */
+BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
+                                                const bristle_patch_options* patch,
+                                                const bristle_keyed_options* options, bristle_keyed** keyed);
+/** Removes its patches. Null does nothing. [change] */
+BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
+/** The patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0 when
+ * all patches are taken: a motion with it is answered with zero force. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys,
+                                                     bristle_id* ids, size_t count);
+/** The patches of `count` contacts, id 0 where there is none. They do not count as seen. [step] */
+BRISTLE_API bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* keys,
+                                              bristle_id* ids, size_t count);
+/** Gives the patch of a contact back now. 1 when there was one. [step] */
+BRISTLE_API uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key);
+/** Gives all back. Null does nothing. [step] */
+BRISTLE_API void bristle_keyed_clear(bristle_keyed* keyed);
+/** Call once a step, after the last bristle_keyed_find_or_add: keys not seen for more than keep_steps go
+ * back. Returns how many. [step] */
+BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
+/** Contacts held. [step] */
+BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
+/** New keys that found no patch, so far. [step] */
+BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
+
+/** A new matcher. `options` may be null: defaults. Give it back by bristle_matcher_destroy. [any] */
+BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options* options,
+                                                  bristle_matcher** matcher);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_matcher_destroy(bristle_matcher* matcher);
+/** keys[i] names contacts[i]; all contacts of one step. `found` (may be null): how many were there before.
+ *  Never allocates. [alone] */
+BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
+                                                 const bristle_contact_point* contacts, uint64_t* keys,
+                                                 size_t count, size_t* found);
+/** Forgets all contacts. Null does nothing. [alone] */
+BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
+
+/* ------------------------------------------------------------------------------------ deadline monitor */
+
+/** Step times and periods of a loop against its deadline, in constant memory: bristle::DeadlineMonitor. */
+typedef struct bristle_monitor bristle_monitor;
+
+/** What a monitor saw. Times in s; percentiles at most 1.6 % high, maxima exact. */
+typedef struct bristle_monitor_report {
+  size_t struct_size;
+  double deadline;
+  double period; /**< 0: ticks have none */
+  double p50;
+  double p99;
+  double p999;
+  double max;
+  double mean;
+  double jitter_p50; /**< of |time from start to start - period| */
+  double jitter_p99;
+  double jitter_max;
+  uint64_t count;
+  uint64_t misses;      /**< late ticks */
+  uint64_t misses_ours; /**< of these, with CPU time over the deadline; the others are the machine's */
+  uint64_t skipped;     /**< ticks of the grid that were left out */
+  uint64_t longest_run; /**< most ticks in a row that were late or left out */
+  uint64_t involuntary_switches; /**< in late ticks, as the system counts */
+  uint64_t minor_faults;
+  uint64_t major_faults;
+} bristle_monitor_report;
+
+/** Zeros. [any] */
+BRISTLE_API bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_t struct_size);
+/** A new monitor of a deadline and a nominal period (0: none). Give it back by bristle_monitor_destroy. [any]
+ */
+BRISTLE_API bristle_result bristle_monitor_create(double deadline_s, double period_s,
+                                                  bristle_monitor** monitor);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_monitor_destroy(bristle_monitor* monitor);
+/** One step that was due when it started: wall time and CPU time of the stepping thread; cpu_s < 0 means not
+ *  measured. Null does nothing. Never allocates. [step] */
+BRISTLE_API void bristle_monitor_record(bristle_monitor* monitor, double wall_s, double cpu_s);
+/** One tick of a loop with a period: when it was due, started and ended (times of bristle_wall_now), and its
+ *  CPU time. Null does nothing. Never allocates. [step] */
+BRISTLE_API void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s,
+                                             double end_s, double cpu_s);
+/** Ticks of the grid that were left out. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks);
+/** The loop paused: the next tick starts a new grid. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_pause(bristle_monitor* monitor);
+/** Events of a late tick count from here on: a microsecond, between ticks. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_refresh_events(bristle_monitor* monitor);
+/** Forgets what it saw. Null does nothing. [step] */
+BRISTLE_API void bristle_monitor_reset(bristle_monitor* monitor);
+/** All numbers of one moment; `report` was initialised. BRISTLE_REFUSED when the loop leaves no gap between
+ * two ticks. [any] */
+BRISTLE_API bristle_result bristle_monitor_find_report(const bristle_monitor* monitor,
+                                                       bristle_monitor_report* report);
+/** Monotonic wall clock, s. [any] */
+BRISTLE_API double bristle_wall_now(void);
+/** CPU time of the calling thread, s. [any] */
+BRISTLE_API double bristle_cpu_now(void);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,211 @@
+// The tangent axes of a contact in space: 3-D motions in, 3-D forces out.
+// Header-only, over Eigen: link bristle::eigen. Not part of bristle.hpp.
+//
+// A patch knows two tangential numbers, its frame says what they mean in space. The normal points from the
+// other body (B) to the moving one (A), on which the patch's force acts; displacements are A's relative to B.
+// In every step: carry the frame to the new normal, take the displacement, step the patch, take the force.
+//
+//   frame.carry(normal, turn_a, turn_b);                              // rad: angular velocity times dt
+//   frame.set_displacement(dt * (velocity_a - velocity_b), motion);   // m, both at the contact point
+//   batch.step(dt, {&motion, 1}, {&response, 1});
+//   wrench_on_a += frame.wrench(frame.force(response.end), contact_point - centre_of_a);
+//
+// How the axes go along:
+// - The normal changes: the axes follow by the smallest rotation that takes the old normal to the new one
+//   (parallel transport). On a curved surface they come back turned by the solid angle that the normal went
+//   round; that is geometry, not an error.
+// - The bodies turn about the normal: a bristle has its root on one and its tip on the other, so the axes
+//   turn by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r),
+//   the slip taken half-way between them: the mean is not a convention. When all turns together, nothing
+//   changes.
+// - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored
+//   energy and the magnitude of the force stay to the bit, whatever the frame does.
+// A single patch has no resistance to spin (a moment about the normal): use several patches, some way apart.
+//
+// Order of error: displacements are taken in the axes half-way through the last carry. Against the integral
+// of the velocity along a smooth path that is an error of order dt^2 over a given time (an arc of angle a,
+// given by its chord, reads a^2/24 short; a motion along the normal does not leak in); in the axes at either
+// end it would be of order dt. Rolling without slip gives none, for velocities as engines have them.
+//
+// Thread rule: plain data, no locks. Nothing here allocates or throws, or calls libm beyond sqrt.
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "bristle/patch.hpp"
+
+namespace bristle {
+
+namespace detail {
+
+/// The rotation by the vector `turn` (rad), by halving and a series: no libm, no limit of size.
+inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vector3d& turn) noexcept {
+  using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
+  Eigen::Vector3d half = 0.5 * turn;
+  int doublings = 0;
+  for (; half.squaredNorm() > 0.0625 && doublings < 64; ++doublings) half *= 0.5;
+  const double x = half.squaredNorm();
+  // cos and sin(a)/a to 1e-17 for a <= 1/4.
+  const double c = 1.0 - x / 2 * (1.0 - x / 12 * (1.0 - x / 30 * (1.0 - x / 56 * (1.0 - x / 90))));
+  const double s = 1.0 - x / 6 * (1.0 - x / 20 * (1.0 - x / 42 * (1.0 - x / 72 * (1.0 - x / 110))));
+  Quaternion q(c, s * half[0], s * half[1], s * half[2]);
+  for (; doublings > 0; --doublings) q = q * q;
+  q.normalize();
+  return q;
+}
+
+/// `v`, rotated by the smallest rotation that takes the unit vector `from` to `to`. Where they are opposite
+/// there are many: `axis`, a unit vector at a right angle to `from`, then says which.
+inline Eigen::Vector3d carry_along(const Eigen::Vector3d& v, const Eigen::Vector3d& from,
+                                   const Eigen::Vector3d& to, const Eigen::Vector3d& axis) noexcept {
+  const Eigen::Vector3d w = from.cross(to);
+  const double cosine = from.dot(to);
+  const double sine_squared = w.squaredNorm();
+  if (cosine > 0.0) return v + w.cross(v) + w.cross(w.cross(v)) / (1.0 + cosine);
+  if (sine_squared > 1e-24) return v + w.cross(v) + w.cross(w.cross(v)) * ((1.0 - cosine) / sine_squared);
+  return 2.0 * axis.dot(v) * axis - v;
+}
+
+}  // namespace detail
+
+class ContactFrame {
+ public:
+  /// Wrench: force (N), then moment (N m), as coupling.hpp orders velocities.
+  using Wrench = Eigen::Matrix<double, 6, 1, Eigen::DontAlign>;
+  using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
+
+  /// Normal z, axes x and y.
+  ContactFrame() noexcept = default;
+  /// Any axes about `normal`, which need not have length 1; always the same for the same normal. A normal
+  /// that is zero or not finite gives z.
+  explicit ContactFrame(const Eigen::Vector3d& normal) noexcept { begin(normal, least_axis(normal)); }
+  /// The first axis as near to `along` as the normal allows.
+  ContactFrame(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept { begin(normal, along); }
+
+  /// Right-handed unit vectors: displacement[0] runs along, displacement[1] aside.
+  const Eigen::Vector3d& along() const noexcept { return now_.along; }
+  const Eigen::Vector3d& aside() const noexcept { return now_.aside; }
+  const Eigen::Vector3d& normal() const noexcept { return now_.normal; }
+  /// Half-way through the last carry: what displacement() and mean_force() use.
+  const Eigen::Vector3d& midway_along() const noexcept { return midway_.along; }
+  const Eigen::Vector3d& midway_aside() const noexcept { return midway_.aside; }
+  const Eigen::Vector3d& midway_normal() const noexcept { return midway_.normal; }
+
+  /// Goes to the normal of this step. For bodies that do not turn, or whose spin about the normal is of no
+  /// interest. Opposite normals: half a turn about `along`. False, and nothing changed but that the motion of
+  /// this step is read in the present axes, when the normal is zero or not finite.
+  bool carry(const Eigen::Vector3d& normal) noexcept {
+    return carry(normal, Quaternion::Identity(), Quaternion::Identity());
+  }
+  /// The same for bodies that turned by the vectors `turn_a` and `turn_b` (rad) in this step, world axes.
+  bool carry(const Eigen::Vector3d& normal, const Eigen::Vector3d& turn_a,
+             const Eigen::Vector3d& turn_b) noexcept {
+    return carry(normal, detail::rotation_by(turn_a), detail::rotation_by(turn_b));
+  }
+  /// The same from rotations (unit quaternions, new orientation times inverse of the old one).
+  bool carry(const Eigen::Vector3d& normal, const Quaternion& turn_a, const Quaternion& turn_b) noexcept {
+    midway_ = now_;
+    Eigen::Vector3d n;
+    if (!normalized(normal, n) || !turn_a.coeffs().allFinite() || !turn_b.coeffs().allFinite()) return false;
+    // Each body takes the axes along rigidly; then they are carried from the normal they came to.
+    Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
+    if (!(along.squaredNorm() > 1e-24)) along = carried_by(turn_b, n);  // half a turn apart: no mean
+    const Axes before = now_;
+    now_ = make_axes(n, along);
+    midway_ = half_way(before, now_);
+    return true;
+  }
+
+  /// The tangential displacement of A relative to B in this step, from the displacement in space (m), both
+  /// taken where they touch; velocities alike. What goes along the normal is left out. After carry().
+  Eigen::Vector2d displacement(const Eigen::Vector3d& relative) const noexcept {
+    return {midway_.along.dot(relative), midway_.aside.dot(relative)};
+  }
+  void set_displacement(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
+    motion.displacement[0] = midway_.along.dot(relative);
+    motion.displacement[1] = midway_.aside.dot(relative);
+  }
+  /// A velocity of its own for the damper (m/s, of A relative to B).
+  void set_velocity(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
+    motion.has_velocity = true;
+    motion.velocity[0] = midway_.along.dot(relative);
+    motion.velocity[1] = midway_.aside.dot(relative);
+  }
+
+  /// Response::end, elastic or damper in space, N, on A; on B the opposite.
+  Eigen::Vector3d force(const double (&tangential)[2]) const noexcept {
+    return tangential[0] * now_.along + tangential[1] * now_.aside;
+  }
+  /// Response::mean in space: its product with the displacement in space is the work of the step.
+  Eigen::Vector3d mean_force(const double (&tangential)[2]) const noexcept {
+    return tangential[0] * midway_.along + tangential[1] * midway_.aside;
+  }
+
+  /// A force at `arm` (m, from the point of reference to the point of contact) as force and moment.
+  static Wrench wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) noexcept {
+    Wrench w;
+    w << force, arm.cross(force);
+    return w;
+  }
+
+ private:
+  struct Axes {
+    Eigen::Vector3d along = Eigen::Vector3d::UnitX();
+    Eigen::Vector3d aside = Eigen::Vector3d::UnitY();
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  };
+
+  static bool normalized(const Eigen::Vector3d& v, Eigen::Vector3d& unit) noexcept {
+    const double largest = v.cwiseAbs().maxCoeff();  // scaled first: squares of 1e-200 m are zero
+    if (!v.allFinite() || !(largest > 0.0)) return false;
+    unit = v / largest;
+    unit /= std::sqrt(unit.squaredNorm());
+    return true;
+  }
+  static Eigen::Vector3d least_axis(const Eigen::Vector3d& normal) noexcept {
+    Eigen::Index least = 0;
+    normal.cwiseAbs().minCoeff(&least);
+    return Eigen::Vector3d::Unit(least);
+  }
+  /// Right-handed, at right angles to rounding. `along` is not parallel to the unit vector `normal`.
+  static Axes make_axes(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept {
+    Axes axes;
+    axes.normal = normal;
+    normalized(along - normal.dot(along) * normal, axes.along);
+    // Once more, for what cancelled.
+    normalized(axes.along - normal.dot(axes.along) * normal, axes.along);
+    axes.aside = normal.cross(axes.along);
+    return axes;
+  }
+
+  void begin(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept {
+    Eigen::Vector3d n, a;
+    if (!normalized(normal, n)) return;
+    const bool usable = normalized(along, a) && n.cross(a).squaredNorm() > 1e-16;
+    midway_ = now_ = make_axes(n, usable ? a : least_axis(n));
+  }
+
+  Eigen::Vector3d carried_by(const Quaternion& turn, const Eigen::Vector3d& to) const noexcept {
+    const Eigen::Vector3d along = turn * now_.along;
+    const Eigen::Vector3d from = turn * now_.normal;
+    return detail::carry_along(along, from, to, along);
+  }
+
+  /// Half of the rotation that takes the one to the other.
+  static Axes half_way(const Axes& from, const Axes& to) noexcept {
+    Eigen::Matrix3d rotation = to.along * from.along.transpose();
+    rotation += to.aside * from.aside.transpose();
+    rotation += to.normal * from.normal.transpose();
+    Quaternion half(rotation);
+    half.w() += half.w() < 0.0 ? -1.0 : 1.0;
+    half.normalize();
+    return make_axes((half * from.normal).normalized(), half * from.along);
+  }
+
+  Axes now_, midway_;
+};
+
+}  // namespace bristle

@@ -1,0 +1,10 @@
+// What the shared library shows. All else in it is hidden. Preprocessor only: C includes it too.
+#pragma once
+
+/// Marks what programs may link to. In a static library (target bristle::bristle defines BRISTLE_STATIC) it
+/// means nothing, so that a plug-in that holds bristle does not show it to its host.
+#if defined(BRISTLE_STATIC) || !defined(__GNUC__)
+#define BRISTLE_API
+#else
+#define BRISTLE_API __attribute__((visibility("default")))
+#endif

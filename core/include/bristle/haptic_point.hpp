@@ -1,0 +1,203 @@
+// From positions of a haptic device to the force on the hand: one point on one patch.
+// Header-only, over Eigen: link bristle::eigen. Not part of bristle.hpp.
+//
+//   point.prepare(dt, position, normal, wall_force, motion);   // every tick, in contact or not
+//   batch.step(dt, {&motion, 1}, {&response, 1});
+//   send_to_device(point.finish(response));
+//
+// Positions come first: the displacement of a tick is the difference of two positions, so that what bristles
+// bend by is what the hand moved, whatever the noise, and sticking does not creep.
+//
+// The damper's velocity. displacement/dt has no lag and can never give energy, but on an encoder of 20 um at
+// 1 kHz it is a number of steps of 20 mm/s. With `resolution` set, it is the slope over the longest stretch
+// of past positions that lie within a resolution of a straight line (Janabi-Sharifi, Hayward and Chen 2000,
+// "end-fit first-order adaptive windowing"): short when the hand accelerates, long when it moves evenly, no
+// constant of time to choose. Where it opposes the displacement it is 0: the damper never works on the hand.
+//
+// The device's limit. A force scaled down where it is too large gives energy away: press in while the scale
+// is low because of friction, let go of the friction, come out with the full normal force. Here the limit is
+// in the model instead. Wall force and load are capped at force_limit / sqrt(1 + peak^2), so that wall and
+// elastic friction together stay within the limit, in the right proportion; the wall's force is then still a
+// function of the wall's alone, and the patch keeps its own balance of energy. Dampers and lubricant, which
+// keep nothing, may be scaled. What a patch of few bristles is above its material's peak by scatter is cut
+// off.
+//
+// Thread rule: plain data, for the servo thread. Nothing here allocates, locks or throws.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Core>
+
+#include "bristle/contact_frame.hpp"
+#include "bristle/patch.hpp"
+
+namespace bristle {
+
+/// Velocity from positions by an adaptive window. Constant memory, no allocation.
+class WindowedVelocity {
+ public:
+  static constexpr int longest = 32;  ///< ticks that are looked back
+
+  WindowedVelocity() noexcept {
+    for (Eigen::Vector3d& place : places_) place.setZero();
+  }
+
+  /// The end of a tick of dt_s (s) at `position` (m). `resolution_m`: half the width of the band that noise
+  /// keeps within, an encoder's count. Returns the velocity, m/s.
+  Eigen::Vector3d update(double dt_s, const Eigen::Vector3d& position, double resolution_m) noexcept {
+    time_ += dt_s;
+    newest_ = (newest_ + 1) % (longest + 1);
+    places_[newest_] = position;
+    times_[newest_] = time_;
+    count_ = std::min(count_ + 1, longest + 1);
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    window_ = 0;
+    for (int n = 1; n < count_ && fits(n, velocity, resolution_m); ++n) window_ = n;
+    return velocity;
+  }
+  void restart() noexcept { count_ = 0; }
+  int window() const noexcept { return window_; }  ///< ticks that the last velocity was taken over
+
+ private:
+  int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
+
+  /// Whether all between now and n ticks ago lie along the straight line; then sets its slope.
+  bool fits(int n, Eigen::Vector3d& velocity, double resolution_m) const noexcept {
+    const Eigen::Vector3d slope = (places_[newest_] - places_[back(n)]) / (time_ - times_[back(n)]);
+    for (int i = 1; i < n; ++i) {
+      const Eigen::Vector3d off = places_[newest_] - (time_ - times_[back(i)]) * slope - places_[back(i)];
+      if (!(off.squaredNorm() <= resolution_m * resolution_m)) return false;
+    }
+    velocity = slope;
+    return true;
+  }
+
+  Eigen::Vector3d places_[longest + 1];
+  double times_[longest + 1] = {};
+  double time_ = 0.0;
+  int newest_ = 0, count_ = 0, window_ = 0;
+};
+
+struct HapticOptions {
+  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: what the device may be sent
+  double peak_coefficient = 1.0;  ///< of the material (Material::peak_coefficient): shares the limit between
+                                  ///< wall and friction; too large only caps the wall lower
+  double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper takes displacement / dt
+
+  HapticOptions& with_force_limit(double newtons) {
+    force_limit = newtons;
+    return *this;
+  }
+  HapticOptions& with_peak_coefficient(double value) {
+    peak_coefficient = value;
+    return *this;
+  }
+  HapticOptions& with_resolution(double metres) {
+    resolution = metres;
+    return *this;
+  }
+};
+
+class HapticPoint {
+ public:
+  explicit HapticPoint(const HapticOptions& options = {}) noexcept
+      : options_(options),
+        highest_wall_(options.force_limit /
+                      std::sqrt(1.0 + options.peak_coefficient * options.peak_coefficient)) {}
+
+  /// Fills in displacement, load and velocity of the tick that ends at `position` (m; of a surface that
+  /// moves, in its frame). `normal` points out of the surface, of any length; `wall_force` (N, >= 0) is what
+  /// the surface pushes back with, 0 out of contact, where the normal does not matter. A position that is not
+  /// finite makes the patch answer Status::bad_input; the next good one makes up for the way.
+  void prepare(double dt_s, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double wall_force,
+               Motion& motion) noexcept {
+    const bool good = position.allFinite();
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+    if (started_) moved = position - position_;
+    taken_ -= good ? sent_.dot(moved) : 0.0;
+    if (wall_ > 0.0)
+      frame_.carry(normal);
+    else if (wall_force > 0.0)
+      frame_ = ContactFrame(normal);
+    wall_ = std::min(wall_force, highest_wall_);
+    motion.normal_load = wall_;
+    motion.has_velocity = false;
+    frame_.set_displacement(moved, motion);
+    if (!good) return;
+    if (options_.resolution > 0.0) {
+      const Eigen::Vector3d velocity = velocity_.update(dt_s, position, options_.resolution);
+      frame_.set_velocity(velocity, motion);
+      if (motion.velocity[0] * motion.displacement[0] + motion.velocity[1] * motion.displacement[1] < 0.0)
+        motion.velocity[0] = motion.velocity[1] = 0.0;
+    }
+    position_ = position;
+    started_ = true;
+  }
+
+  /// The force on the hand, N: wall and friction, within the limit. Zero when the patch refused its motion.
+  const Eigen::Vector3d& finish(const Response& response) noexcept {
+    const bool refused = has(response.status, Status::bad_input | Status::unknown_id | Status::repeated_id);
+    const double push = wall_ > 0.0 ? wall_ : 0.0;  // also where it is not a number
+    limited_ = push > 0.0 && push == highest_wall_;
+    friction_.setZero();
+    if (!refused) {
+      const double room = std::sqrt(std::max(0.0, options_.force_limit * options_.force_limit - push * push));
+      Eigen::Vector2d elastic(response.elastic[0], response.elastic[1]);
+      Eigen::Vector2d damper(response.damper[0], response.damper[1]);
+      limit(elastic, damper, room);
+      const double tangential[2] = {elastic[0] + damper[0], elastic[1] + damper[1]};
+      friction_ = frame_.force(tangential);
+    }
+    sent_ = refused ? Eigen::Vector3d::Zero().eval() : Eigen::Vector3d(push * frame_.normal() + friction_);
+    return sent_;
+  }
+
+  /// After a jump that the hand did not make (the device was indexed, the scene was moved).
+  void restart() noexcept {
+    started_ = false;
+    sent_.setZero();
+    velocity_.restart();
+  }
+
+  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, tangential part
+  double wall_force() const noexcept { return wall_; }                    ///< N, after the cap: the load
+  bool limited() const noexcept { return limited_; }                      ///< the last force was at the limit
+  const ContactFrame& frame() const noexcept { return frame_; }
+  /// Energy that the hand put in so far, J, each force held until the next position, as a device does it. A
+  /// contact that is passive keeps it above 0 from first touch on; what goes below is the price of the delay
+  /// of a tick (core/MODEL.md, section 22), which the device's own damping has to pay.
+  double taken() const noexcept { return taken_; }
+
+ private:
+  /// Scales the damper's part, then, where the elastic part alone is too large, that.
+  void limit(Eigen::Vector2d& elastic, Eigen::Vector2d& damper, double room) noexcept {
+    if ((elastic + damper).norm() <= room) return;
+    limited_ = true;
+    const double size = elastic.norm();
+    if (size >= room) {
+      elastic *= room / size;
+      damper.setZero();
+      return;
+    }
+    // |elastic + s damper| = room, 0 <= s < 1: the larger root of a quadratic.
+    const double a = damper.squaredNorm(), b = elastic.dot(damper), c = size * size - room * room;
+    damper *= (std::sqrt(b * b - a * c) - b) / a;
+  }
+
+  HapticOptions options_;
+  double highest_wall_;
+  ContactFrame frame_;
+  WindowedVelocity velocity_;
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d friction_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sent_ = Eigen::Vector3d::Zero();
+  double wall_ = 0.0;
+  double taken_ = 0.0;
+  bool started_ = false;
+  bool limited_ = false;
+};
+
+}  // namespace bristle

@@ -1,0 +1,75 @@
+// A hash table from 64-bit keys to small numbers, of fixed size: open addressing, linear probing. An erased
+// key leaves no mark (the cluster behind it moves up), so the cost does not grow with the table's history.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bristle::detail {
+
+/// SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
+constexpr std::uint64_t mix_key(std::uint64_t x) noexcept {
+  x += 0x9E3779B97F4A7C15u;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+  return x ^ (x >> 31);
+}
+
+class KeyTable {
+ public:
+  static constexpr std::uint32_t none = 0xFFFFFFFFu;
+
+  /// Room for `keys` keys, at most half full.
+  explicit KeyTable(std::size_t keys) {
+    std::size_t size = 16;
+    while (size < 2 * keys) size *= 2;
+    slots_.resize(size);
+    mask_ = size - 1;
+  }
+
+  std::uint32_t find(std::uint64_t key) const noexcept { return slots_[place_of(key)].value; }
+
+  /// `value` for a key that is not there yet; `none` is no value.
+  void insert(std::uint64_t key, std::uint32_t value) noexcept { slots_[place_of(key)] = {key, value}; }
+
+  /// Nothing when the key is not there.
+  void erase(std::uint64_t key) noexcept {
+    std::size_t hole = place_of(key);
+    if (slots_[hole].value == none) return;
+    for (std::size_t at = next(hole); slots_[at].value != none; at = next(at)) {
+      // What lies between its home and its place may not have a hole: it moves into one that does.
+      const std::size_t home = home_of(slots_[at].key);
+      if (((at - home) & mask_) < ((at - hole) & mask_)) continue;
+      slots_[hole] = slots_[at];
+      hole = at;
+    }
+    slots_[hole].value = none;
+  }
+
+  void clear() noexcept {
+    for (Slot& slot : slots_) slot.value = none;
+  }
+
+ private:
+  struct Slot {
+    std::uint64_t key = 0;
+    std::uint32_t value = none;
+  };
+
+  std::size_t home_of(std::uint64_t key) const noexcept {
+    return static_cast<std::size_t>(mix_key(key)) & mask_;
+  }
+  std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
+  /// Where the key is, or the hole in which it belongs.
+  std::size_t place_of(std::uint64_t key) const noexcept {
+    std::size_t at = home_of(key);
+    while (slots_[at].value != none && slots_[at].key != key) at = next(at);
+    return at;
+  }
+
+  std::vector<Slot> slots_;
+  std::size_t mask_;
+};
+
+}  // namespace bristle::detail

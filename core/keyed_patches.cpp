@@ -1,0 +1,167 @@
+#include "bristle/keyed_patches.hpp"
+
+#include <vector>
+
+#include "key_table.hpp"
+#include "range_check.hpp"
+
+namespace bristle {
+
+using detail::KeyTable;
+using detail::mix_key;
+
+namespace {
+
+constexpr std::uint32_t most = 1u << 24;
+constexpr std::uint32_t none = KeyTable::none;
+
+std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
+  if (capacity < 1 || capacity > most) detail::refuse(where, "capacity", capacity, "1 to 16777216");
+  return capacity;
+}
+
+}  // namespace
+
+struct KeyedPatches::Impl {
+  /// A patch of the pool. Held ones hang in a list, the longest unseen first.
+  struct Held {
+    PatchId id;
+    std::uint64_t key = 0;
+    std::uint64_t seen = 0;  ///< number of the step
+    std::uint32_t before = none, after = none;
+  };
+
+  Impl(PatchBatch& its_batch, const Material& material, const PatchOptions& patch,
+       const KeyedOptions& its_options)
+      : batch(its_batch),
+        options(its_options),
+        seed(patch.seed),
+        table(check_capacity("KeyedOptions", its_options.capacity)) {
+    pool.reserve(options.capacity);
+    free.reserve(options.capacity);
+    try {
+      for (std::uint32_t i = 0; i < options.capacity; ++i) {
+        pool.emplace_back();
+        pool.back().id = batch.add(material, patch);
+      }
+    } catch (...) {
+      pool.pop_back();
+      remove_patches();
+      throw;
+    }
+    for (std::uint32_t i = options.capacity; i-- > 0;) free.push_back(i);
+  }
+  ~Impl() { remove_patches(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void remove_patches() noexcept {
+    for (const Held& held : pool) {
+      try {
+        batch.remove(held.id);
+      } catch (...) {  // somebody else removed it, or there is no memory for the command
+      }
+    }
+  }
+
+  void append(std::uint32_t i) noexcept {
+    pool[i].before = last;
+    pool[i].after = none;
+    (last == none ? first : pool[last].after) = i;
+    last = i;
+  }
+  void unlink(std::uint32_t i) noexcept {
+    const Held& held = pool[i];
+    (held.before == none ? first : pool[held.before].after) = held.after;
+    (held.after == none ? last : pool[held.after].before) = held.before;
+  }
+  void give_back(std::uint32_t i) noexcept {
+    table.erase(pool[i].key);
+    unlink(i);
+    free.push_back(i);
+  }
+  std::uint32_t seed_of(std::uint64_t key) const noexcept {
+    return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
+  }
+
+  PatchBatch& batch;
+  const KeyedOptions options;
+  const std::uint32_t seed;
+  std::vector<Held> pool;
+  std::vector<std::uint32_t> free;  ///< the one last given back comes first: its memory is warm
+  KeyTable table;                   ///< key to place in the pool
+  std::uint32_t first = none, last = none;
+  std::uint64_t step = 0;
+  std::uint64_t refused = 0;
+};
+
+KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
+                           const KeyedOptions& options)
+    : impl_(std::make_unique<Impl>(batch, material, patch, options)) {}
+KeyedPatches::~KeyedPatches() = default;
+KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
+KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
+
+PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
+  Impl& impl = *impl_;
+  if (key == no_contact_key) return {};
+  std::uint32_t i = impl.table.find(key);
+  if (i != none) {
+    impl.unlink(i);
+  } else {
+    if (impl.free.empty()) {
+      ++impl.refused;
+      return {};
+    }
+    i = impl.free.back();
+    impl.free.pop_back();
+    impl.pool[i].key = key;
+    impl.table.insert(key, i);
+    impl.batch.reset(impl.pool[i].id, impl.seed_of(key), key);
+  }
+  impl.append(i);
+  impl.pool[i].seen = impl.step;
+  return impl.pool[i].id;
+}
+
+PatchId KeyedPatches::find(std::uint64_t key) const noexcept {
+  const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
+  return i == none ? PatchId{} : impl_->pool[i].id;
+}
+
+bool KeyedPatches::remove(std::uint64_t key) noexcept {
+  const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
+  if (i == none) return false;
+  impl_->give_back(i);
+  return true;
+}
+
+void KeyedPatches::clear() noexcept {
+  while (impl_->last != none) impl_->give_back(impl_->last);
+  impl_->refused = 0;
+}
+
+std::uint32_t KeyedPatches::end_step() noexcept {
+  Impl& impl = *impl_;
+  std::uint32_t count = 0;
+  for (; impl.first != none && impl.step - impl.pool[impl.first].seen > impl.options.keep_steps; ++count)
+    impl.give_back(impl.first);
+  ++impl.step;
+  return count;
+}
+
+std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
+  std::size_t k = 0;
+  for (std::uint32_t i = impl_->first; i != none && k < out.size(); i = impl_->pool[i].after)
+    out[k++] = {impl_->pool[i].key, impl_->pool[i].id};
+  return size();
+}
+
+std::uint32_t KeyedPatches::size() const noexcept {
+  return capacity() - static_cast<std::uint32_t>(impl_->free.size());
+}
+std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.capacity; }
+std::uint64_t KeyedPatches::refused() const noexcept { return impl_->refused; }
+std::uint32_t KeyedPatches::seed_of(std::uint64_t key) const noexcept { return impl_->seed_of(key); }
+
+}  // namespace bristle

@@ -1,0 +1,370 @@
+/* The C interface from C99: what a C program sees of it. Each function returns 0, or the line that went
+ * wrong. */
+#include "c_program.h"
+
+#include <bristle/bristle.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#define EXPECT(what)              \
+  do {                            \
+    if (!(what)) return __LINE__; \
+  } while (0)
+
+/* One bristle per newton of load and a stiffness of 1 N/m, as plain_material of the C++ tests. */
+static bristle_material plain_material(double dbar) {
+  bristle_material m;
+  bristle_init_material(&m, sizeof m);
+  m.bristle_stiffness = 1.0;
+  m.normal_stiffness = 1e6;
+  m.asperity_height_deviation = 1e-6;
+  m.snap_length.law = BRISTLE_LAW_UNIFORM;
+  m.snap_length.first_parameter = 0.5 * dbar;
+  m.snap_length.second_parameter = 1.5 * dbar;
+  m.snap_rule = BRISTLE_RULE_KEEP;
+  return m;
+}
+
+static bristle_patch_options plain_options(uint32_t bristles) {
+  bristle_patch_options o;
+  bristle_init_patch_options(&o, sizeof o);
+  o.max_normal_load = bristles;
+  o.bristles = bristles;
+  o.axes = 1;
+  return o;
+}
+
+int c_program_follows_the_virgin_curve(void) {
+  const double dbar = 10e-6;
+  const uint32_t n = 10000;
+  bristle_batch* batch = NULL;
+  bristle_id id = 0;
+  bristle_material material = plain_material(dbar);
+  bristle_patch_options options = plain_options(n);
+  int i;
+  EXPECT(bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS) == BRISTLE_OK);
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  EXPECT(bristle_add(batch, &material, &options, &id) == BRISTLE_OK);
+  EXPECT(id != 0);
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
+  EXPECT(bristle_patch_count(batch) == 1);
+  for (i = 1; i <= 10; ++i) {
+    /* In mean snap lengths: f(x) = x while nothing snaps, then x - x^2/2 + 1/8 up to x = 1. */
+    const double x = 0.1 * i;
+    const double f = i <= 5 ? x : x - x * x / 2.0 + 0.125;
+    bristle_motion motion = {0};
+    bristle_response trial, response;
+    bristle_step_report report;
+    memset(&trial, 0, sizeof trial);
+    memset(&response, 0, sizeof response);
+    bristle_init_step_report(&report, sizeof report);
+    motion.id = id;
+    motion.displacement[0] = 0.1 * dbar;
+    motion.normal_load = n;
+    EXPECT(bristle_find_force(batch, 1e-3, &motion, sizeof motion, &trial, sizeof trial, 1) == BRISTLE_OK);
+    EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
+           BRISTLE_OK);
+    EXPECT(response.id == id && response.status == BRISTLE_STATUS_OK && report.status == BRISTLE_STATUS_OK);
+    EXPECT(report.patches_stepped == 1);
+    /* Stratified lengths: right to a few bristles of 10,000. */
+    EXPECT(fabs(response.end[0] + f * n * dbar) < (10.0 + 1e-6 * n) * dbar);
+    EXPECT(trial.end[0] == response.end[0]);
+    EXPECT(response.stiffness == (double)n);
+  }
+  bristle_destroy(batch);
+  return 0;
+}
+
+int c_program_reads_and_restores(const char* path) {
+  enum { n = 500 };
+  static double zx[n], delta[n];
+  static unsigned char saved[1 << 16];
+  bristle_batch* batch = NULL;
+  bristle_id id = 0;
+  bristle_material material = plain_material(10e-6);
+  bristle_patch_options options = plain_options(n);
+  bristle_patch_info info;
+  bristle_motion motion = {0};
+  bristle_response response;
+  uint64_t hash;
+  size_t bytes;
+  double energy = 0.0;
+  char extra[2];
+  size_t extra_size = 0;
+  int i;
+  options.key = 77;
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  EXPECT(bristle_add(batch, &material, &options, &id) == BRISTLE_OK);
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
+  motion.id = id;
+  motion.displacement[0] = 9e-6;
+  motion.normal_load = n;
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_OK);
+  bristle_init_patch_info(&info, sizeof info);
+  EXPECT(bristle_find_info(batch, id, &info) == BRISTLE_OK);
+  EXPECT(info.key == 77 && info.bristles == n && info.normal_load == n && info.active == n);
+  EXPECT(strstr(info.kernel, "1 axis, keep") == info.kernel);
+  EXPECT(bristle_read_bristles(batch, id, zx, NULL, delta, n) == n);
+  for (i = 0; i < n; ++i) {
+    /* Bent by 9 um, or snapped and bent by what was left. */
+    const double bent = delta[i] > 9e-6 ? 9e-6 : 9e-6 - delta[i];
+    EXPECT(delta[i] >= 5e-6 * (1 - 1e-6) && delta[i] <= 15e-6 * (1 + 1e-6));
+    EXPECT(fabs(zx[i] - bent) < 1e-11);
+    energy += 0.5 * zx[i] * zx[i];
+  }
+  EXPECT(fabs(bristle_stored_energy(batch, id) - energy) < 1e-9 * energy);
+  hash = bristle_state_hash(batch, id);
+  bytes = bristle_state_size(batch);
+  EXPECT(bytes <= sizeof saved && bristle_save_state(batch, saved, bytes - 1) == 0);
+  EXPECT(bristle_save_state(batch, saved, sizeof saved) == bytes);
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_OK);
+  EXPECT(bristle_state_hash(batch, id) != hash);
+  EXPECT(bristle_restore_state(batch, saved, bytes) == BRISTLE_OK);
+  EXPECT(bristle_state_hash(batch, id) == hash);
+  EXPECT(bristle_save_state_file(batch, path, "time", 4) == BRISTLE_OK);
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_OK);
+  EXPECT(bristle_restore_state_file(batch, path, extra, sizeof extra, &extra_size) == BRISTLE_OK);
+  EXPECT(extra_size == 4 && memcmp(extra, "ti", 2) == 0 && bristle_state_hash(batch, id) == hash);
+  EXPECT(bristle_restore_state_file(batch, "/nowhere/at/all", NULL, 0, NULL) == BRISTLE_REFUSED);
+  EXPECT(strstr(bristle_last_error(), "/nowhere/at/all") != NULL);
+  saved[bytes / 2] ^= 1;
+  EXPECT(bristle_restore_state(batch, saved, bytes) == BRISTLE_REFUSED);
+  EXPECT(strstr(bristle_last_error(), "damaged") != NULL);
+  EXPECT(bristle_state_hash(batch, id) == hash);
+  EXPECT(bristle_reset(batch, id, 1, 77) == BRISTLE_OK);
+  EXPECT(bristle_stored_energy(batch, id) == 0.0);
+  EXPECT(bristle_remove(batch, id) == BRISTLE_OK);
+  EXPECT(bristle_find_info(batch, id, &info) == BRISTLE_REFUSED);
+  EXPECT(bristle_remove(batch, id) == BRISTLE_REFUSED);
+  bristle_destroy(batch);
+  return 0;
+}
+
+int c_program_hears_why(void) {
+  bristle_batch* batch = NULL;
+  bristle_id id = 5;
+  bristle_material material = plain_material(10e-6);
+  bristle_coefficients coefficients;
+  bristle_batch_options options;
+  bristle_motion motion = {0};
+  bristle_response response = {0};
+  EXPECT(bristle_create(NULL, NULL) == BRISTLE_BAD_ARGUMENT);
+  EXPECT(strcmp(bristle_last_error(), "batch is null") == 0);
+  EXPECT(bristle_init_batch_options(&options, sizeof options) == BRISTLE_OK);
+  options.isa = "abacus";
+  EXPECT(bristle_create(&options, &batch) == BRISTLE_REFUSED);
+  EXPECT(batch == NULL && strstr(bristle_last_error(), "isa = abacus") != NULL);
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  material.normal_stiffness = -1.0;
+  EXPECT(bristle_add(batch, &material, NULL, &id) == BRISTLE_REFUSED);
+  EXPECT(id == 5 && strstr(bristle_last_error(), "normal_stiffness = -1") != NULL);
+  EXPECT(bristle_material_check(&material) == BRISTLE_REFUSED);
+  material = plain_material(10e-6);
+  material.snap_rule = 256; /* would be 0 if it were cut to a byte */
+  EXPECT(bristle_material_check(&material) == BRISTLE_REFUSED);
+  EXPECT(strcmp(bristle_last_error(), "snap_rule = 256; allowed: 0 to 1") == 0);
+  material = plain_material(10e-6);
+  material.snap_length.law = BRISTLE_LAW_TABLE;
+  EXPECT(bristle_material_check(&material) == BRISTLE_BAD_ARGUMENT);
+  memset(&material, 0, sizeof material);
+  EXPECT(bristle_material_check(&material) == BRISTLE_BAD_ARGUMENT);
+  EXPECT(strstr(bristle_last_error(), "bristle_init_") != NULL);
+  EXPECT(bristle_init_coefficients(&coefficients, sizeof coefficients) == BRISTLE_OK);
+  coefficients.peak = 5.0 * coefficients.kinetic;
+  bristle_init_material(&material, sizeof material);
+  EXPECT(bristle_material_from_coefficients(&coefficients, &material) == BRISTLE_REFUSED);
+  EXPECT(bristle_step(NULL, 1e-3, NULL, 0, NULL, 0, 0, NULL) == BRISTLE_BAD_ARGUMENT);
+  EXPECT(bristle_step(batch, 1e-3, NULL, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_BAD_ARGUMENT);
+  EXPECT(bristle_step(batch, 1e-3, &motion, 8, &response, sizeof response, 1, NULL) == BRISTLE_BAD_ARGUMENT);
+  motion.id = 123;
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_OK);
+  EXPECT(response.id == 123 && response.status == BRISTLE_STATUS_UNKNOWN_ID);
+  bristle_destroy(batch);
+  bristle_destroy(NULL);
+  EXPECT(bristle_check_build(BRISTLE_VERSION_NUMBER + 100, BRISTLE_BUILD_OPTIONS) == BRISTLE_WRONG_BUILD);
+  EXPECT(strcmp(bristle_result_name(BRISTLE_WRONG_BUILD), "BRISTLE_WRONG_BUILD") == 0);
+  return 0;
+}
+
+/* Structs as a program of another version has them: shorter, and longer. */
+int c_program_of_another_version(void) {
+  const double dbar = 10e-6;
+  enum { n = 100, count = 3 };
+  struct longer_motion {
+    bristle_motion motion;
+    double news[3];
+  } motions[count];
+  struct shorter_response {
+    bristle_id id;
+    uint32_t status, reserved;
+    double end[2], elastic[2];
+  } responses[count + 1]; /* the last one is not the library's */
+  struct shorter_options {
+    size_t struct_size;
+    double max_normal_load;
+  } options;
+  bristle_batch* batch = NULL;
+  bristle_id ids[count];
+  bristle_material material = plain_material(dbar);
+  bristle_patch_info info;
+  double guard;
+  int i;
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  EXPECT(bristle_init_patch_options((bristle_patch_options*)&options, sizeof options) == BRISTLE_OK);
+  EXPECT(options.struct_size == sizeof options && options.max_normal_load == 1.0);
+  options.max_normal_load = n;
+  memset(motions, 0, sizeof motions);
+  memset(responses, 0, sizeof responses);
+  responses[count].id = 4711;
+  responses[count].end[0] = -7.5;
+  for (i = 0; i < count; ++i) {
+    /* The default of the options that this program does not know is two axes: as C++ has it. */
+#if BRISTLE_MINIMAL
+    bristle_patch_options known = plain_options(n);
+    EXPECT(bristle_add(batch, &material, &known, &ids[i]) == BRISTLE_OK);
+#else
+    EXPECT(bristle_add(batch, &material, (const bristle_patch_options*)&options, &ids[i]) == BRISTLE_OK);
+#endif
+    motions[i].motion.id = ids[i];
+    motions[i].motion.displacement[0] = (i + 1) * 0.1 * dbar;
+    motions[i].motion.normal_load = n;
+    motions[i].news[0] = 1e300;
+  }
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
+  EXPECT(bristle_step(batch, 1e-3, &motions[0].motion, sizeof motions[0], (bristle_response*)responses,
+                      sizeof responses[0], count, NULL) == BRISTLE_OK);
+  for (i = 0; i < count; ++i) {
+    EXPECT(responses[i].id == ids[i] && responses[i].status == BRISTLE_STATUS_OK);
+    EXPECT(fabs(responses[i].elastic[0] + (i + 1) * 0.1 * dbar * n) < 1e-6 * dbar * n);
+  }
+  EXPECT(responses[count].id == 4711 && responses[count].end[0] == -7.5);
+  memset(&info, 0, sizeof info);
+  info.struct_size = offsetof(bristle_patch_info, weight);
+  guard = info.weight = -7.5;
+  EXPECT(bristle_find_info(batch, ids[0], &info) == BRISTLE_OK);
+  EXPECT(info.weight == guard && info.struct_size == offsetof(bristle_patch_info, weight));
+  bristle_destroy(batch);
+  return 0;
+}
+
+int c_program_goes_to_coefficients_and_back(void) {
+  bristle_coefficients there, back;
+  bristle_material material;
+  bristle_material_facts facts;
+  const double speeds[2] = {0.0, 2e-3};
+  const double shares[3] = {0.25, 0.5, 0.75};
+  const double table[3] = {2e-6, 6e-6, 8e-6};
+  double forces[2], lengths[3], moment;
+  bristle_snap_length law;
+  bristle_init_coefficients(&there, sizeof there);
+  bristle_init_coefficients(&back, sizeof back);
+  bristle_init_material(&material, sizeof material);
+  bristle_init_material_facts(&facts, sizeof facts);
+  there.kinetic = 0.3;
+  there.peak = 0.36;
+  there.viscous_friction = 5.0;
+  there.damper_decay = BRISTLE_DECAY_GAUSSIAN;
+  EXPECT(bristle_material_from_coefficients(&there, &material) == BRISTLE_OK);
+  EXPECT(bristle_material_to_coefficients(&material, &back) == BRISTLE_OK);
+  EXPECT(fabs(back.kinetic - 0.3) < 1e-9 && fabs(back.peak - 0.36) < 1e-6);
+  EXPECT(back.viscous_friction == 5.0 && back.law == BRISTLE_LAW_LOGNORMAL);
+  EXPECT(back.damper_decay == BRISTLE_DECAY_GAUSSIAN && back.snap_rule == BRISTLE_RULE_REDRAW);
+  EXPECT(bristle_material_find_facts(&material, &facts) == BRISTLE_OK);
+  EXPECT(fabs(facts.kinetic_coefficient - 0.3) < 1e-9 && fabs(facts.mean_snap_length - 10e-6) < 1e-15);
+  EXPECT(fabs(facts.bristles_per_newton - 900.0) < 1e-9);
+  EXPECT(bristle_material_steady_force(&material, 2.0, speeds, forces, 2) == BRISTLE_OK);
+  EXPECT(fabs(forces[0] - 0.6) < 1e-9 && fabs(forces[1] - (0.6 + 2e-3 * 5.0)) < 1e-9);
+  memset(&law, 0, sizeof law);
+  law.law = BRISTLE_LAW_TABLE;
+  law.table = table;
+  law.table_size = 3;
+  EXPECT(bristle_snap_length_quantile(&law, shares, lengths, 3) == BRISTLE_OK);
+  EXPECT(fabs(lengths[0] - 4e-6) < 1e-15 && fabs(lengths[1] - 6e-6) < 1e-15);
+  EXPECT(fabs(lengths[2] - 7e-6) < 1e-15);
+  EXPECT(bristle_snap_length_moment(&law, 1, &moment, NULL, NULL, 0) == BRISTLE_OK);
+  EXPECT(fabs(moment - 5.5e-6) < 1e-15); /* (4 + 7) / 2 um */
+  EXPECT(bristle_snap_length_survival(&law, table + 1, lengths, 1) == BRISTLE_OK);
+  EXPECT(fabs(lengths[0] - 0.5) < 1e-12);
+  return 0;
+}
+
+int c_program_names_contacts(void) {
+  bristle_batch* batch = NULL;
+  bristle_keyed* keyed = NULL;
+  bristle_matcher* matcher = NULL;
+  bristle_keyed_options options;
+  bristle_material material = plain_material(10e-6);
+  bristle_patch_options patch = plain_options(10);
+  bristle_contact_point points[2] = {{7, {0, 0, 0}}, {7, {1e-2, 0, 0}}};
+  bristle_contact_point swapped[2];
+  uint64_t keys[2], next[2];
+  bristle_id ids[2], again[2];
+  size_t found = 9;
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  EXPECT(bristle_init_keyed_options(&options, sizeof options) == BRISTLE_OK);
+  options.capacity = 2;
+  EXPECT(bristle_keyed_create(batch, &material, &patch, &options, &keyed) == BRISTLE_OK);
+  EXPECT(bristle_matcher_create(NULL, &matcher) == BRISTLE_OK);
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
+  EXPECT(bristle_patch_count(batch) == 2);
+  EXPECT(bristle_matcher_match(matcher, points, keys, 2, &found) == BRISTLE_OK);
+  EXPECT(found == 0 && keys[0] != keys[1]);
+  EXPECT(bristle_keyed_find_or_add(keyed, keys, ids, 2) == BRISTLE_OK);
+  EXPECT(ids[0] != 0 && ids[1] != 0 && ids[0] != ids[1]);
+  EXPECT(bristle_keyed_end_step(keyed) == 0 && bristle_keyed_size(keyed) == 2);
+  swapped[0] = points[1]; /* the engine lists them in another order, a little farther on */
+  swapped[1] = points[0];
+  swapped[0].point[1] = swapped[1].point[1] = 1e-4;
+  EXPECT(bristle_matcher_match(matcher, swapped, next, 2, &found) == BRISTLE_OK);
+  EXPECT(found == 2 && next[0] == keys[1] && next[1] == keys[0]);
+  EXPECT(bristle_keyed_find_or_add(keyed, next, again, 1) == BRISTLE_OK);
+  EXPECT(again[0] == ids[1]);
+  EXPECT(bristle_keyed_end_step(keyed) == 1); /* the other was not seen */
+  EXPECT(bristle_keyed_find(keyed, keys, again, 2) == BRISTLE_OK);
+  EXPECT(again[0] == 0 && again[1] == ids[1]);
+  EXPECT(bristle_keyed_remove(keyed, keys[1]) == 1 && bristle_keyed_remove(keyed, keys[1]) == 0);
+  EXPECT(bristle_keyed_refused(keyed) == 0);
+  bristle_matcher_destroy(matcher);
+  bristle_keyed_destroy(keyed);
+  EXPECT(bristle_patch_count(batch) == 0);
+  bristle_destroy(batch);
+  return 0;
+}
+
+int c_program_watches_a_deadline(void) {
+  bristle_monitor* monitor = NULL;
+  bristle_monitor_report report;
+  int i;
+  EXPECT(bristle_monitor_create(0.0, 0.0, &monitor) == BRISTLE_REFUSED);
+  EXPECT(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
+  for (i = 0; i < 98; ++i) bristle_monitor_record(monitor, 1e-4, -1.0);
+  bristle_monitor_record(monitor, 2e-3, 1e-4);
+  bristle_monitor_record(monitor, 3e-3, 2e-3);
+  bristle_init_monitor_report(&report, sizeof report);
+  EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
+  EXPECT(report.count == 100 && report.misses == 2 && report.misses_ours == 1 && report.deadline == 1e-3);
+  EXPECT(fabs(report.p50 - 1e-4) < 0.016 * 1e-4 && report.max == 3e-3);
+  EXPECT(report.longest_run == 2 && report.skipped == 0);
+  bristle_monitor_record_skipped(monitor, 5);
+  bristle_monitor_pause(monitor);
+  bristle_monitor_refresh_events(monitor);
+  bristle_monitor_record_tick(monitor, 10.0, 10.0, 10.0001, -1.0);
+  bristle_monitor_record_tick(monitor, 10.001, 10.0012, 10.0013,
+                              -1.0); /* 0.2 ms late, in time all the same */
+  EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
+  EXPECT(report.count == 102 && report.misses == 2 && report.skipped == 5 && report.period == 1e-3);
+  EXPECT(fabs(report.jitter_max - 0.2e-3) < 1e-9);
+  bristle_monitor_reset(monitor);
+  EXPECT(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
+  EXPECT(report.count == 0 && report.max == 0.0);
+  bristle_monitor_destroy(monitor);
+  EXPECT(bristle_wall_now() > 0.0 && bristle_cpu_now() > 0.0);
+  return 0;
+}

@@ -1,0 +1,17 @@
+/* What c_program.c tries: 0, or the line that went wrong. */
+#pragma once
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+int c_program_follows_the_virgin_curve(void);
+/* `path`: of a file that may be written. */
+int c_program_reads_and_restores(const char* path);
+int c_program_hears_why(void);
+int c_program_of_another_version(void);
+int c_program_goes_to_coefficients_and_back(void);
+int c_program_names_contacts(void);
+int c_program_watches_a_deadline(void);
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,388 @@
+// Tangent axes in space: carried along, rolled, spun, turned with the whole scene.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <bristle/contact_frame.hpp>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::ContactFrame;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+Vector3d random_unit(std::mt19937_64& random) {
+  std::normal_distribution<double> gauss;
+  return Vector3d(gauss(random), gauss(random), gauss(random)).normalized();
+}
+
+Vector3d on_sphere(double polar, double azimuth) {
+  return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar)};
+}
+
+/// Solid angle of a triangle of unit vectors, signed (van Oosterom and Strackee 1983).
+double solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  return 2.0 * std::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+}
+
+/// Angle from a to b about n.
+double angle_about(const Vector3d& n, const Vector3d& a, const Vector3d& b) {
+  return std::atan2(n.dot(a.cross(b)), a.dot(b));
+}
+
+double off_right_angles(const ContactFrame& f) {
+  Matrix3d axes;
+  axes << f.along(), f.aside(), f.normal();
+  return (axes.transpose() * axes - Matrix3d::Identity()).cwiseAbs().maxCoeff() +
+         std::abs(axes.determinant() - 1.0);
+}
+
+/// A patch that a frame moves in space.
+struct SpacePatch {
+  explicit SpacePatch(std::uint32_t bristles = 400)
+      : patch(batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
+                        plain_options(bristles, 2, precisions().back()))) {
+    motion.id = patch;
+    motion.normal_load = bristles;
+  }
+  void step(const ContactFrame& frame, const Vector3d& relative) {
+    frame.set_displacement(relative, motion);
+    batch.step(tick, {&motion, 1}, {&response, 1});
+  }
+  PatchBatch batch;
+  PatchId patch;
+  Motion motion;
+  Response response;
+};
+
+}  // namespace
+
+TEST_CASE("A contact frame is right-handed and orthonormal for any normal, of any length", "[frame]") {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d n = random_unit(random);
+    const double length = std::pow(10.0, std::uniform_real_distribution<double>(-200.0, 200.0)(random));
+    const ContactFrame frame(length * n);
+    expect(off_right_angles(frame) < 4e-15, "axes at right angles");
+    expect((frame.normal() - n).norm() < 1e-15, "the normal is the one given");
+    const Vector3d wish = random_unit(random);
+    const ContactFrame chosen(n, wish);
+    expect(off_right_angles(chosen) < 4e-15, "axes at right angles");
+    const double reachable = std::sqrt(std::max(0.0, 1.0 - std::pow(wish.dot(n), 2)));
+    expect_near(chosen.along().dot(wish), reachable, 1e-12,
+                "the first axis is as near as can be to the wish");
+  }
+  CHECK(off_right_angles(ContactFrame(Vector3d::UnitX(), 3.0 * Vector3d::UnitX())) < 4e-15);
+  CHECK(ContactFrame(Vector3d::Zero()).normal() == Vector3d::UnitZ());
+}
+
+TEST_CASE("The axes follow the normal by the smallest rotation", "[frame]") {
+  std::mt19937_64 random(2);
+  ContactFrame frame(random_unit(random));
+  for (int i = 0; i < 5000; ++i) {
+    const Vector3d before = frame.normal(), along = frame.along(), aside = frame.aside();
+    Vector3d to = random_unit(random);
+    if (i % 5 == 1) to = (before + 1e-9 * to).normalized();
+    if (i % 5 == 2) to = (-before + 1e-5 * to).normalized();  // nearly opposite
+    const Vector3d across = before.cross(to);
+    const Matrix3d smallest =
+        Eigen::AngleAxisd(std::atan2(across.norm(), before.dot(to)), across.normalized()).toRotationMatrix();
+    REQUIRE(frame.carry(7.0 * to));
+    // Near opposite normals the axis is known to the rounding over the sine of the angle.
+    const double tolerance = before.dot(to) > 0.0 ? 3e-15 : 3e-15 / across.norm();
+    expect_near((frame.along() - smallest * along).norm(), 0.0, tolerance, "first axis");
+    expect_near((frame.aside() - smallest * aside).norm(), 0.0, tolerance, "second axis");
+    expect(off_right_angles(frame) < 4e-15, "axes at right angles");
+    expect_near((frame.midway_normal() - (before + to).normalized()).norm(), 0.0, tolerance,
+                "normal half-way");
+  }
+}
+
+TEST_CASE("A normal that turns over carries the axes half round about the first one", "[frame]") {
+  for (const Vector3d& n : {Vector3d(0, 0, 1), Vector3d(1, -2, 0.5)}) {
+    ContactFrame frame(n);
+    const Vector3d along = frame.along(), aside = frame.aside();
+    REQUIRE(frame.carry(-n));
+    CHECK((frame.along() - along).norm() < 1e-15);
+    CHECK((frame.aside() + aside).norm() < 1e-15);
+    CHECK(off_right_angles(frame) < 4e-15);
+    CHECK(std::abs(frame.midway_normal().dot(n)) < 1e-14);
+  }
+}
+
+TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid angle", "[frame]") {
+  // Along great arcs, in steps of any size: Gauss-Bonnet, exactly.
+  const std::vector<std::vector<Vector3d>> polygons = {
+      {on_sphere(0.0, 0.0), on_sphere(pi / 2, 0.0), on_sphere(pi / 2, pi / 2)},  // an octant: pi/2
+      {on_sphere(0.3, 0.2), on_sphere(1.4, 0.4), on_sphere(1.1, 2.0), on_sphere(0.5, 2.4)},
+      {on_sphere(0.3, 2.4), on_sphere(1.1, 2.0), on_sphere(1.4, 0.4)}};  // the other way round
+  for (const auto& corners : polygons) {
+    double enclosed = 0.0;
+    for (std::size_t k = 1; k + 1 < corners.size(); ++k)
+      enclosed += solid_angle(corners[0], corners[k], corners[k + 1]);
+    for (int pieces : {1, 3, 50}) {
+      ContactFrame frame(corners[0]);
+      const Vector3d start = frame.along();
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        const Vector3d &a = corners[k], &b = corners[(k + 1) % corners.size()];
+        const double angle = std::acos(a.dot(b));
+        for (int i = 1; i <= pieces; ++i) {
+          const double share = static_cast<double>(i) / pieces;
+          frame.carry((std::sin((1 - share) * angle) * a + std::sin(share * angle) * b) / std::sin(angle));
+        }
+      }
+      CHECK(angle_about(corners[0], start, frame.along()) == Approx(enclosed).margin(1e-13));
+    }
+  }
+  // A circle of latitude, by many small steps: 2 pi (1 - cos polar), the error of order the step squared.
+  const double polar = 0.7;
+  double errors[2];
+  for (int k : {0, 1}) {
+    const int steps = k == 0 ? 200 : 400;
+    ContactFrame frame(on_sphere(polar, 0.0));
+    const Vector3d start = frame.along();
+    for (int i = 1; i <= steps; ++i) frame.carry(on_sphere(polar, 2 * pi * i / steps));
+    errors[k] = angle_about(on_sphere(polar, 0.0), start, frame.along()) - 2 * pi * (1 - std::cos(polar));
+  }
+  CHECK(std::abs(errors[0]) < 1e-3);
+  CHECK(errors[0] / errors[1] == Approx(4.0).epsilon(0.01));
+}
+
+TEST_CASE("Carrying a bent patch round a sphere changes neither its energy nor the size of its force",
+          "[frame]") {
+  SpacePatch p;
+  ContactFrame frame(Vector3d::UnitZ());
+  frame.carry(Vector3d::UnitZ());
+  p.step(frame, Vector3d(2.0 * dbar, 1.5 * dbar, 0.0));
+  const double energy = p.batch.stored_energy(p.patch);
+  const std::uint64_t hash = p.batch.state_hash(p.patch);
+  const double size = std::hypot(p.response.end[0], p.response.end[1]);
+  REQUIRE(energy > 0.0);
+  REQUIRE(size > 0.0);
+  const Vector3d before = frame.force(p.response.end);
+  for (int i = 1; i <= 1000; ++i) {
+    frame.carry(on_sphere(0.4 * std::sin(pi * i / 1000), 7.0 * i / 1000));
+    p.step(frame, Vector3d::Zero());
+    expect(p.batch.stored_energy(p.patch) == energy, "stored energy, to the bit");
+    expect_near(frame.force(p.response.end).norm(), size, 1e-14 * size, "size of the force in space");
+    expect_near(frame.force(p.response.end).dot(frame.normal()), 0.0, 1e-14 * size, "no normal part");
+  }
+  CHECK(p.batch.state_hash(p.patch) == hash);
+  // Back at the pole, turned by the holonomy of the path: not the force it started with.
+  CHECK((frame.force(p.response.end) - before).norm() > 0.01 * size);
+}
+
+TEST_CASE("Displacements from chords are off by the step squared and no normal motion leaks in", "[frame]") {
+  // A point at a height that oscillates over a sphere of radius r, along a loxodrome: its path in the carried
+  // axes by fine integration, against steps.
+  const double r = 0.05;
+  const auto place = [r](double t) {
+    return Vector3d((r + 0.01 * std::sin(9.0 * t)) * on_sphere(0.6 + 0.5 * t, 1.3 * t));
+  };
+  const auto walk = [&](int steps, bool midway) {
+    ContactFrame frame(place(0.0));
+    Vector2d sum(0, 0);
+    for (int i = 1; i <= steps; ++i) {
+      const Vector3d from = place((i - 1.0) / steps), to = place(static_cast<double>(i) / steps);
+      const Vector3d chord = to - from;
+      const Vector3d along = frame.along(), aside = frame.aside();
+      frame.carry(to);
+      sum += midway ? frame.displacement(chord) : Vector2d(along.dot(chord), aside.dot(chord));
+    }
+    return sum;
+  };
+  const Vector2d exact = walk(200000, true);
+  const double coarse = (walk(100, true) - exact).norm(), fine = (walk(200, true) - exact).norm();
+  CHECK(coarse < 1e-5);
+  CHECK(coarse / fine == Approx(4.0).epsilon(0.03));
+  // The same in the axes of the beginning of each step: first order.
+  CHECK((walk(100, false) - exact).norm() / (walk(200, false) - exact).norm() == Approx(2.0).epsilon(0.1));
+  CHECK((walk(200, false) - exact).norm() > 20 * fine);
+
+  // One arc of angle a: the chord is 2 r sin(a/2) long.
+  ContactFrame frame(Vector3d::UnitZ(), Vector3d::UnitX());
+  frame.carry(on_sphere(0.02, 0.0));
+  const Vector2d d = frame.displacement(r * (on_sphere(0.02, 0.0) - Vector3d::UnitZ()));
+  CHECK(1.0 - d[0] / (r * 0.02) == Approx(0.02 * 0.02 / 24).epsilon(1e-3));
+  CHECK(std::abs(d[1]) < 1e-17);
+  // Straight up, while the normal turns: half the normals' difference on either side cancels.
+  CHECK(std::abs(frame.displacement(frame.midway_normal())[0]) < 1e-15);
+}
+
+TEST_CASE("Mean force times displacement is the same work in space and in the plane", "[frame]") {
+  SpacePatch p;
+  ContactFrame frame(Vector3d::UnitZ());
+  std::mt19937_64 random(3);
+  double in_space = 0.0, in_plane = 0.0, lost = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    frame.carry(on_sphere(1.0 + 0.01 * i, 0.02 * i), 0.1 * random_unit(random), 0.2 * random_unit(random));
+    const Vector3d relative = 0.7 * dbar * random_unit(random);
+    const Vector3d tangential = relative - relative.dot(frame.midway_normal()) * frame.midway_normal();
+    p.step(frame, relative);
+    in_space += frame.mean_force(p.response.mean).dot(tangential);
+    in_plane += p.response.mean[0] * p.motion.displacement[0] + p.response.mean[1] * p.motion.displacement[1];
+    lost += p.response.dissipated;
+  }
+  CHECK(in_space == Approx(in_plane).epsilon(1e-12));
+  CHECK(-in_space == Approx(p.batch.stored_energy(p.patch) + lost).epsilon(1e-6));
+}
+
+TEST_CASE("A ball that rolls without slip feels no friction, on a plane and over another ball", "[frame]") {
+  const double dt = 1e-3;
+  SECTION("on a plane, about a changing axis") {
+    SpacePatch p;
+    const double radius = 0.02;
+    ContactFrame frame(Vector3d::UnitZ());
+    const Vector3d start = frame.along();
+    for (int i = 0; i < 2000; ++i) {
+      const Vector3d spin(30.0 * std::cos(0.01 * i), 30.0 * std::sin(0.01 * i), 0.0);
+      const Vector3d velocity = spin.cross(radius * Vector3d::UnitZ());
+      const Vector3d slip = velocity + spin.cross(-radius * Vector3d::UnitZ());
+      frame.carry(Vector3d::UnitZ(), dt * spin, Vector3d::Zero());
+      p.step(frame, dt * slip);
+    }
+    CHECK(std::hypot(p.response.end[0], p.response.end[1]) == 0.0);
+    CHECK((frame.along() - start).norm() < 1e-12);  // its contact point moved by 1.2 m; the axes did not turn
+  }
+  SECTION("over another ball, with positions") {
+    // Centres move on an arc; the turn of the ball is that of rolling: (1 + R/r) times the angle of the arc.
+    const double big = 0.1, small = 0.02, arc = 1e-3;
+    SpacePatch p;
+    ContactFrame frame(Vector3d::UnitZ());
+    double slipped = 0.0;
+    for (int i = 1; i <= 1000; ++i) {
+      const Vector3d from = on_sphere(arc * (i - 1), 0.3), to = on_sphere(arc * i, 0.3);
+      const Vector3d turn = (1.0 + big / small) * arc * from.cross(to).normalized();
+      frame.carry(to, turn, Vector3d::Zero());
+      const Vector3d relative = (big + small) * (to - from) - turn.cross(small * frame.midway_normal());
+      slipped += frame.displacement(relative).norm();
+      p.step(frame, relative);
+    }
+    // The chord is short by arc^2/24 of the (R + r) arc.
+    CHECK(slipped == Approx((big + small) * 1.0 * arc * arc / 24).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins", "[frame]") {
+  // A bristle is a spring from a point of one body to a point of the other. Two discs turn about their common
+  // contact point; the ends of the bristle stand half the deflection to either side of it.
+  const Vector3d n = Vector3d(0.3, -0.5, 0.8).normalized();
+  for (const Vector2d& spins : {Vector2d(1.0, 1.0), Vector2d(0.0, 1.0), Vector2d(1.0, 0.0),
+                                Vector2d(-1.0, 1.0), Vector2d(2.5, -0.4)}) {
+    SpacePatch p;
+    ContactFrame frame(n);
+    frame.carry(n);
+    p.step(frame, 0.2 * dbar * frame.along() + 0.3 * dbar * frame.aside());
+    const Vector3d before = frame.force(p.response.end);
+    Vector3d bristle = 0.2 * dbar * frame.along() + 0.3 * dbar * frame.aside();
+    const int steps = 2000;
+    for (int i = 0; i < steps; ++i) {
+      frame.carry(n, spins[0] / steps * n, spins[1] / steps * n);
+      p.step(frame, Vector3d::Zero());
+      // Tip with A, root with B, about the point between them (midpoint rule).
+      Vector3d middle = bristle;
+      for (int k = 0; k < 3; ++k) middle = bristle + 0.25 * (spins[0] + spins[1]) / steps * n.cross(middle);
+      bristle += 0.5 * (spins[0] + spins[1]) / steps * n.cross(middle);
+    }
+    const Vector3d after = frame.force(p.response.end);
+    CHECK(angle_about(n, before, after) == Approx(0.5 * (spins[0] + spins[1])).margin(1e-12));
+    CHECK((after.normalized() + bristle.normalized()).norm() < 1e-6);
+    CHECK(after.norm() == Approx(before.norm()).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("A rigid motion of the whole scene changes no force but its direction", "[frame]") {
+  // A body slides and spins over a curved, turning surface; the same once more while everything turns about
+  // the origin, by any amount in a step.
+  for (double rate : {1e-3, 0.1, 2.0}) {
+    SpacePatch still, moving;
+    ContactFrame still_frame(on_sphere(0.5, 0.0));
+    Eigen::Quaterniond scene(Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()));
+    ContactFrame moving_frame(scene * still_frame.normal(), scene * still_frame.along());
+    std::mt19937_64 random(4);
+    double farthest = 0.0;
+    for (int i = 1; i <= 500; ++i) {
+      const Vector3d n = on_sphere(0.5 + 0.002 * i, 0.01 * i);
+      const Eigen::Quaterniond turn_a(Eigen::AngleAxisd(0.03, random_unit(random)));
+      const Eigen::Quaterniond turn_b(Eigen::AngleAxisd(0.01, random_unit(random)));
+      const Vector3d relative = (i / 100 % 2 ? 0.3 : 0.001) * dbar * random_unit(random);
+      still_frame.carry(n, turn_a, turn_b);
+      still.step(still_frame, relative);
+
+      const Eigen::Quaterniond by(Eigen::AngleAxisd(rate, random_unit(random)));
+      const Eigen::Quaterniond next = (by * scene).normalized();
+      // Orientations turn from scene * Q to next * turn * Q.
+      moving_frame.carry(next * n, next * turn_a * scene.conjugate(), next * turn_b * scene.conjugate());
+      // The relative motion as it stands half-way.
+      Matrix3d to_moving, to_still;
+      to_moving << moving_frame.midway_along(), moving_frame.midway_aside(), moving_frame.midway_normal();
+      to_still << still_frame.midway_along(), still_frame.midway_aside(), still_frame.midway_normal();
+      moving.step(moving_frame, to_moving * to_still.transpose() * relative);
+      scene = next;
+      farthest = std::max(farthest, (scene * still_frame.along() - moving_frame.along()).norm());
+      expect_near(
+          (scene * still_frame.force(still.response.end) - moving_frame.force(moving.response.end)).norm(),
+          0.0, 1e-9 * 400 * dbar, "force in space");
+    }
+    INFO("turn in a step " << rate);
+    CHECK(farthest < 1e-12);
+  }
+}
+
+TEST_CASE("Contacts that turn with the world alone see no slip", "[frame]") {
+  // As an engine has it: velocities of two bodies at their contact, all of it turning with w about the
+  // origin.
+  const Vector3d w(0.4, -1.0, 2.0), a(0.1, 0.2, 0.0), b(-0.3, 0.1, 0.4), c(0.02, 0.11, 0.2);
+  const Vector3d slip = (w.cross(a) + w.cross(c - a)) - (w.cross(b) + w.cross(c - b));
+  CHECK(slip.norm() < 1e-15);
+  ContactFrame frame(Vector3d(1, 1, 1));
+  const Vector3d along = frame.along();
+  const double dt = 0.01;
+  const Matrix3d turn = Eigen::AngleAxisd(w.norm() * dt, w.normalized()).toRotationMatrix();
+  frame.carry(turn * Vector3d(1, 1, 1), dt * w, dt * w);
+  CHECK((frame.along() - turn * along).norm() < 1e-15);
+}
+
+TEST_CASE("Rotations by a vector are those of Eigen, without its cosine", "[frame]") {
+  std::mt19937_64 random(5);
+  for (double angle : {0.0, 1e-200, 1e-9, 0.01, 0.49, 0.51, 1.0, 3.0, 6.2, 40.0}) {
+    const Vector3d axis = random_unit(random);
+    const Matrix3d expected = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+    const Matrix3d got = bristle::detail::rotation_by(angle * axis).toRotationMatrix();
+    expect_near((got - expected).cwiseAbs().maxCoeff(), 0.0, 3e-15 * (1.0 + angle), "rotation");
+  }
+}
+
+TEST_CASE("A bad normal is refused and leaves the frame alone", "[frame]") {
+  ContactFrame frame(Vector3d(1, 2, 3));
+  const ContactFrame before = frame;
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  for (const Vector3d& bad : {Vector3d(0, 0, 0), Vector3d(nan, 0, 1), Vector3d(inf, 0, 0)}) {
+    CHECK_FALSE(frame.carry(bad));
+    CHECK(frame.along() == before.along());
+    CHECK(frame.normal() == before.normal());
+    CHECK(frame.midway_normal() == before.normal());
+  }
+  CHECK_FALSE(frame.carry(Vector3d(0, 0, 1), Vector3d(nan, 0, 0), Vector3d::Zero()));
+  CHECK(frame.normal() == before.normal());
+  CHECK(frame.carry(Vector3d(0, 0, 1)));
+}
+
+TEST_CASE("A force at an arm gives its moment", "[frame]") {
+  ContactFrame frame(Vector3d::UnitZ(), Vector3d::UnitX());
+  const double tangential[2] = {2.0, -3.0};
+  const ContactFrame::Wrench w = ContactFrame::wrench(frame.force(tangential), Vector3d(0.5, 0.0, 0.25));
+  const Vector3d force = w.head<3>(), moment = w.tail<3>();
+  CHECK((force - Vector3d(2, -3, 0)).norm() < 1e-15);
+  CHECK((moment - Vector3d(0.75, 0.5, -1.5)).norm() < 1e-15);  // r x F by hand
+}

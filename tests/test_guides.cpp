@@ -1,0 +1,120 @@
+// The guides show the programs that are built and run; the table of materials is one that the library
+// accepts.
+#include <catch2/catch.hpp>
+
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(std::string(BRISTLE_TEST_DATA) + "/../../" + path);
+  INFO(path);
+  REQUIRE(file);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// All of a program, or what stands between its marks.
+std::string shown_part(const std::string& program) {
+  const auto begin = program.find("// begin\n"), end = program.find("// end\n");
+  if (begin == std::string::npos) return program;
+  return program.substr(begin + 9, end - begin - 9);
+}
+
+/// Cells of the rows of a Markdown table that begin after `header`.
+std::vector<std::vector<std::string>> rows_after(const std::string& page, const std::string& header) {
+  std::istringstream lines(page.substr(page.find(header)));
+  std::string line;
+  std::getline(lines, line);
+  std::getline(lines, line);  // |---|
+  std::vector<std::vector<std::string>> rows;
+  while (std::getline(lines, line) && line.rfind("| ", 0) == 0) {
+    std::vector<std::string> cells;
+    std::istringstream row(line.substr(1));
+    for (std::string cell; std::getline(row, cell, '|');) {
+      const auto first = cell.find_first_not_of(' '), last = cell.find_last_not_of(' ');
+      cells.push_back(cell.substr(first, last - first + 1));
+    }
+    rows.push_back(cells);
+  }
+  return rows;
+}
+
+double number(const std::string& text) {
+  double value = 0.0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  INFO(text);
+  REQUIRE(result.ptr == text.data() + text.size());
+  return value;
+}
+
+}  // namespace
+
+TEST_CASE("The guides print the programs that the tests run", "[guides]") {
+  for (const auto& [guide, program] : std::vector<std::pair<std::string, std::string>>{
+           {"core/GUIDE_HAPTICS.md", "tools/examples/hello_haptics.cpp"},
+           {"core/GUIDE_ENGINES.md", "tools/examples/hello_engine.cpp"},
+           {"core/GUIDE_ENGINES.md", "tools/examples/block_on_slope.cpp"},
+           {"core/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"}}) {
+    INFO(guide << " and " << program);
+    const std::string shown = shown_part(text_of(program));
+    CHECK(shown.size() > 500);
+    CHECK(text_of(guide).find("```cpp\n" + shown + "```\n") != std::string::npos);
+  }
+}
+
+TEST_CASE("Each row of the table of materials is a material, and gives back its coefficients", "[guides]") {
+  const auto rows = rows_after(text_of("core/MATERIALS.md"), "| pair | kinetic | peak |");
+  CHECK(rows.size() >= 10);
+  for (const std::vector<std::string>& row : rows) {
+    REQUIRE(row.size() == 7);
+    INFO(row[0]);
+    const auto wanted = bristle::Coefficients{}
+                            .with_kinetic(number(row[1]))
+                            .with_peak(number(row[2]))
+                            .with_presliding_length(number(row[3]))
+                            .with_bristles_per_newton(number(row[4]))
+                            .with_damping_per_newton(number(row[5]));
+    const Material material = Material::from_coefficients(wanted);
+    const bristle::Coefficients got = material.coefficients();
+    CHECK(got.kinetic == Approx(wanted.kinetic).epsilon(1e-6));
+    CHECK(got.peak == Approx(wanted.peak).epsilon(1e-4));
+    CHECK(got.presliding_length == Approx(wanted.presliding_length).epsilon(1e-6));
+    CHECK(got.bristles_per_newton == Approx(wanted.bristles_per_newton).epsilon(1e-9));
+    CHECK(got.damping_per_newton == Approx(wanted.damping_per_newton).epsilon(1e-9).margin(1e-300));
+    CHECK_FALSE(row[6].empty());
+
+    // And it slides with that coefficient: 2 N, far enough for every bristle to have snapped.
+    OnePatch patch(material, PatchOptions{}.with_axes(1).with_max_normal_load(2.0).with_bristles(20000));
+    double mean = 0.0;
+    for (int k = 0; k < 400; ++k) {
+      const Response r = patch.step(0.0731 * wanted.presliding_length, 0.0, 2.0);
+      if (k >= 200) mean -= r.elastic[0] / (200 * 2.0);
+    }
+    // Lengths of little spread keep in step for long: their mean over 14 lengths is still that of a saw
+    // tooth.
+    CHECK(mean == Approx(wanted.kinetic).epsilon(0.06));
+  }
+}
+
+TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") {
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
+    const auto wanted =
+        bristle::Coefficients{}.with_kinetic(0.6).with_peak(0.7).with_presliding_length(0.5e-3).with_rule(
+            rule);
+    const Material material = Material::from_coefficients(wanted);
+    const double spread = rule == SnapRule::keep ? 0.0 : material.snap_length.cv();
+    OnePatch patch(material, PatchOptions{}.with_max_normal_load(2.0));
+    const double expected = 2.0 * 0.6 * 1.5 / (0.5e-3 * (1.0 + spread * spread));
+    CHECK(patch.step(1e-7, 0.0, 1.5).stiffness == Approx(expected).epsilon(1e-6));
+  }
+}

@@ -1,0 +1,282 @@
+// From device positions to forces: displacements, the damper's velocity, and a limit that gives no energy.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <bristle/haptic_point.hpp>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Coefficients;
+using bristle::HapticOptions;
+using bristle::HapticPoint;
+using bristle::WindowedVelocity;
+using Eigen::Vector3d;
+
+namespace {
+
+const Material skin = Material::from_coefficients(
+    Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(20e-6).with_damping_per_newton(
+        2.0));
+
+/// A point on a floor (z = 0) of the given stiffness.
+struct Floor {
+  explicit Floor(const HapticOptions& options, double highest_load = 12.0)
+      : point(options),
+        patch(batch.add(skin, PatchOptions{}
+                                  .with_max_normal_load(highest_load)
+                                  .with_bristles(2000)
+                                  .with_outputs(Outputs::all))) {
+    motion.id = patch;
+  }
+  Vector3d step(const Vector3d& position, double stiffness = 500.0) {
+    return step_with(position, stiffness * std::max(0.0, -position[2]));
+  }
+  Vector3d step_with(const Vector3d& position, double wall) {
+    point.prepare(tick, position, Vector3d::UnitZ(), wall, motion);
+    batch.step(tick, {&motion, 1}, {&response, 1});
+    return point.finish(response);
+  }
+  HapticPoint point;
+  PatchBatch batch;
+  PatchId patch;
+  Motion motion;
+  Response response;
+};
+
+double rounded(double x, double count) { return count * std::round(x / count); }
+
+/// Work that the hand does on a cycle: press to the limit, slide a little and press on, let go of the
+/// friction, come out. `force` gives the force on the hand at each position. Trapezoids, so that the delay of
+/// a tick does not count.
+template <class Force>
+double work_of_cycle(const Force& force) {
+  Vector3d position(0, 0, 0.001), before = position;
+  Vector3d last = force(position);
+  double work = 0.0;
+  const auto go = [&](double x, double z, int ticks) {
+    const Vector3d from = position, to(x, 0.0, z);
+    for (int i = 1; i <= ticks; ++i) {
+      before = position;
+      position = from + (to - from) * (static_cast<double>(i) / ticks);
+      const Vector3d now = force(position);
+      work -= 0.5 * (last + now).dot(position - before);
+      last = now;
+    }
+  };
+  go(0.0, -0.005, 400);       // 2.5 N
+  go(400e-6, -0.020, 2000);   // on to 10 N, sliding
+  go(389.5e-6, -0.020, 200);  // the friction let go of
+  go(389.5e-6, 0.001, 1000);  // out
+  return work;
+}
+
+}  // namespace
+
+TEST_CASE("What the patch is moved by adds up to what the device moved, noise and gaps included",
+          "[haptic]") {
+  Floor floor(HapticOptions{}.with_resolution(20e-6));
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> gauss;
+  Vector3d position(0.01, 0.02, -0.001), first = position;
+  double sum[2] = {0.0, 0.0};
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < 2000; ++i) {
+    position += 1e-5 * Vector3d(gauss(random), gauss(random), 0.0);
+    if (i % 50 == 7) {
+      const Vector3d force = floor.step(Vector3d(nan, 0, 0));
+      expect(force == Vector3d::Zero(), "no force for a position that is none");
+      expect(has(floor.response.status, Status::bad_input), "and a status that says so");
+      continue;
+    }
+    if (i == 0) first = position;
+    expect(floor.step(position).allFinite(), "finite");
+    for (int a : {0, 1}) sum[a] += floor.motion.displacement[a];
+  }
+  const Vector3d along = floor.point.frame().along(), aside = floor.point.frame().aside();
+  CHECK(sum[0] == Approx((position - first).dot(along)).margin(1e-15));
+  CHECK(sum[1] == Approx((position - first).dot(aside)).margin(1e-15));
+  // After a jump that was none of the hand's.
+  floor.point.restart();
+  floor.step(position + Vector3d(1.0, 0.0, 0.0));
+  CHECK(floor.motion.displacement[0] == 0.0);
+}
+
+TEST_CASE("Forces stay within the device's limit, wall and friction in their true proportion", "[haptic]") {
+  const double limit = 3.3;
+  Floor floor(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin.peak_coefficient()));
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> gauss;
+  Vector3d position(0, 0, 0);
+  int limited = 0;
+  for (int i = 0; i < 20000; ++i) {
+    position += Vector3d(2e-5 * gauss(random), 2e-5 * gauss(random), 0.0);
+    position[2] = -0.006 * (1.0 - std::cos(0.003 * i));  // to 6 N
+    if (i % 1000 < 3) position[0] += 1e-3;               // and jerks of 1 m/s
+    const Vector3d force = floor.step(position);
+    expect(force.norm() <= limit * (1.0 + 1e-12), "within the limit");
+    limited += floor.point.limited() ? 1 : 0;
+  }
+  CHECK(limited > 5000);
+  // Slow sliding at 6 N of wall: the force leans as it does at 1 N.
+  double lean[2];
+  for (int k : {0, 1}) {
+    Floor slow(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin.peak_coefficient()));
+    Vector3d mean(0, 0, 0);
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3d force = slow.step(Vector3d(1e-6 * i, 0.0, k == 0 ? -0.002 : -0.012));
+      if (i >= 1000) mean += force / 2000.0;
+    }
+    lean[k] = -mean.dot(Vector3d::UnitX()) / mean[2];
+  }
+  CHECK(lean[0] == Approx(0.5).epsilon(0.03));
+  CHECK(lean[1] == Approx(lean[0]).epsilon(0.02));
+}
+
+TEST_CASE("The limit gives no energy to the hand where scaling the whole force would", "[haptic]") {
+  const double limit = 3.0;
+  Floor scaled(HapticOptions{});
+  const double work_scaled = work_of_cycle([&](const Vector3d& position) {
+    const Vector3d force = scaled.step(position);
+    return Vector3d(force * std::min(1.0, limit / std::max(1e-9, force.norm())));
+  });
+  Floor capped(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin.peak_coefficient()));
+  const double work_capped = work_of_cycle([&](const Vector3d& position) { return capped.step(position); });
+  Floor free(HapticOptions{});
+  const double work_free = work_of_cycle([&](const Vector3d& position) { return free.step(position); });
+  // By hand: with kinetic friction 0.5 the wall is scaled to 3 N / sqrt(1.25) = 2.68 N on the way in from 5.4
+  // to 20 mm, and to 3 N on the way out down to 6 mm: some 4.5 mJ, less some 0.6 mJ of friction over 0.4 mm.
+  CHECK(work_scaled < -3e-3);
+  CHECK(work_capped > 1e-4);
+  CHECK(work_free > work_capped);
+  CAPTURE(work_scaled, work_capped, work_free);
+  // And the account in the point agrees, but for the delay of a tick: half of stiffness times step squared.
+  const double delay =
+      0.5 * 500.0 *
+      (400 * std::pow(0.006 / 400, 2) + 2000 * std::pow(0.015 / 2000, 2) + 1000 * std::pow(0.021 / 1000, 2));
+  CHECK(capped.point.taken() > work_capped - 1.1 * delay - 1e-4);
+}
+
+TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a difference", "[haptic]") {
+  const double count = 20e-6, dt = 1e-3;
+  for (double speed : {0.0, 0.003, 0.05, 0.4}) {
+    WindowedVelocity window;
+    double worst = 0.0, worst_difference = 0.0, last = 0.0;
+    for (int i = 0; i < 500; ++i) {
+      const double x = rounded(speed * dt * i + 3e-6, count);
+      const double v = window.update(dt, {x, 0.0, 0.0}, count)[0];
+      if (i > 50) {
+        worst = std::max(worst, std::abs(v - speed));
+        worst_difference = std::max(worst_difference, std::abs((x - last) / dt - speed));
+      }
+      last = x;
+    }
+    INFO("speed " << speed << ": off by " << worst << ", a difference by " << worst_difference);
+    // Two ends, half a count off each, over the whole window.
+    CHECK(window.window() == WindowedVelocity::longest);
+    CHECK(worst <= count / (WindowedVelocity::longest * dt) * 1.000001);
+    if (speed == 0.003) CHECK(worst_difference > 0.015);
+  }
+  // A reversal is seen at once: the window closes to the ticks since.
+  WindowedVelocity window;
+  for (int i = 0; i < 100; ++i) window.update(dt, {1e-4 * i, 0.0, 0.0}, count);
+  for (int i = 1; i <= 3; ++i) {
+    const double v = window.update(dt, {1e-4 * (99 - i), 0.0, 0.0}, count)[0];
+    CHECK(v == Approx(-0.1));
+    CHECK(window.window() == i);
+  }
+  // Ticks of unequal length.
+  window.restart();
+  double x = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    const double step = i % 3 ? 1e-3 : 2.5e-3;
+    x += 0.2 * step;
+    window.update(step, {0.0, x, 0.0}, 1e-9);
+  }
+  CHECK(window.update(1e-3, {0.0, x + 2e-4, 0.0}, 1e-9)[1] == Approx(0.2));
+  CHECK(window.window() == WindowedVelocity::longest);
+}
+
+TEST_CASE("With a windowed velocity the damper is steadier and still never works on the hand", "[haptic]") {
+  const Material damped = Material::from_coefficients(
+      Coefficients{}.with_presliding_length(1e-3).with_damping_per_newton(5.0).with_stribeck_velocity(1.0));
+  double spread[2];
+  for (bool windowed : {false, true}) {
+    PatchBatch batch;
+    Motion motion;
+    motion.id = batch.add(damped, PatchOptions{}.with_max_normal_load(2.0).with_outputs(Outputs::all));
+    Response response;
+    HapticPoint point(HapticOptions{}.with_resolution(windowed ? 20e-6 : 0.0));
+    std::mt19937_64 random(3);
+    double squares = 0.0, opposed = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+      const double jitter = 8e-6 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.5);
+      const double x = rounded(5e-3 * std::sin(2e-3 * i) + jitter, 20e-6);
+      point.prepare(tick, {x, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+      batch.step(tick, {&motion, 1}, {&response, 1});
+      point.finish(response);
+      if (i == 0) continue;
+      opposed = std::min(opposed, response.damper_work);
+      // 10 mm/s at most, falling and rising: about the true damper's force.
+      const double off = (point.frame().force(response.damper))[0] + 5.0 * 0.01 * std::cos(2e-3 * i);
+      squares += off * off;
+    }
+    CHECK(opposed >= 0.0);
+    spread[windowed ? 1 : 0] = std::sqrt(squares / 4000);
+  }
+  INFO(spread[0] << " N with differences, " << spread[1] << " N with the window");
+  CHECK(spread[1] < 0.4 * spread[0]);
+}
+
+TEST_CASE("A windowed velocity that opposes the displacement is taken as none", "[haptic]") {
+  HapticPoint point(HapticOptions{}.with_resolution(20e-6));
+  Motion motion;
+  double x = 0.0;
+  for (int i = 0; i < 20; ++i) {
+    point.prepare(tick, {x, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+    x += 10e-6;
+  }
+  CHECK(std::abs(motion.velocity[0]) + std::abs(motion.velocity[1]) == Approx(0.01));
+  // Back by less than a count, which the slope over many ticks does not see.
+  point.prepare(tick, {x - 15e-6, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+  CHECK(std::abs(motion.displacement[0]) + std::abs(motion.displacement[1]) == Approx(5e-6));
+  CHECK(motion.has_velocity);
+  CHECK(motion.velocity[0] == 0.0);
+  CHECK(motion.velocity[1] == 0.0);
+}
+
+TEST_CASE("Only the damper is cut where it takes a force over the limit", "[haptic]") {
+  HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.5));
+  Motion motion;
+  point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
+  CHECK(motion.normal_load == 1.0);
+  Response response;
+  // Room sideways is sqrt(4 - 1) = 1.7320508.
+  response.elastic[0] = -0.5;
+  response.damper[1] = -3.0;
+  Vector3d force = point.finish(response);
+  CHECK(point.limited());
+  CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
+  CHECK(std::abs(point.frame().along().dot(force) + 0.5) < 1e-15);  // the elastic part as it was
+  response.elastic[0] = -4.0;
+  force = point.finish(response);
+  CHECK(point.frame().along().dot(force) == Approx(-std::sqrt(3.0)));
+  CHECK(std::abs(point.frame().aside().dot(force)) < 1e-15);
+  response.elastic[0] = -0.1;
+  response.damper[1] = 0.2;
+  force = point.finish(response);
+  CHECK_FALSE(point.limited());
+  CHECK(force[2] == 1.0);
+  CHECK(force.norm() == Approx(std::sqrt(1.0 + 0.01 + 0.04)));
+  // A wall of 5 N: 2 / sqrt(1.25).
+  point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
+  CHECK(motion.normal_load == Approx(2.0 / std::sqrt(1.25)));
+  CHECK(point.finish(Response{}).norm() == Approx(2.0 / std::sqrt(1.25)));
+  point.prepare(tick, {0, 0, 0}, {0, 0, 1}, std::numeric_limits<double>::quiet_NaN(), motion);
+  response.status = Status::bad_input;
+  CHECK(point.finish(response) == Vector3d::Zero());
+}

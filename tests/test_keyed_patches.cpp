@@ -1,0 +1,499 @@
+// Patches by key, contacts matched by nearest point, and patches made fresh again.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <tuple>
+#include <unordered_map>
+#include <vector>
+
+#include "core/key_table.hpp"
+#include "expect.hpp"
+#include "scenes.hpp"
+#include "variants.hpp"
+
+using namespace bristle_test;
+using bristle::ContactMatcher;
+using bristle::ContactPoint;
+using bristle::KeyedOptions;
+using bristle::KeyedPatches;
+using bristle::MatcherOptions;
+using bristle::no_contact_key;
+using bristle::detail::KeyTable;
+
+namespace {
+
+const Material surface = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
+
+/// Scripted steps of one patch; every response in bits.
+std::vector<std::uint64_t> run_script(PatchBatch& batch, PatchId id, std::size_t script, int axes,
+                                      int steps) {
+  std::vector<std::uint64_t> bits;
+  for (int k = 0; k < steps; ++k) {
+    Motion motion = scripted_motion(script, k, axes);
+    motion.id = id;
+    Response r;
+    batch.step(tick, {&motion, 1}, {&r, 1});
+    for (const double x : {r.end[0], r.end[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss}) {
+      std::uint64_t word;
+      std::memcpy(&word, &x, 8);
+      bits.push_back(word);
+    }
+    bits.push_back(r.snaps);
+  }
+  bits.push_back(batch.state_hash(id));
+  return bits;
+}
+
+std::vector<ContactPoint> grid_points(std::uint64_t pair, int count, double spacing) {
+  std::vector<ContactPoint> points;
+  for (int i = 0; i < count; ++i) points.push_back({pair, {spacing * i, 0.5 * spacing * i, 0.0}});
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("The table of keys agrees with std::unordered_map over random insertions and erasures", "[keys]") {
+  for (std::size_t room : {1u, 8u, 100u}) {
+    KeyTable table(room);
+    std::unordered_map<std::uint64_t, std::uint32_t> model;
+    std::mt19937_64 random(room);
+    // Keys from a small range, so that they meet, and spread by multiples that collide in poor hashes.
+    const auto any_key = [&] {
+      const std::uint64_t k = random() % (3 * room);
+      return random() % 2 ? k : k << 40;
+    };
+    for (int i = 0; i < 60000; ++i) {
+      const std::uint64_t key = any_key();
+      if (random() % 2 && model.size() < room && !model.count(key)) {
+        const auto value = static_cast<std::uint32_t>(random() % 1000);
+        table.insert(key, value);
+        model[key] = value;
+      } else if (random() % 3) {
+        table.erase(key);
+        model.erase(key);
+      }
+      const std::uint64_t asked = any_key();
+      const auto found = model.find(asked);
+      expect(table.find(asked) == (found == model.end() ? KeyTable::none : found->second), "found the same");
+      if (i % 997 == 0)
+        for (const auto& [k, v] : model) expect(table.find(k) == v, "all are there");
+      if (i % 20011 == 20010) {
+        table.clear();
+        model.clear();
+      }
+    }
+  }
+}
+
+TEST_CASE("A patch that was reset answers to the bit like one newly added with that seed", "[keys]") {
+  std::size_t script = 0;
+  for (const PatchCase& c : every_variant(70)) {
+    INFO(c.name);
+    ++script;
+    const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);  // a third keep theirs
+    PatchBatch fresh_batch, used_batch;
+    const PatchId fresh = fresh_batch.add(c.material, PatchOptions(c.options).with_seed(seed).with_key(77));
+    const PatchId used = used_batch.add(c.material, c.options);
+    run_script(used_batch, used, script + 5, c.options.axes, 23);
+    REQUIRE(used_batch.reset(used, seed, 77));
+    expect(used_batch.state_hash(used) == fresh_batch.state_hash(fresh), "state hash at once");
+    expect(used_batch.info(used).key == 77, "key");
+    expect(used_batch.info(used).normal_load == 0.0, "out of contact");
+    expect(used_batch.stored_energy(used) == 0.0, "no energy");
+    expect(run_script(used_batch, used, script, c.options.axes, 25) ==
+               run_script(fresh_batch, fresh, script, c.options.axes, 25),
+           "forces and state to the bit");
+    // Its seed goes through a change of material, and through save and restore.
+    fresh_batch.set_material(fresh, c.later);
+    used_batch.set_material(used, c.later);
+    expect(run_script(used_batch, used, script + 1, c.options.axes, 15) ==
+               run_script(fresh_batch, fresh, script + 1, c.options.axes, 15),
+           "the same after a change of material");
+    std::vector<std::byte> saved(used_batch.state_size());
+    REQUIRE(used_batch.save_state(saved) == saved.size());
+    const auto further = run_script(used_batch, used, script + 2, c.options.axes, 9);
+    used_batch.reset(used, 5, 6);
+    used_batch.restore_state(saved);
+    expect(used_batch.info(used).key == 77, "key restored");
+    expect(run_script(used_batch, used, script + 2, c.options.axes, 9) == further, "restored over a reset");
+  }
+}
+
+TEST_CASE("Reset keeps to patches that exist, and forgets the last force", "[keys]") {
+  PatchBatch batch;
+  CHECK_FALSE(batch.reset(PatchId{}));
+  CHECK_FALSE(batch.reset(PatchId{12345}, 1, 2));
+  const PatchId a = batch.add(surface, plain_options(50).with_seed(3).with_key(9));
+  const PatchId b = batch.add(surface, plain_options(50).with_seed(4));
+  const std::uint64_t fresh = batch.state_hash(a);
+  for (const PatchId id : {a, b}) batch.move(id, 0.3 * dbar, 0.0, 40.0);
+  batch.step(tick);
+  const std::uint64_t other = batch.state_hash(b);
+  REQUIRE(batch.reset(a));
+  CHECK(batch.state_hash(a) == fresh);
+  CHECK(batch.state_hash(b) == other);
+  CHECK(batch.info(a).key == 9);
+  CHECK(batch.force(a).status == Status::unknown_id);
+  CHECK(batch.force(b).end[0] < 0.0);
+  batch.remove(a);
+  CHECK_FALSE(batch.reset(a));
+}
+
+TEST_CASE("A key keeps its patch while it is asked for and loses it after keep_steps", "[keys]") {
+  for (std::uint32_t keep : {0u, 1u, 3u}) {
+    PatchBatch batch;
+    KeyedPatches patches(batch, surface, plain_options(20),
+                         KeyedOptions{}.with_capacity(4).with_keep_steps(keep));
+    CHECK(batch.patch_count() == 4);
+    const PatchId first = patches.find_or_add(100);
+    REQUIRE(first);
+    CHECK(patches.find_or_add(100) == first);
+    CHECK(patches.find_or_add(7) != first);
+    CHECK(patches.size() == 2);
+    CHECK(patches.end_step() == 0);
+    for (std::uint32_t k = 0; k < keep; ++k) {
+      CHECK(patches.find_or_add(100) == first);
+      CHECK(patches.end_step() == 0);
+      CHECK(patches.find(7));
+    }
+    CHECK(patches.find_or_add(100) == first);
+    CHECK(patches.end_step() == 1);
+    CHECK_FALSE(patches.find(7));
+    CHECK(patches.find(100) == first);
+    CHECK(patches.size() == 1);
+    // Seen again just in time, it is counted from there.
+    patches.find_or_add(8);
+    for (std::uint32_t k = 0; k <= keep; ++k) patches.end_step();
+    CHECK(patches.find_or_add(8));
+    for (std::uint32_t k = 0; k <= keep; ++k) {
+      patches.end_step();
+      CHECK(patches.find(8));
+    }
+    CHECK(patches.end_step() == 1);
+    CHECK_FALSE(patches.find(8));
+    CHECK(patches.size() == 0);
+  }
+}
+
+TEST_CASE("When the patches are all taken a new key gets none, and it is counted", "[keys]") {
+  PatchBatch batch;
+  KeyedPatches patches(batch, surface, plain_options(20), KeyedOptions{}.with_capacity(3));
+  for (std::uint64_t key : {1u, 2u, 3u}) CHECK(patches.find_or_add(key));
+  CHECK_FALSE(patches.find_or_add(4));
+  CHECK_FALSE(patches.find_or_add(5));
+  CHECK(patches.refused() == 2);
+  CHECK(patches.find_or_add(2));
+  CHECK(patches.remove(2));
+  CHECK_FALSE(patches.remove(2));
+  CHECK(patches.find_or_add(4));
+  CHECK(patches.refused() == 2);
+  CHECK_FALSE(patches.find_or_add(no_contact_key));
+  CHECK_FALSE(patches.find(no_contact_key));
+  CHECK(patches.refused() == 2);
+  // A motion without a patch is refused, its neighbours go on.
+  Motion motions[2] = {{PatchId{}, {dbar, 0.0}, 5.0}, {patches.find(1), {0.1 * dbar, 0.0}, 5.0}};
+  Response responses[2];
+  batch.step(tick, motions, responses);
+  CHECK(responses[0].status == Status::unknown_id);
+  CHECK(responses[0].end[0] == 0.0);
+  CHECK(responses[1].end[0] < 0.0);
+  patches.clear();
+  CHECK(patches.size() == 0);
+  CHECK(patches.refused() == 0);
+  CHECK(patches.find_or_add(0));  // 0 is a key like others
+}
+
+TEST_CASE("Forces of a contact depend on its key and motion, not on who had its patch before", "[keys]") {
+  // The same five contacts, alone in one pool, among comers and goers in another; asked for in other orders.
+  const std::uint64_t keys[5] = {11, 0, 0xFFFFFFFF00000000u, 5000, 77};
+  for (bool seeded : {true, false}) {
+    PatchBatch quiet, busy;
+    const KeyedOptions options = KeyedOptions{}.with_keep_steps(1).with_seed_from_key(seeded);
+    KeyedPatches few(quiet, surface, plain_options(60).with_seed(8), KeyedOptions(options).with_capacity(5));
+    KeyedPatches many(busy, surface, plain_options(60).with_seed(8),
+                      KeyedOptions(options).with_capacity(128));
+    std::mt19937_64 random(6);
+    int compared = 0;
+    std::set<std::uint64_t> slots;
+    for (int k = 0; k < 400; ++k) {
+      std::vector<Motion> motions;
+      std::vector<std::uint64_t> others;
+      for (int j = 0; j < 40; ++j) others.push_back(1000000 + random() % 90);
+      std::sort(others.begin(), others.end());
+      others.erase(std::unique(others.begin(), others.end()), others.end());
+      for (const std::uint64_t key : others) {
+        motions.push_back(scripted_motion(key, k, 2));
+        motions.back().id = many.find_or_add(key);
+      }
+      for (int j = 4; j >= 0; --j) {
+        if ((k / (7 + j)) % 3 == 0) continue;  // comes and goes
+        const std::size_t c = static_cast<std::size_t>(j);
+        Motion motion = scripted_motion(c, k, 2);
+        motion.id = few.find_or_add(keys[j]);
+        REQUIRE(motion.id);
+        Response alone;
+        quiet.step(tick, {&motion, 1}, {&alone, 1});
+        motion.id = many.find_or_add(keys[j]);
+        REQUIRE(motion.id);
+        slots.insert(motion.id.value);
+        Response among;
+        busy.step(tick, {&motion, 1}, {&among, 1});
+        expect(among.end[0] == alone.end[0] && among.end[1] == alone.end[1] &&
+                   among.dissipated == alone.dissipated,
+               "forces to the bit");
+        expect(busy.state_hash(motion.id) == quiet.state_hash(few.find(keys[j])), "state to the bit");
+        ++compared;
+      }
+      std::vector<Response> responses(motions.size());
+      busy.step(tick, motions, responses);
+      few.end_step();
+      many.end_step();
+    }
+    CHECK(compared > 1000);
+    CHECK(slots.size() > 20);  // they did land in many slots
+    CHECK(many.refused() == 0);
+  }
+}
+
+TEST_CASE("Seeds come from keys: contacts differ, a pool of one seed has them alike", "[keys]") {
+  PatchBatch batch;
+  KeyedPatches seeded(batch, surface, plain_options(30), KeyedOptions{}.with_capacity(100));
+  KeyedPatches alike(batch, surface, plain_options(30).with_seed(5),
+                     KeyedOptions{}.with_capacity(2).with_seed_from_key(false));
+  std::set<std::uint64_t> hashes;
+  for (std::uint64_t key = 0; key < 100; ++key) {
+    const PatchId id = seeded.find_or_add(key);
+    hashes.insert(batch.state_hash(id));
+    const PatchId added = batch.add(surface, plain_options(30).with_seed(seeded.seed_of(key)));
+    expect(batch.state_hash(added) == batch.state_hash(id), "as added with the seed of the key");
+  }
+  CHECK(hashes.size() == 100);
+  CHECK(batch.state_hash(alike.find_or_add(1)) == batch.state_hash(alike.find_or_add(2)));
+  CHECK(alike.seed_of(1) == 5);
+}
+
+TEST_CASE("Entries are listed in the order in which they were last asked for", "[keys]") {
+  PatchBatch batch;
+  KeyedPatches patches(batch, surface, plain_options(20), KeyedOptions{}.with_capacity(8).with_keep_steps(1));
+  for (std::uint64_t key : {5u, 3u, 9u, 1u}) patches.find_or_add(key);
+  patches.remove(9);
+  patches.end_step();
+  for (std::uint64_t key : {1u, 5u}) patches.find_or_add(key);
+  KeyedPatches::Entry entries[8];
+  REQUIRE(patches.read_entries(entries) == 3);
+  CHECK(entries[0].key == 3);
+  CHECK(entries[1].key == 1);
+  CHECK(entries[2].key == 5);
+  CHECK(entries[2].id == patches.find(5));
+  KeyedPatches::Entry one[1];
+  CHECK(patches.read_entries(one) == 3);
+  CHECK(one[0].key == 3);
+}
+
+TEST_CASE("A pool removes its patches when it ends, and refuses bad options by name", "[keys]") {
+  PatchBatch batch;
+  {
+    KeyedPatches patches(batch, surface, plain_options(20), KeyedOptions{}.with_capacity(10));
+    CHECK(batch.patch_count() == 10);
+    KeyedPatches moved(std::move(patches));
+    CHECK(moved.find_or_add(1));
+  }
+  CHECK(batch.patch_count() == 0);
+  CHECK(message_of([&] {
+          KeyedPatches(batch, surface, plain_options(20), KeyedOptions{}.with_capacity(0));
+        }) == "KeyedOptions: capacity = 0; allowed is 1 to 16777216");
+  CHECK(message_of([&] { KeyedPatches(batch, surface, plain_options(20).with_axes(3)); }).find("axes = 3") !=
+        std::string::npos);
+  CHECK(batch.patch_count() == 0);
+  CHECK(message_of([] { ContactMatcher(MatcherOptions{}.with_reach(0.0)); }).find("reach = 0") !=
+        std::string::npos);
+  CHECK(message_of([] { ContactMatcher(MatcherOptions{}.with_capacity(1u << 25)); }).find("capacity") !=
+        std::string::npos);
+}
+
+TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
+  ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
+  std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
+  const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);  // another pair in the same places
+  points.insert(points.end(), second.begin(), second.end());
+  std::vector<std::uint64_t> keys(points.size());
+  CHECK(matcher.match(points, keys) == 0);
+  CHECK(std::set<std::uint64_t>(keys.begin(), keys.end()).size() == points.size());
+  std::mt19937_64 random(9);
+  std::vector<std::size_t> order(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  for (int k = 0; k < 200; ++k) {
+    for (ContactPoint& p : points)
+      for (double& x : p.point) x += 0.002 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.25);
+    // Drifts by 0.5 mm a step on average and 2.6 mm at most: under half the spacing.
+    std::shuffle(order.begin(), order.end(), random);
+    std::vector<ContactPoint> listed;
+    for (const std::size_t i : order) listed.push_back(points[i]);
+    std::vector<std::uint64_t> got(listed.size());
+    const std::size_t matched = matcher.match(listed, got);
+    // Random walks may come near each other: stop there.
+    double nearest = 1.0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (points[i].pair == points[j].pair)
+          nearest = std::min(nearest, std::hypot(points[i].point[0] - points[j].point[0],
+                                                 points[i].point[1] - points[j].point[1]));
+    if (nearest < 0.006) break;
+    expect(matched == points.size(), "all found again");
+    for (std::size_t i = 0; i < order.size(); ++i) expect(got[i] == keys[order[i]], "the same key");
+    if (k == 199) SUCCEED();
+  }
+}
+
+TEST_CASE("Matches are made shortest first, as by trying all pairs in order of distance", "[keys]") {
+  std::mt19937_64 random(10);
+  const auto flat = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  const double reach = 0.3;
+  for (int trial = 0; trial < 400; ++trial) {
+    ContactMatcher matcher(MatcherOptions{}.with_capacity(40).with_reach(reach));
+    std::vector<ContactPoint> before, now;
+    // On a coarse grid half of the time, so that distances tie.
+    const auto add = [&](std::vector<ContactPoint>& list, std::size_t count) {
+      for (std::size_t i = 0; i < count; ++i) {
+        ContactPoint p{1 + random() % 2, {flat(), flat(), 0.0}};
+        if (trial % 2)
+          for (double& x : p.point) x = std::round(8.0 * x) / 8.0;
+        list.push_back(p);
+      }
+    };
+    add(before, 1 + random() % 12);
+    add(now, 1 + random() % 12);
+    std::vector<std::uint64_t> old_keys(before.size()), keys(now.size());
+    matcher.match(before, old_keys);
+    const std::size_t matched = matcher.match(now, keys);
+
+    struct Edge {
+      double squared;
+      std::size_t i, j;
+    };
+    std::vector<Edge> edges;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      for (std::size_t j = 0; j < now.size(); ++j) {
+        const double dx = now[j].point[0] - before[i].point[0], dy = now[j].point[1] - before[i].point[1];
+        if (before[i].pair == now[j].pair && dx * dx + dy * dy <= reach * reach)
+          edges.push_back({dx * dx + dy * dy, i, j});
+      }
+    std::stable_sort(edges.begin(), edges.end(),
+                     [](const Edge& a, const Edge& b) { return a.squared < b.squared; });
+    std::vector<double> lengths, expected_lengths;
+    std::vector<bool> old_taken(before.size()), taken(now.size());
+    std::map<std::size_t, std::size_t> expected;
+    for (const Edge& e : edges) {
+      if (old_taken[e.i] || taken[e.j]) continue;
+      old_taken[e.i] = taken[e.j] = true;
+      expected[e.j] = e.i;
+    }
+    const bool ties = trial % 2 != 0;  // then only the number can be compared pair by pair
+    if (!ties) expect(matched == expected.size(), "as many matches");
+    std::size_t found = 0;
+    for (std::size_t j = 0; j < now.size(); ++j) {
+      const auto old = std::find(old_keys.begin(), old_keys.end(), keys[j]);
+      if (old != old_keys.end()) {
+        const auto i = static_cast<std::size_t>(old - old_keys.begin());
+        expect(before[i].pair == now[j].pair, "within its pair");
+        ++found;
+      }
+      if (!ties) {
+        const auto want = expected.find(j);
+        expect((old != old_keys.end()) == (want != expected.end()), "matched where it should be");
+        if (old != old_keys.end() && want != expected.end())
+          expect(static_cast<std::size_t>(old - old_keys.begin()) == want->second, "with the right one");
+      }
+    }
+    expect(found == matched, "the count says how many");
+    expect(std::set<std::uint64_t>(keys.begin(), keys.end()).size() == keys.size(), "no key twice");
+  }
+}
+
+TEST_CASE("A new contact never gets the key of one that has just gone", "[keys]") {
+  for (std::uint32_t keep : {0u, 2u}) {
+    ContactMatcher matcher(MatcherOptions{}.with_capacity(8).with_reach(1e-3).with_keep_steps(keep));
+    const ContactPoint here{5, {0.0, 0.0, 0.0}}, there{5, {0.1, 0.0, 0.0}};
+    std::uint64_t first, key;
+    CHECK(matcher.match({&here, 1}, {&first, 1}) == 0);
+    for (std::uint32_t k = 0; k <= keep; ++k) {
+      CHECK(matcher.match({&there, 1}, {&key, 1}) == (k == 0 ? 0 : 1));
+      CHECK(key != first);
+    }
+    // Missing for keep steps it is still known, for one more it is not.
+    ContactPoint both[2] = {there, here};
+    std::uint64_t keys[2];
+    CHECK(matcher.match(both, keys) == 1);
+    CHECK(keys[0] == key);
+    matcher.clear();
+    matcher.match({&here, 1}, {&first, 1});
+    for (std::uint32_t k = 0; k < keep; ++k) matcher.match({}, {});
+    CHECK(matcher.match({&here, 1}, {&key, 1}) == 1);
+    CHECK(key == first);
+    for (std::uint32_t k = 0; k <= keep; ++k) matcher.match({}, {});
+    CHECK(matcher.match({&here, 1}, {&key, 1}) == 0);
+  }
+}
+
+TEST_CASE("A matcher and a pool together never hand a new contact an old one's bristles", "[keys]") {
+  // Contacts blink and hop about; whenever the matcher says "new", the patch must be fresh.
+  PatchBatch batch;
+  KeyedPatches patches(batch, surface, plain_options(20),
+                       KeyedOptions{}.with_capacity(64).with_keep_steps(2));
+  ContactMatcher matcher(MatcherOptions{}.with_capacity(32).with_reach(0.01).with_keep_steps(2));
+  std::mt19937_64 random(11);
+  std::map<std::uint64_t, ContactPoint> last_place;
+  int fresh = 0, again = 0;
+  for (int k = 0; k < 3000; ++k) {
+    std::vector<ContactPoint> contacts;
+    for (int i = 0; i < 6; ++i)
+      if (random() % 3)
+        contacts.push_back({random() % 2, {0.1 * static_cast<double>(random() % 8), 0.0, 0.0}});
+    std::sort(contacts.begin(), contacts.end(), [](const ContactPoint& a, const ContactPoint& b) {
+      return std::tie(a.pair, a.point[0]) < std::tie(b.pair, b.point[0]);
+    });
+    contacts.erase(std::unique(contacts.begin(), contacts.end(),
+                               [](const ContactPoint& a, const ContactPoint& b) {
+                                 return a.pair == b.pair && a.point[0] == b.point[0];
+                               }),
+                   contacts.end());
+    std::vector<std::uint64_t> keys(contacts.size());
+    matcher.match(contacts, keys);
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      const PatchId id = patches.find_or_add(keys[i]);
+      REQUIRE(id);
+      const bool bent = batch.stored_energy(id) > 0.0;
+      if (bent) {
+        const ContactPoint& old = last_place[keys[i]];
+        expect(old.pair == contacts[i].pair && old.point[0] == contacts[i].point[0], "bent where it was");
+      }
+      (bent ? again : fresh)++;
+      last_place[keys[i]] = contacts[i];
+      Motion motion{id, {0.2 * dbar, 0.0}, 10.0};
+      Response response;
+      batch.step(tick, {&motion, 1}, {&response, 1});
+    }
+    patches.end_step();
+  }
+  CHECK(fresh > 1000);
+  CHECK(again > 1000);
+}
+
+TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys]") {
+  ContactMatcher matcher(MatcherOptions{}.with_capacity(3));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<ContactPoint> points = grid_points(1, 6, 1.0);
+  points[1].point[2] = nan;
+  std::vector<std::uint64_t> keys(6);
+  CHECK(matcher.match(points, keys) == 0);
+  CHECK(keys[1] == no_contact_key);
+  CHECK(keys[3] != no_contact_key);
+  CHECK(keys[4] == no_contact_key);
+  CHECK(keys[5] == no_contact_key);
+  CHECK(matcher.match(points, keys) == 3);
+}

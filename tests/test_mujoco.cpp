@@ -1,0 +1,192 @@
+// Bristles in a real engine: MuJoCo's contacts with patches in place of its own friction.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tools/examples/mujoco_friction.hpp"
+#include "tools/examples/mujoco_scenes.hpp"
+
+using namespace mujoco_example;
+
+namespace {
+
+constexpr double gravity = 9.81;
+
+/// A scene moved by bristles, for looking inside. Its friction has no peak worth naming and no damper.
+class World {
+ public:
+  explicit World(const std::string& xml,
+                 const bristle::Coefficients& law =
+                     bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6))
+      : model(load(xml)), data(make_data(*model)) {
+    remove_friction(*model);
+    friction = std::make_unique<BristleFriction>(
+        *model, law, FrictionOptions{bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000)});
+  }
+  explicit World(const Scene& scene) : World(scene.xml) { drive = scene.drive; }
+
+  void run(double seconds) {
+    const double end = data->time + seconds - 0.5 * model->opt.timestep;
+    while (data->time < end) {
+      drive(*model, *data);
+      friction->step(*model, *data);
+    }
+  }
+  /// Sum of the forces on the geoms named second in their pairs, N.
+  Eigen::Vector3d force() const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const auto& c : friction->contacts())
+      sum += c.force[0] * c.frame.along() + c.force[1] * c.frame.aside();
+    return sum;
+  }
+
+  Model model;
+  Data data;
+  std::unique_ptr<BristleFriction> friction;
+  std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
+};
+
+std::string on_floor(const std::string& geom, double height, double mu, double timestep = 0.001) {
+  return R"(<mujoco><option timestep=")" + std::to_string(timestep) +
+         R"("/><default><geom solref="0.01 1" friction=")" + std::to_string(mu) +
+         R"( 0.005 0.0001"/></default><worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 )" +
+         std::to_string(height) + R"("><freejoint/>)" + geom + "</body></worldbody></mujoco>";
+}
+
+/// A flat box that hardly tips: half lengths 0.1, 0.1 and 0.001 m, 0.5 kg.
+const std::string plate = R"(<geom type="box" size="0.1 0.1 0.001" mass="0.5"/>)";
+
+}  // namespace
+
+TEST_CASE("In MuJoCo a pinched capsule creeps with stock friction and holds with bristles", "[mujoco]") {
+  std::vector<Scene> scenes = {pinch(5.9, 0.0, "0.02 1"), pinch(12.0), pinch(60.0), pinch(36.0, 24.0)};
+  for (Scene& scene : scenes) {
+    INFO(scene.title);
+    scene.seconds = 2.0;
+    const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+    CHECK(runs[0].creep > 30e-6);
+    CHECK(std::fabs(runs[1].creep) < 0.01e-6);
+    CHECK(runs[1].samples.back().travel < 150e-6);  // it falls 0.12 mm before the pads close
+  }
+}
+
+TEST_CASE("In MuJoCo a tapped block stays on its slope with bristles, and friction balances its weight",
+          "[mujoco]") {
+  const Scene scene = tapped_block();
+  const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+  CHECK(runs[0].creep > 30e-6);
+  CHECK(std::fabs(runs[1].creep) < 0.001e-6);
+  CHECK(runs[1].samples.back().travel < 60e-6);
+
+  World world(scene);
+  world.run(4.0);
+  const double downhill = 0.2 * gravity * std::sin(15.0 * M_PI / 180.0);
+  CHECK(world.force()[0] == Approx(-downhill).epsilon(1e-5));
+  CHECK(std::fabs(world.force()[1]) < 1e-5 * downhill);
+}
+
+TEST_CASE("In MuJoCo a plate slides v^2 / (2 mu g) and turns by I w^2 / (2 mu W r)", "[mujoco]") {
+  World sliding(on_floor(plate, 0.001, 0.5));
+  sliding.run(0.2);
+  const double start = sliding.data->qpos[0];
+  sliding.data->qvel[0] = 0.6;
+  sliding.data->qvel[1] = 0.8;
+  sliding.run(0.6);
+  const double way = std::hypot(sliding.data->qpos[0] - start, sliding.data->qpos[1]);
+  CHECK(way == Approx(1.0 / (2.0 * 0.5 * gravity)).epsilon(0.02));
+  CHECK(std::fabs(sliding.data->qvel[0]) < 1e-9);
+
+  World turning(on_floor(plate, 0.001, 0.5));
+  turning.run(0.2);
+  turning.data->qvel[5] = 8.0;
+  turning.run(0.6);
+  const double inertia = 0.5 * (0.2 * 0.2 + 0.2 * 0.2) / 12.0;
+  const double angle = 2.0 * std::atan2(turning.data->qpos[6], turning.data->qpos[3]);
+  CHECK(angle == Approx(inertia * 64.0 / (2.0 * 0.5 * 0.5 * gravity * std::hypot(0.1, 0.1))).epsilon(0.02));
+  CHECK(std::fabs(turning.data->qvel[5]) < 1e-9);
+}
+
+TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") {
+  for (const double speed : {1.0, 0.1, 0.02}) {
+    INFO(speed << " m/s");
+    constexpr double step = 0.004;
+    World world(on_floor(plate, 0.001, 0.5, step));  // K T^2 / m = 32, for turning six times that
+    world.run(0.2);
+    const double start = world.data->qpos[0];
+    world.data->qvel[0] = speed;
+    world.run(0.6);
+    // Half a step of the way is lost: MuJoCo moves bodies by the velocity at the end of a step.
+    const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
+    CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
+    for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-9);
+  }
+}
+
+TEST_CASE("In MuJoCo a plate on bristles of one length comes to rest a whole number of lengths away",
+          "[mujoco]") {
+  // Bristles that all keep the length delta are bent by way - n delta, whatever happened on the way; at rest
+  // with nothing to hold they are straight. A patch that strayed from its body would stop it anywhere.
+  constexpr double delta = 50e-6;
+  World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients{}
+                                               .with_kinetic(0.5)
+                                               .with_peak(1.0)
+                                               .with_presliding_length(delta)
+                                               .with_law(bristle::SnapLaw::single)
+                                               .with_rule(bristle::SnapRule::keep));
+  world.run(0.2);
+  const double start = world.data->qpos[0];
+  world.data->qvel[0] = 0.3;
+  world.run(0.5);
+  const double lengths = (world.data->qpos[0] - start) / delta;
+  CHECK(lengths > 100.0);
+  CHECK(std::fabs(lengths - std::round(lengths)) < 0.01);
+}
+
+TEST_CASE("In MuJoCo a ball that slides rolls on at 5/7 of its speed", "[mujoco]") {
+  World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
+  world.run(0.2);
+  world.data->qvel[0] = 1.4;
+  world.run(0.5);
+  CHECK(world.data->qvel[0] == Approx(1.0).epsilon(0.002));
+  CHECK(world.data->qvel[4] == Approx(world.data->qvel[0] / 0.1).epsilon(0.002));
+  const double rolling = world.data->qvel[0];
+  world.run(1.0);
+  CHECK(world.data->qvel[0] == Approx(rolling).epsilon(0.001));
+}
+
+TEST_CASE("In MuJoCo too weak a pinch lets the capsule slide at g - 2 mu N / m", "[mujoco]") {
+  Scene scene = pinch(0.2);
+  scene.xml.replace(scene.xml.find("0.02 0.02 0.02"), 14, "0.02 0.02 0.50");
+  scene.xml.replace(scene.xml.find("0.02 0.02 0.02"), 14, "0.02 0.02 0.50");
+  World world(scene);
+  world.run(0.15);
+  const double before = world.data->qvel[4];
+  world.run(0.1);
+  const double fall = (before - world.data->qvel[4]) / 0.1;
+  CHECK(fall == Approx(gravity - 2.0 * 0.7 * 0.2 / 0.045).epsilon(0.03));
+}
+
+TEST_CASE("In MuJoCo a force in qfrc_applied counts and stays as it was", "[mujoco]") {
+  World world(on_floor(plate, 0.001, 0.5));
+  world.data->qfrc_applied[0] = 1.0 / 3.0;
+  world.run(1.0);
+  CHECK(world.data->qfrc_applied[0] == 1.0 / 3.0);
+  CHECK(std::all_of(world.data->qfrc_applied + 1, world.data->qfrc_applied + 6,
+                    [](double f) { return f == 0.0; }));
+  CHECK(world.force()[0] == Approx(-1.0 / 3.0).epsilon(1e-6));
+}
+
+TEST_CASE("In MuJoCo patches go back when contacts are lost and come again when they are found", "[mujoco]") {
+  World world(on_floor(plate, 0.001, 0.5));
+  for (int hop = 0; hop < 20; ++hop) {
+    world.run(0.1);
+    CHECK(world.friction->patches().size() == 4);
+    world.data->qvel[2] = 0.3;
+    world.run(0.02);
+    CHECK(world.friction->patches().size() == 0);
+  }
+  CHECK(world.friction->patches().refused() == 0);
+}

@@ -1,0 +1,293 @@
+#!/usr/bin/python3
+"""The Python module: arrays in place, the interpreter's lock, errors, and closed forms of the model."""
+
+import ast
+import pathlib
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import bristle
+
+DBAR = 10e-6  # m, mean snap length
+LOAD = 2.0  # N
+
+
+def material(law, rule="keep", **more):
+    return bristle.Material(snap_length=law, snap_rule=rule, **more)
+
+
+def slide(batch, ids, step, count, load=LOAD):
+    motions, responses = bristle.motions(ids, load), bristle.responses(len(ids))
+    motions.displacement[:, 0] = step
+    forces = np.empty((count, len(ids)))
+    for k in range(count):
+        batch.step(1e-3, motions, responses)
+        forces[k] = responses.end[:, 0]
+    return forces
+
+
+class Arrays(unittest.TestCase):
+    def setUp(self):
+        self.batch = bristle.PatchBatch()
+        self.ids = self.batch.add_many(3, bristle.Material(), bristle.PatchOptions(max_normal_load=LOAD))
+        self.motions, self.responses = bristle.motions(self.ids, LOAD), bristle.responses(3)
+
+    def test_a_step_writes_into_the_arrays_it_is_given(self):
+        address = self.responses.__array_interface__["data"]
+        end = self.responses.end  # a view made before the step
+        self.motions.displacement[:, 0] = [1e-6, 2e-6, -3e-6]
+        report = self.batch.step(1e-3, self.motions, self.responses)
+        self.assertEqual((report.patches_stepped, report.status), (3, bristle.Status.ok))
+        self.assertEqual(self.responses.__array_interface__["data"], address)
+        stiffness = 900 * LOAD * 82.05128205128205  # bristles in contact times that of one
+        np.testing.assert_allclose(self.responses["stiffness"], stiffness, rtol=1e-12)
+        # Nothing snaps below 5 um: a linear spring, against the motion.
+        np.testing.assert_allclose(end[:, 0], [-stiffness * d for d in (1e-6, 2e-6, -3e-6)], rtol=1e-5)
+        np.testing.assert_array_equal(end[:, 1], 0.0)
+        np.testing.assert_array_equal(self.responses.id, self.ids)
+
+    def test_plain_structured_arrays_and_parts_of_arrays_serve_too(self):
+        motions = np.zeros(5, bristle.motion_dtype)
+        responses = np.zeros(5, bristle.response_dtype)
+        motions["id"][1:4], motions["normal_load"] = self.ids, LOAD
+        self.batch.step(1e-3, motions[1:4], responses[1:4])
+        np.testing.assert_array_equal(responses["id"], [0, *self.ids, 0])
+
+    def test_what_cannot_be_used_in_place_is_refused(self):
+        step = self.batch.step
+        read_only = bristle.responses(3)
+        read_only.flags.writeable = False
+        moved = np.zeros(bristle.motion_dtype.itemsize * 3 + 1, "u1")[1:].view(bristle.motion_dtype)
+        refused = [
+            (self.motions, bristle.responses(2), "as many as motions"),
+            (np.zeros((3, 2)), self.responses, "motions: make it with bristle.motions"),
+            ([1, 2, 3], self.responses, "a numpy array is needed"),
+            (self.responses, self.responses, "bristle.motion_dtype"),
+            (self.motions, self.motions, "bristle.response_dtype"),
+            (bristle.motions(np.zeros(6, "u8"))[::2], self.responses, "without gaps"),
+            (self.motions, read_only, "read-only"),
+            (moved, self.responses, "aligned"),
+        ]
+        for motions, responses, message in refused:
+            with self.assertRaisesRegex(bristle.Error, message):
+                step(1e-3, motions, responses)
+
+    def test_bad_values_set_a_status_and_raise_nothing(self):
+        self.motions.normal_load[0] = -1.0
+        self.motions.id[1] = 12345
+        report = self.batch.step(1e-3, self.motions, self.responses)
+        status = [bristle.Status(int(s)) for s in self.responses.status]
+        self.assertEqual(status, [bristle.Status.bad_input, bristle.Status.unknown_id, bristle.Status.ok])
+        self.assertEqual(report.status, bristle.Status.bad_input | bristle.Status.unknown_id)
+
+    def test_a_trial_motion_changes_nothing_and_tells_what_a_step_gives(self):
+        self.motions.displacement[:] = [7e-6, -4e-6]
+        before = self.batch.state_hash()
+        trial = self.batch.find_force(1e-3, self.motions)
+        self.assertEqual(self.batch.state_hash(), before)
+        self.batch.step(1e-3, self.motions, self.responses)
+        np.testing.assert_array_equal(trial.end, self.responses.end)
+
+    def test_few_patches_go_without_arrays(self):
+        self.batch.move(self.ids[0], 1e-6, 0.0, LOAD)
+        self.assertEqual(self.batch.step(1e-3).patches_stepped, 1)
+        self.assertAlmostEqual(self.batch.force(self.ids[0])["end"][0], -900 * LOAD * 82.05128205128205e-6, places=6)
+        self.assertEqual(self.batch.info(self.ids[0])["normal_load"], LOAD)
+        self.assertEqual(len(self.batch), 3)
+        self.batch.remove(self.ids[0])
+        self.batch.step(1e-3)
+        self.assertEqual(len(self.batch), 2)
+
+
+class Model(unittest.TestCase):
+    def test_bristles_that_keep_one_length_give_a_saw(self):
+        batch = bristle.PatchBatch()
+        options = bristle.PatchOptions(max_normal_load=LOAD, bristles=64, precision="double")
+        ids = [batch.add(material(bristle.SnapLength.single(DBAR)), options)]
+        forces = slide(batch, ids, 0.13 * DBAR, 100)[:, 0]
+        x = 0.13 * np.arange(1, 101)
+        stiffness = bristle.Material().bristles_in_contact(LOAD) * bristle.Material().bristle_stiffness
+        whole = np.abs(x % 1.0) > 1e-9
+        np.testing.assert_allclose(forces[whole], -stiffness * DBAR * (x[whole] % 1.0), rtol=1e-9)
+
+    def test_steady_sliding_reaches_the_kinetic_coefficient_and_loses_its_work(self):
+        law, step, count = bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR), 0.3 * DBAR, 2000
+        for rule, length in (("keep", law.mean), ("redraw", law.moment(2) / law.mean)):
+            surface = material(law, rule)
+            batch = bristle.PatchBatch()
+            options = bristle.PatchOptions(max_normal_load=LOAD, bristles=20000, axes=1, outputs="all")
+            motions = bristle.motions(batch.add(surface, options), LOAD)
+            motions.displacement[:, 0] = step
+            responses, mean, lost = bristle.responses(1), [], []
+            for _ in range(count):
+                batch.step(1e-3, motions, responses)
+                mean.append(responses["mean"][0, 0])
+                lost.append(responses.dissipated[0])
+            kinetic = surface.bristle_stiffness * length / (2 * 1111.111111111111 * 1e-6)
+            self.assertAlmostEqual(surface.kinetic_coefficient(), kinetic, delta=1e-12)
+            self.assertAlmostEqual(-np.mean(mean[1000:]) / LOAD, kinetic, delta=0.005 * kinetic)
+            self.assertAlmostEqual(np.mean(lost[1000:]), kinetic * LOAD * step, delta=0.005 * kinetic * LOAD * step)
+
+    def test_first_loading_follows_the_law(self):
+        law = bristle.SnapLength.exponential(DBAR)
+        x = np.linspace(0.0, 4.0, 41)
+        # Exponential lengths that are redrawn forget: the mean deflection is 1 - exp(-x).
+        np.testing.assert_allclose(bristle.virgin_deflection(law, "redraw", x), 1.0 - np.exp(-x), atol=2e-6)
+        np.testing.assert_allclose(law.survival(x * DBAR), np.exp(-x), rtol=1e-12)
+        np.testing.assert_allclose(law.quantile(1.0 - np.exp(-x[1:])), x[1:] * DBAR, rtol=1e-12)
+
+    def test_bristles_can_be_read(self):
+        batch = bristle.PatchBatch()
+        id_ = batch.add(material(bristle.SnapLength.uniform(8e-6, 12e-6)),
+                        bristle.PatchOptions(max_normal_load=LOAD, bristles=500, precision="double"))
+        batch.move(id_, 3e-6, -4e-6, LOAD)
+        batch.step(1e-3)
+        x, y, delta = batch.read_bristles(id_)
+        self.assertEqual((x.shape, y.shape, delta.shape), ((500,),) * 3)
+        np.testing.assert_allclose(x, 3e-6, rtol=1e-12)
+        np.testing.assert_allclose(y, -4e-6, rtol=1e-12)
+        self.assertTrue(8e-6 <= delta.min() and delta.max() <= 12e-6)
+        np.testing.assert_allclose(delta.mean(), 10e-6, rtol=2e-3)
+        energy = 0.5 * 900 * LOAD * 82.05128205128205 * (5e-6) ** 2
+        self.assertAlmostEqual(batch.stored_energy(id_) / energy, 1.0, places=9)
+
+    def test_a_saved_state_goes_on_with_the_same_bits(self):
+        def batch_of_two():
+            batch = bristle.PatchBatch()
+            return batch, batch.add_many(2, bristle.Material(), bristle.PatchOptions(max_normal_load=LOAD))
+
+        first, ids = batch_of_two()
+        slide(first, ids, 4e-6, 20)
+        state = first.save_state()
+        self.assertIsInstance(state, bytes)
+        second, other_ids = batch_of_two()
+        second.restore_state(state)
+        self.assertEqual(first.state_hash(), second.state_hash())
+        np.testing.assert_array_equal(slide(first, ids, 3e-6, 20), slide(second, other_ids, 3e-6, 20))
+        with self.assertRaises(bristle.Error):
+            second.restore_state(state[:-1])
+
+
+class Threads(unittest.TestCase):
+    def long_step(self):
+        """A batch, arrays and a step of a tenth of a second or more."""
+        batch = bristle.PatchBatch()
+        law = bristle.SnapLength.lognormal(DBAR, 1.0)
+        id_ = batch.add(material(law, "redraw"), bristle.PatchOptions(max_normal_load=LOAD, bristles=4_000_000))
+        motions, responses = bristle.motions(id_, LOAD), bristle.responses(1)
+        motions.displacement[:, 0] = 30 * DBAR
+        batch.warm_up()
+        batch.step(1e-3, motions, responses)  # first touch
+        return batch, motions, responses
+
+    def during_a_long_step(self, body):
+        """Runs body() over and over in a second thread while a long step runs: results with their times."""
+        batch, motions, responses = self.long_step()
+        stop, ready, seen = threading.Event(), threading.Event(), []
+
+        def work():
+            while not stop.is_set():
+                seen.append((time.perf_counter(), body(batch)))
+                ready.set()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        ready.wait()
+        start = time.perf_counter()
+        batch.step(1e-3, motions, responses)
+        end = time.perf_counter()
+        stop.set()
+        thread.join()
+        margin = 0.1 * (end - start)
+        return [result for t, result in seen if start + margin < t < end - margin]
+
+    def test_another_thread_goes_on_while_a_step_runs(self):
+        self.assertGreater(len(self.during_a_long_step(lambda batch: None)), 10)
+
+    def test_another_thread_may_add_but_not_step_while_a_step_runs(self):
+        def attempt(batch):
+            batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
+            time.sleep(0.002)
+            try:
+                batch.state_hash()
+                return "read"
+            except bristle.Error as error:
+                return str(error)
+
+        results = self.during_a_long_step(attempt)
+        self.assertTrue(results)
+        for result in results:
+            self.assertIn("another thread is stepping", result)
+
+
+class Interface(unittest.TestCase):
+    def test_parameters_are_keywords_and_wrong_ones_are_named(self):
+        options = bristle.PatchOptions(max_normal_load=3.0, outputs="mean", axes=1)
+        self.assertEqual((options.max_normal_load, options.outputs, options.axes), (3.0, "mean", 1))
+        self.assertIn("outputs='mean'", repr(options))
+        self.assertEqual(options, bristle.PatchOptions(max_normal_load=3.0, outputs="mean", axes=1))
+        self.assertNotEqual(options, bristle.PatchOptions())
+        with self.assertRaisesRegex(TypeError, "no parameter 'max_load'"):
+            bristle.PatchOptions(max_load=3.0)
+        with self.assertRaisesRegex(bristle.Error, 'snap_rule: "reuse" is not one of "redraw", "keep"'):
+            bristle.Material(snap_rule="reuse")
+        with self.assertRaisesRegex(bristle.Error, "bristle_stiffness"):
+            bristle.PatchBatch().add(bristle.Material(bristle_stiffness=-1.0))
+        with self.assertRaises(ValueError):  # bristle.Error is one
+            bristle.SnapLength.uniform(3e-6, 1e-6)
+        with self.assertRaises(bristle.Error):
+            bristle.PatchBatch(isa="abacus")
+
+    def test_coefficients_go_there_and_back(self):
+        wanted = bristle.Coefficients(kinetic=0.5, peak=0.6, presliding_length=20e-6, rule="keep")
+        surface = bristle.Material.from_coefficients(wanted)
+        self.assertEqual(surface, bristle.Material.from_coefficients(
+            kinetic=0.5, peak=0.6, presliding_length=20e-6, rule="keep"))
+        found = surface.coefficients()
+        self.assertAlmostEqual(found.kinetic, 0.5, places=9)
+        self.assertAlmostEqual(found.peak, 0.6, places=6)
+        self.assertEqual((found.rule, found.law), ("keep", "lognormal"))
+
+    def test_a_deadline_monitor_counts(self):
+        monitor = bristle.DeadlineMonitor(deadline=1e-3)
+        for _ in range(99):
+            monitor.record(1e-4, 1e-4)
+        monitor.record(2e-3, 1e-4)
+        self.assertEqual((monitor.count, monitor.misses, monitor.misses_machine), (100, 1, 1))
+        self.assertEqual(monitor.max, 2e-3)
+        self.assertAlmostEqual(monitor.p50, 1e-4, delta=2e-6)
+        self.assertGreater(bristle.DeadlineMonitor.wall_now(), 0.0)
+
+    def test_versions_and_instruction_sets_are_told(self):
+        self.assertRegex(bristle.__version__, r"^\d+\.\d+\.\d+$")
+        self.assertTrue(bristle.instruction_sets()["scalar"])
+        self.assertIn(bristle.PatchBatch().isa, bristle.instruction_sets())
+
+    def test_everything_public_has_a_docstring_and_a_line_in_the_stubs(self):
+        stub = pathlib.Path(__file__).parent.parent / "tools" / "python" / "bristle.pyi"
+        stubbed = {}
+        for node in ast.parse(stub.read_text()).body:
+            if isinstance(node, ast.ClassDef):
+                stubbed[node.name] = {
+                    n.name if isinstance(n, ast.FunctionDef) else n.target.id
+                    for n in node.body if isinstance(n, (ast.FunctionDef, ast.AnnAssign))
+                }
+            elif isinstance(node, ast.FunctionDef):
+                stubbed[node.name] = set()
+            elif isinstance(node, ast.AnnAssign):
+                stubbed[node.target.id] = set()
+        public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
+        self.assertEqual(set(stubbed), public)
+        for name in public - {"__version__", "Status", "Error", "motion_dtype", "response_dtype"}:
+            thing = getattr(bristle, name)
+            self.assertTrue(thing.__doc__, name)
+            if isinstance(thing, type):
+                members = {m for m in vars(thing) if not m.startswith("_")}
+                self.assertEqual({m for m in stubbed[name] if not m.startswith("_")}, members, name)
+
+
+if __name__ == "__main__":
+    unittest.main()

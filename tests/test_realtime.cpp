@@ -1,0 +1,275 @@
+// A loop against the clock: its grid, what a late tick costs, and what the command line says of it. Nothing
+// here depends on how fast or how busy the machine is.
+#include <catch2/catch.hpp>
+
+#include <sched.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "scenes.hpp"
+#include "temporary_folder.hpp"
+#include "tools/cli/paced_clock.hpp"
+#include "tools/cli/realtime.hpp"
+#include "tools/cli/run.hpp"
+
+using bristle::DeadlineMonitor;
+using bristle_test::TemporaryFolder;
+using nlohmann::json;
+
+namespace {
+
+const std::string stroke = std::string(BRISTLE_SCENES) + "/stroke.toml";
+
+std::string read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+int run_shell(const std::string& command) {
+  const int status = std::system(command.c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+json paced_report(const TemporaryFolder& folder, const std::string& options) {
+  const std::string file = folder.at("report.json");
+  INFO(options);
+  REQUIRE(run_shell("'" BRISTLE_CLI "' run '" + stroke + "' --realtime " + options + " --json '" + file +
+                    "' > '" + folder.at("out") + "'") == 0);
+  return json::parse(read_file(file));
+}
+
+}  // namespace
+
+TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out what has passed",
+          "[realtime]") {
+  constexpr double period = 2e-3;
+  for (double busy_wait : {0.0, 1e-3}) {
+    cli::PacedClock clock(period, busy_wait);
+    clock.start();
+    const double start = clock.due_s();
+    std::uint64_t points = 0;
+    for (int k = 0; k < 40; ++k) {
+      const double called = DeadlineMonitor::wall_now();
+      const bool overran = k % 8 == 3;
+      if (overran) {
+        while (DeadlineMonitor::wall_now() < clock.due_s() + 3.4 * period) {
+        }
+      }
+      const std::uint64_t left_out = clock.wait();
+      points += 1 + left_out;
+      if (overran) CHECK(left_out >= 3);
+      // On the grid after any number of ticks, to the nanosecond the clock counts in.
+      CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < 2e-9);
+      CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - 1e-9);
+      CHECK(clock.due_s() > called - 1e-9);  // a point that was still to come
+    }
+  }
+}
+
+TEST_CASE("A paced run gives the bits of the same steps back to back, whatever was left out", "[realtime]") {
+  cli::Scene scene = cli::read_scene(stroke);
+  cli::set_bristles(scene, 3000);
+  for (double rate : {2000.0, 50000.0}) {
+    cli::RunOptions options;
+    options.steps = 300;
+    cli::set_rate(scene, rate);
+    CHECK(scene.dt == 1.0 / rate);
+    CHECK(scene.deadline == scene.dt);
+    const cli::RunResult expected = cli::run_scene(scene, options);
+    options.realtime.emplace();
+    const cli::RunResult paced = cli::run_scene(scene, options);
+    CHECK(paced.state_hash == expected.state_hash);
+    REQUIRE(paced.realtime);
+    CHECK(paced.monitor.count() == 300);
+    CHECK(paced.realtime->bare.monitor.count() == 300);
+    // Four segments of 75 ticks: 74 periods each, but for pauses where the accounts took too long.
+    CHECK(paced.monitor.period_jitter().count() <= 4 * 74);
+    CHECK(paced.realtime->bare.monitor.period_jitter().count() == 4 * 74);
+    const double least = 299.0 / rate * 2.0 - 8.0 / rate;  // both loops, each tick at its point or later
+    CHECK(paced.seconds >= least);
+  }
+}
+
+TEST_CASE("Steps longer than the period are all late, and cost whole periods instead of a burst",
+          "[realtime]") {
+  cli::Scene scene = cli::read_scene(stroke);
+  cli::set_bristles(scene, 300000);
+  cli::set_rate(scene, 100000.0);  // 10 us: less than any machine takes for 300,000 bristles that slide
+  cli::RunOptions options;
+  options.steps = 200;
+  options.realtime.emplace();
+  const cli::RunResult result = cli::run_scene(scene, options);
+  const DeadlineMonitor& m = result.monitor;
+  REQUIRE(m.p50() > 1e-5);
+  CHECK(m.misses() > 150);
+  CHECK(m.skipped() > m.misses());
+  CHECK(m.longest_run() > 100);
+  // Grid points used and left out span the time of the loop: nothing was made up for.
+  const double points = static_cast<double>(m.count() + m.skipped() + result.realtime->held_up);
+  CHECK(points * scene.dt == Approx(result.realtime->ours.seconds).epsilon(0.2).margin(5e-3));
+  CHECK(m.worst().late);
+  CHECK(cli::worst_tick_text(result.realtime->ours, 1).find("after it was due") != std::string::npos);
+}
+
+TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
+  const auto text = [](const bristle::Tick& tick, double queued_s, double stolen_s, int threads = 1) {
+    cli::PacedLoopResult loop;
+    loop.monitor = DeadlineMonitor(1e-3, 1e-3);
+    loop.monitor.record_tick(bristle::Tick{1.0, 1.0, 1.0001, 0.0001});
+    loop.monitor.record_tick(tick);
+    loop.queued_worst_s = queued_s;
+    loop.stolen_worst_s = stolen_s;
+    return cli::worst_tick_text(loop, threads);
+  };
+  const auto has = [](const std::string& all, const char* part) {
+    return all.find(part) != std::string::npos;
+  };
+  const std::string ours = text({2.0, 2.0, 2.0025, 2.4e-3}, 0.0, 0.0);
+  INFO(ours);
+  CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
+  CHECK(has(ours, "ours: the step used more CPU time than the deadline"));
+  const std::string woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);
+  CHECK(has(woken, "the machine's: woken late"));
+  CHECK(has(woken, "an interrupt, or a host that does not tell"));
+  const std::string queued = text({2.0, 2.0015, 2.0017, 0.2e-3}, 1.4e-3, 0.01);
+  CHECK(has(queued, "ready for 1.40 ms while others had the core"));
+  CHECK(has(queued, "the hypervisor took 10.0 ms"));
+  CHECK(!has(queued, "does not tell"));
+  const std::string off = text({2.0, 2.0, 2.0017, 0.2e-3}, 0.0, 0.0);
+  CHECK(has(off, "off the CPU or waiting for 1.50 ms"));
+  CHECK(has(text({2.0, 2.0, 2.0002, 0.2e-3}, 0.0, 0.0), "in time"));
+}
+
+TEST_CASE("A thread that shares its core is told how long it was queued", "[realtime]") {
+  cpu_set_t before, one;
+  sched_getaffinity(0, sizeof before, &before);
+  CPU_ZERO(&one);
+  CPU_SET(sched_getcpu(), &one);
+  sched_setaffinity(0, sizeof one, &one);
+  std::atomic<bool> stop{false};
+  std::thread rival([&] {
+    while (!stop) {
+    }
+  });
+  const cli::QueueClock queue;
+  const double queued = queue.now(), start = DeadlineMonitor::wall_now(), cpu = DeadlineMonitor::cpu_now();
+  while (DeadlineMonitor::wall_now() - start < 0.1) {
+  }
+  const double waited = queue.now() - queued, wall = DeadlineMonitor::wall_now() - start;
+  const double worked = DeadlineMonitor::cpu_now() - cpu;
+  stop = true;
+  rival.join();
+  sched_setaffinity(0, sizeof before, &before);
+  if (queue.now() == 0.0) {
+    WARN("this system does not tell how long a thread was queued");
+    return;
+  }
+  CHECK(waited > 0.0);
+  CHECK(waited + worked <= wall * 1.05 + 0.01);
+}
+
+TEST_CASE("run --realtime reports both loops, its histograms, and what was refused", "[realtime][cli]") {
+  const TemporaryFolder folder;
+  const json report = paced_report(
+      folder,
+      "--rate 2000 --bristles 5000 --steps 200 --core 1023 --fifo 5 --busy-wait 100 --mlock --histograms '" +
+          folder.at("h.csv") + "'");
+  CHECK(report["bristles"] == 5000);
+  CHECK(report["scene"]["dt"] == 1.0 / 2000);
+  CHECK(report["deadline"]["deadline_s"] == 1.0 / 2000);
+  const json& realtime = report["realtime"];
+  CHECK(realtime["rate_hz"] == 2000.0);
+  CHECK(realtime["scene_dt"] == 1e-3);
+  CHECK(realtime["busy_wait_s"] == Approx(1e-4));
+  CHECK(realtime["stopped"] == false);
+  // No machine that this runs on has core 1023; the others depend on who runs it.
+  CHECK(realtime["core"].is_null());
+  std::string refused;
+  for (const json& line : realtime["refused"]) refused += line.get<std::string>() + '\n';
+  CHECK(refused.find("core 1023: ") != std::string::npos);
+  CHECK(realtime["fifo_priority"].is_null() == (refused.find("SCHED_FIFO 5: ") != std::string::npos));
+  CHECK(realtime["locked_memory"] == (refused.find("locked memory: ") == std::string::npos));
+  CHECK(read_file(folder.at("out")).find("refused     core 1023: ") != std::string::npos);
+
+  std::map<std::string, std::uint64_t> ticks;
+  std::istringstream lines(read_file(folder.at("h.csv")));
+  std::string line;
+  std::getline(lines, line);
+  CHECK(line == "loop,histogram,low_us,high_us,count");
+  while (std::getline(lines, line)) {
+    const std::size_t second = line.find(',', line.find(',') + 1);
+    ticks[line.substr(0, second)] += std::strtoull(line.c_str() + line.rfind(',') + 1, nullptr, 10);
+  }
+  for (const char* loop : {"bristle", "bare_sleep"}) {
+    const json& l = realtime[loop];
+    INFO(loop);
+    CHECK(l["ticks"] == 200);
+    CHECK(l["misses"] == l["misses_ours"].get<int>() + l["misses_machine"].get<int>());
+    const std::string name = loop[1] == 'r' ? "bristle" : "bare sleep";
+    CHECK(ticks[name + ",step"] == 200);
+    CHECK(ticks[name + ",jitter"] <= 4 * 49);
+    CHECK(ticks[name + ",jitter"] > 0);
+    for (const char* times : {"step_time", "period_jitter"}) {
+      CHECK(l[times]["p50_s"] <= l[times]["p99_s"]);
+      CHECK(l[times]["p99_s"] <= l[times]["p999_s"]);
+      CHECK(l[times]["p999_s"] <= l[times]["max_s"]);
+    }
+    CHECK(l["worst_tick"]["cause"].get<std::string>().find("after it was due") != std::string::npos);
+  }
+  CHECK(realtime["bristle"]["step_time"]["p50_s"] == report["step_time"]["p50_s"]);
+}
+
+TEST_CASE("An interrupt ends a paced run with its report", "[realtime][cli]") {
+  const TemporaryFolder folder;
+  const std::string file = folder.at("report.json");
+  for (const char* signal : {"INT", "TERM"}) {
+    REQUIRE(run_shell(std::string("timeout --preserve-status -s ") + signal + " 0.5 '" BRISTLE_CLI "' run '" +
+                      stroke + "' --realtime --bristles 1000 --steps 1000000 --json '" + file + "' > '" +
+                      folder.at("out") + "'") == 0);
+    const json report = json::parse(read_file(file));
+    CHECK(report["realtime"]["stopped"] == true);
+    CHECK(report["steps"] < 1000000);
+    CHECK(report["steps"] == report["realtime"]["bristle"]["ticks"]);
+    CHECK(read_file(folder.at("out")).find("stopped     by a signal") != std::string::npos);
+  }
+}
+
+TEST_CASE("Options of a paced run that make no sense are refused in one line", "[realtime][cli][bad input]") {
+  const TemporaryFolder folder;
+  const struct {
+    const char* options;
+    const char* message;
+  } cases[] = {
+      {"--rate 1000", "--rate requires --realtime"},
+      {"--fifo 5", "--fifo requires --realtime"},
+      {"--histograms -", "--histograms requires --realtime"},
+      {"--realtime --rate 0.5", "--rate: Value 0.5 not in range"},
+      {"--realtime --fifo 100", "--fifo: Value 100 not in range"},
+      {"--realtime --fifo 5 --threads 2", "--fifo with more than one thread needs --core"},
+      {"--realtime --histograms - --json -", "only one can have stdout"},
+      {"--bristles 0", "--bristles: Value 0 not in range"},
+  };
+  for (const auto& c : cases) {
+    INFO(c.options);
+    CHECK(run_shell("'" BRISTLE_CLI "' run '" + stroke + "' " + c.options + " > '" + folder.at("out") +
+                    "' 2> '" + folder.at("err") + "'") == 2);
+    const std::string message = read_file(folder.at("err"));
+    CHECK_THAT(message, Catch::Matchers::Contains(c.message));
+    CHECK(std::count(message.begin(), message.end(), '\n') == 1);
+    CHECK(read_file(folder.at("out")).empty());
+  }
+}

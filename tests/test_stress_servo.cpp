@@ -1,0 +1,335 @@
+// A servo thread under stress: its size, patches that come and go, the worst motions, rivals for the cores.
+//
+// Where the machine's speed enters, a plain loop over as many bristles is timed in turns with bristle
+// (bench/plain_loops.hpp), and the ratio is held against about twice what was measured: a step that takes
+// three times as long fails.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bench/plain_loops.hpp"
+#include "expect.hpp"
+#include "scenes.hpp"
+#include "stress.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+const SnapLength usual_law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+
+/// Threads that spin or stream memory for as long as this lives.
+class Rivals {
+ public:
+  enum class Work { spin, stream };
+  Rivals(int count, Work work) {
+    for (int i = 0; i < count; ++i) {
+      threads_.emplace_back([this, work] {
+        bristle::plain::StreamLoop stream(work == Work::stream ? 4'000'000 : 256, 2, 2);
+        double sum = 0.0;
+        while (!stop_.load(std::memory_order_relaxed)) sum += stream.step();
+        sum_.store(sum, std::memory_order_relaxed);
+      });
+    }
+  }
+  ~Rivals() {
+    stop_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  Rivals(const Rivals&) = delete;
+  Rivals& operator=(const Rivals&) = delete;
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::atomic<double> sum_{0.0};
+  std::vector<std::thread> threads_;
+};
+
+/// The yardstick: the same bristles in plain loops, all of which snap in every step.
+struct PlainStep {
+  bristle::plain::PlainLoop loop;
+  double sum = 0.0;
+  PlainStep(std::uint32_t n, SnapRule rule)
+      : loop([&] {
+          bristle::plain::PlainOptions options;
+          options.bristles = n;
+          options.mean_snap_length_m = dbar;
+          options.rule = rule == SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
+          options.mean = true;
+          options.style = bristle::plain::Style::chunked;
+          return options;
+        }()) {}
+  void operator()(int) { sum += loop.step(1.6 * dbar, 0.0).mean[0]; }
+};
+
+OnePatch sliding_patch(std::uint32_t n, SnapRule rule, const SnapLength& law = usual_law) {
+  OnePatch patch(plain_material(law, rule), plain_options(n, 2, Precision::single, Outputs::mean));
+  patch.step(0.0, 0.0, n);
+  for (int k = 0; k < 10; ++k) patch.step(0.9 * dbar, 0.3 * dbar, n);
+  return patch;
+}
+
+constexpr std::uint32_t hundredfold = 90000;  // a hundred times the paper's 900
+
+void check_hundredfold(const char* when) {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    OnePatch patch = sliding_patch(hundredfold, rule);
+    PlainStep plain(hundredfold, rule);
+    const auto [ours, theirs] =
+        times_in_turns([&](int) { patch.step(1.6 * dbar, 0.0, hundredfold); }, plain, 200, 5);
+    std::printf("%s, %s: ", when, table_name(rule));
+    check_below(ours.p99, 1e-3, "all snap, p99, s");
+    std::printf("%s, %s: ", when, table_name(rule));
+    check_below(ours.p50 / theirs.p50, 2.0, "against a plain loop");
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Ninety thousand bristles, a hundred times the paper's, all snap within a millisecond at p99",
+          "[stress]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    OnePatch patch(plain_material(usual_law, rule), plain_options(hundredfold));
+    patch.step(0.0, 0.0, hundredfold);
+    REQUIRE(patch.step(1.6 * dbar, 0.0, hundredfold).snaps >= hundredfold);  // beyond every length
+  }
+  in_rounds([] { check_hundredfold("alone"); });
+}
+
+TEST_CASE("A rival that streams memory on the other core leaves the servo thread its time", "[stress]") {
+  in_rounds([] {
+    const Rivals rivals(std::max(static_cast<int>(std::thread::hardware_concurrency()) - 1, 1),
+                        Rivals::Work::stream);
+    check_hundredfold("beside rivals");
+  });
+}
+
+namespace {
+
+/// A motion made to be hard on a step; k is the number of the step.
+struct HardMotion {
+  const char* name;
+  SnapLength law;
+  SnapRule rule;
+  Motion (*motion)(int k, std::uint32_t n);
+  double limit;  ///< p90 (every fourth step at least is a hard one) over the p50 of a plain loop
+};
+
+Motion moved(double dx, double dy, double load) {
+  Motion motion;
+  motion.displacement[0] = dx;
+  motion.displacement[1] = dy;
+  motion.normal_load = load;
+  return motion;
+}
+
+Motion all_at_once(int, std::uint32_t n) { return moved(0.26 * dbar, 0.0, n); }
+// More than twice the longest snap length: less, and bristles find a way to and fro without a snap.
+Motion reversal(int k, std::uint32_t n) { return moved(k % 2 ? 3.2 * dbar : -3.2 * dbar, 0.0, n); }
+Motion square_load(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.0, (k % 2 ? 1.0 : 0.1) * n); }
+Motion in_and_out(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.3 * dbar, k % 2 ? n : 0.0); }
+Motion all_together(int k, std::uint32_t n) {
+  const double way = 3.2 * dbar * (k % 2 ? 1.0 : -1.0);
+  return moved(k % 4 < 2 ? way : 0.0, k % 4 < 2 ? 0.0 : way, (k % 3 ? 1.0 : 0.1) * n);
+}
+
+}  // namespace
+
+TEST_CASE("No motion is hard on a step: all snap at once, reversal each tick, load square wave", "[stress]") {
+  constexpr std::uint32_t n = 30000;
+  const SnapLength nearly_one = SnapLength::uniform(0.99 * dbar, 1.01 * dbar);
+  // Where all lengths are the same to the bit, remainders are taken in double: ten times the time.
+  const SnapLength one = SnapLength::single(dbar);
+  const HardMotion motions[] = {
+      {"all snap at once", nearly_one, SnapRule::keep, all_at_once, 1.5},
+      {"all snap at once, one length", one, SnapRule::keep, all_at_once, 22.0},
+      {"reversal each tick", usual_law, SnapRule::keep, reversal, 1.9},
+      {"reversal each tick", usual_law, SnapRule::redraw, reversal, 2.8},
+      {"load square wave", usual_law, SnapRule::keep, square_load, 2.4},
+      {"load square wave", usual_law, SnapRule::redraw, square_load, 1.5},
+      {"contact lost and found", usual_law, SnapRule::redraw, in_and_out, 1.5},
+      {"turn, reversal and load at once", usual_law, SnapRule::redraw, all_together, 3.3},
+  };
+  in_rounds([&] {
+    for (const HardMotion& hard : motions) {
+      OnePatch patch = sliding_patch(n, hard.rule, hard.law);
+      PlainStep plain(n, hard.rule);
+      const auto step = [&](int k) {
+        Motion motion = hard.motion(k, n);
+        motion.id = patch.id;
+        patch.step(motion);
+      };
+      const auto [ours, theirs] = times_in_turns(step, plain, 100, 5);
+      std::printf("%s, %s: ", hard.name, table_name(hard.rule));
+      check_below(ours.p90 / theirs.p50, hard.limit, "p90 against a plain loop");
+    }
+  });
+}
+
+namespace {
+
+constexpr int come_and_go = 1000;  // patches each tick
+constexpr std::uint32_t small = 100;
+
+/// What the adding thread does in a tick: takes away the patches of four ticks ago and adds as many.
+class Adder {
+ public:
+  explicit Adder(PatchBatch& batch) : batch_(batch), material_(plain_material(usual_law, SnapRule::keep)) {}
+  void tick(int j) {
+    std::vector<PatchId>& ids = ids_[static_cast<std::size_t>(j % 4)];
+    for (PatchId id : ids) batch_.remove(id);
+    ids =
+        add_patches(batch_, come_and_go, material_, plain_options(small, 2, Precision::single, Outputs::end));
+  }
+  const std::vector<PatchId>& ids(int j) const { return ids_[static_cast<std::size_t>(j % 4)]; }
+
+ private:
+  PatchBatch& batch_;
+  Material material_;
+  std::array<std::vector<PatchId>, 4> ids_;
+};
+
+/// A servo loop over two thousand patches that stay, and those that came in the last two ticks.
+class BusyServo {
+ public:
+  BusyServo()
+      : stay_(add_patches(batch, 2 * come_and_go, plain_material(usual_law, SnapRule::keep),
+                          plain_options(small, 2, Precision::single, Outputs::end))),
+        motions_(4 * come_and_go),
+        responses_(4 * come_and_go) {
+    batch.warm_up();
+  }
+
+  /// Thread CPU time of the step, s.
+  double step(const std::vector<PatchId>& newest, const std::vector<PatchId>& newer) {
+    std::size_t at = 0;
+    for (const std::vector<PatchId>* ids :
+         {static_cast<const std::vector<PatchId>*>(&stay_), &newer, &newest}) {
+      for (PatchId id : *ids) {
+        motions_[at] = moved(0.3 * dbar, 0.1 * dbar, small);
+        motions_[at++].id = id;
+      }
+    }
+    const double start = bristle::DeadlineMonitor::cpu_now();
+    report = batch.step(tick, {motions_.data(), at}, {responses_.data(), at});
+    return bristle::DeadlineMonitor::cpu_now() - start;
+  }
+  std::uint64_t hash_of_those_that_stay() const {
+    std::uint64_t hash = 0;
+    for (PatchId id : stay_) hash = hash * 31 + batch.state_hash(id);
+    return hash;
+  }
+
+  PatchBatch batch;
+  bristle::StepReport report;
+
+ private:
+  std::vector<PatchId> stay_;
+  std::vector<Motion> motions_;
+  std::vector<Response> responses_;
+};
+
+/// Median of the steps' CPU time with a thousand patches coming and going each tick on another thread.
+double time_of_changing(BusyServo& servo, int ticks) {
+  Adder adder(servo.batch);
+  std::atomic<int> asked{1}, done{0};
+  std::thread thread([&] {
+    for (int j = 0; j < ticks; ++j) {
+      while (asked.load() < j) std::this_thread::yield();
+      adder.tick(j);
+      done.store(j + 1);
+    }
+  });
+  std::vector<double> times;
+  bool all_known = true;
+  for (int k = 2; k < ticks; ++k) {
+    while (done.load() < k) std::this_thread::yield();  // the patches of ticks k - 1 and k - 2 are there
+    asked.store(k);                                     // those of tick k come during this step
+    times.push_back(servo.step(adder.ids(k - 1), adder.ids(k - 2)));
+    all_known =
+        all_known && servo.report.status == Status::ok && servo.report.patches_stepped == 4u * come_and_go;
+  }
+  thread.join();
+  CHECK(all_known);
+  std::nth_element(times.begin(), times.begin() + static_cast<long>(times.size() / 2), times.end());
+  return times[times.size() / 2];
+}
+
+}  // namespace
+
+TEST_CASE("A thousand patches come and go each tick on another thread, and the step keeps its time",
+          "[stress]") {
+  const int ticks = static_cast<int>(test_size(100));
+  in_rounds([&] {
+    double changing = 1e9, steady = 1e9, plain_time = 1e9;
+    PlainStep plain(4 * come_and_go * small, SnapRule::keep);
+    for (int tries = 0; tries < 3; ++tries) {
+      BusyServo with, without;
+      changing = std::min(changing, time_of_changing(with, ticks));
+      // The same motions of as many patches, none of which comes or goes.
+      Adder adder(without.batch);
+      adder.tick(0);
+      adder.tick(1);
+      std::vector<double> times;
+      for (int k = 2; k < ticks; ++k) times.push_back(without.step(adder.ids(1), adder.ids(0)));
+      std::nth_element(times.begin(), times.begin() + static_cast<long>(times.size() / 2), times.end());
+      steady = std::min(steady, times[times.size() / 2]);
+      for (int k = 0; k < 20; ++k) {
+        const double start = bristle::DeadlineMonitor::cpu_now();
+        plain(k);
+        plain_time = std::min(plain_time, bristle::DeadlineMonitor::cpu_now() - start);
+      }
+      CHECK(with.hash_of_those_that_stay() == without.hash_of_those_that_stay());
+      CHECK(with.batch.patch_count() == 6u * come_and_go);
+    }
+    std::printf("4,000 patches: %.3g s a step steady, %.3g s with 1,000 coming and going\n", steady,
+                changing);
+    check_below(changing / steady, 3.4, "coming and going against steady");
+    check_below(steady / plain_time, 3.5, "steady against a plain loop over as many bristles");
+  });
+}
+
+#if BRISTLE_WITH_TBB
+TEST_CASE("Workers that are preempted neither stop a step nor change its bits", "[stress]") {
+  // Slow kernels, so that the pieces of a step take about a millisecond and threads lose their core in them.
+  const std::uint32_t n = test_size(100000);
+  const int cores = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
+  const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
+  in_rounds([&] {
+    const auto make = [&](int threads) {
+      OnePatch patch(material, plain_options(n, 2, Precision::single, Outputs::mean),
+                     BatchOptions{}.with_threads(threads).with_isa("scalar"));
+      patch.step(0.0, 0.0, n);
+      return patch;
+    };
+    OnePatch alone = make(1), shared = make(2 * cores + 2);
+    const Rivals rivals(cores, Rivals::Work::spin);
+    std::uint32_t most_threads = 0;
+    const auto [crowded, single] = times_in_turns(
+        [&](int) {
+          shared.step(8.0 * dbar, 5.0 * dbar, n);
+          most_threads = std::max(most_threads, shared.report.threads);
+        },
+        [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); }, 4, 2);
+    // Workers come when the system lets them: not in every step.
+    for (int k = 0; k < 200 && most_threads < 2; ++k) {
+      shared.step(8.0 * dbar, 5.0 * dbar, n);
+      alone.step(8.0 * dbar, 5.0 * dbar, n);
+      most_threads = std::max(most_threads, shared.report.threads);
+    }
+    CHECK(shared.hash() == alone.hash());
+    CHECK(most_threads > 1);
+    // Waiting for a worker that was taken off its core may spin, though not for long.
+    std::printf("%d threads and %d that spin on %d cores, %u took part: ", 2 * cores + 2, cores, cores,
+                most_threads);
+    check_below(crowded.p50 / single.p50, 1.8, "CPU time of the calling thread against doing all alone");
+  });
+}
+#endif

@@ -1,0 +1,23 @@
+# Friction of bristles in MuJoCo, and the program that sets it beside MuJoCo's own.
+find_package(mujoco CONFIG QUIET GLOBAL)
+if(NOT TARGET mujoco::mujoco)
+  bristle_skip("MuJoCo's example" libmujoco-dev)
+  return()
+endif()
+# Debian's package names a folder of another package that it does without, and /usr/include is known anyway.
+get_target_property(folders mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
+list(FILTER folders EXCLUDE REGEX "libqhull|^/usr/include/?$")
+set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${folders}")
+if(BRISTLE_MINIMAL)
+  return() # two axes, redraw
+endif()
+add_library(bristle_mujoco_parts STATIC examples/mujoco_friction.cpp examples/mujoco_scenes.cpp)
+bristle_compile_flags(bristle_mujoco_parts)
+target_link_libraries(bristle_mujoco_parts
+  PUBLIC bristle bristle::eigen mujoco::mujoco
+  PRIVATE fmt::fmt)
+
+add_executable(bristle_mujoco examples/mujoco_main.cpp)
+bristle_compile_flags(bristle_mujoco)
+target_link_libraries(bristle_mujoco PRIVATE bristle_mujoco_parts CLI11::CLI11 fmt::fmt)
+set_target_properties(bristle_mujoco PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

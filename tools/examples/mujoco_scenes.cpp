@@ -1,0 +1,259 @@
+#include "tools/examples/mujoco_scenes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "tools/examples/mujoco_friction.hpp"
+
+namespace mujoco_example {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// MuJoCo's best for friction that holds: elliptic cones, and friction ten times as stiff as the normal
+/// force.
+constexpr const char* option = R"(<option timestep="0.002" cone="elliptic" impratio="10" {}/>)";
+
+std::string gravity_on_slope(double degrees) {
+  const double angle = degrees * pi / 180.0;
+  return fmt::format(R"(gravity="{:.17g} 0 {:.17g}")", 9.81 * std::sin(angle), -9.81 * std::cos(angle));
+}
+
+bristle::Coefficients law() {
+  return bristle::Coefficients{}
+      .with_kinetic(0.7)
+      .with_peak(0.8)
+      .with_presliding_length(20e-6)
+      .with_damping_per_newton(0.5);
+}
+
+double heading(const mjtNum* quaternion) {
+  return std::atan2(2.0 * (quaternion[0] * quaternion[3] + quaternion[1] * quaternion[2]),
+                    1.0 - 2.0 * (quaternion[2] * quaternion[2] + quaternion[3] * quaternion[3]));
+}
+
+/// One kind of friction at work on a scene of its own.
+class Stepper {
+ public:
+  Stepper(const Scene& scene, Friction kind)
+      : scene_(scene),
+        model_(load(scene.xml)),
+        data_(make_data(*model_)),
+        body_(mj_name2id(model_.get(), mjOBJ_BODY, "body")) {
+    if (body_ < 0) throw std::runtime_error("scene " + scene.name + ": no body called \"body\"");
+    if (kind == Friction::noslip) model_->opt.noslip_iterations = 10;
+    if (kind == Friction::bristle) {
+      remove_friction(*model_);
+      friction_ = std::make_unique<BristleFriction>(
+          *model_, law(),
+          FrictionOptions{bristle::PatchOptions{}.with_max_normal_load(60.0).with_bristles(1000)});
+    }
+    mj_forward(model_.get(), data_.get());
+    std::copy_n(data_->xpos + 3 * body_, 3, start_);
+    result.friction = kind;
+  }
+
+  void step() {
+    scene_.drive(*model_, *data_);
+    if (friction_) {
+      friction_->step(*model_, *data_);
+    } else {
+      mj_step(model_.get(), data_.get());
+    }
+    contacts_ += data_->ncon;
+    ++steps_;
+  }
+  void sample() {
+    Sample now{
+        data_->time, 0.0, heading(data_->qpos + model_->jnt_qposadr[model_->body_jntadr[body_]] + 3), {}};
+    mj_kinematics(model_.get(), data_.get());
+    for (int a = 0; a < 3; ++a) {
+      now.place[a] = data_->xpos[3 * body_ + a] - start_[a];
+      now.travel += scene_.direction[a] * now.place[a];
+    }
+    result.samples.push_back(now);
+  }
+  double timestep() const { return model_->opt.timestep; }
+  void finish() {
+    const Sample& end = result.samples.back();
+    const Sample& from = result.samples[result.samples.size() * 3 / 4];
+    result.creep = (end.travel - from.travel) / (end.t - from.t);
+    result.contacts = contacts_ / static_cast<double>(steps_);
+    std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
+                     times.end());
+    result.step_us = 1e6 * times[times.size() / 2];
+  }
+
+  Run result;
+  std::vector<double> times;  ///< s a step, of each block of steps
+
+ private:
+  const Scene& scene_;
+  Model model_;
+  Data data_;
+  int body_;
+  std::unique_ptr<BristleFriction> friction_;
+  double start_[3] = {};
+  double contacts_ = 0.0;
+  long steps_ = 0;
+};
+
+}  // namespace
+
+const char* to_string(Friction friction) {
+  switch (friction) {
+    case Friction::stock:
+      return "MuJoCo";
+    case Friction::noslip:
+      return "MuJoCo, noslip";
+    default:
+      return "bristle";
+  }
+}
+
+Model load(const std::string& xml) {
+  const auto files = std::make_unique<mjVFS>();
+  mj_defaultVFS(files.get());
+  mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size()));
+  std::memcpy(files->filedata[0], xml.data(), xml.size());
+  char error[1000] = "";
+  Model model(mj_loadXML("scene.xml", files.get(), error, sizeof error), mj_deleteModel);
+  mj_deleteVFS(files.get());
+  if (!model) throw std::runtime_error(std::string("MuJoCo refuses the scene: ") + error);
+  return model;
+}
+
+Data make_data(const mjModel& model) { return {mj_makeData(&model), mj_deleteData}; }
+
+Scene pinch(double grip_n, double swing_n, const char* solref) {
+  Scene scene;
+  const bool swings = swing_n != 0.0;
+  scene.name = swings ? "pinch_swing" : fmt::format("pinch_{:g}N", grip_n);
+  scene.title = swings ? fmt::format("pinch of {:g} to {:g} N", grip_n - swing_n, grip_n + swing_n)
+                       : fmt::format("pinch of {:g} N, solref {}", grip_n, solref);
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="{}" friction="0.7 0.005 0.0001"/></default>
+<worldbody>
+  <body pos="0 -0.0301 0"><joint name="left" type="slide" axis="0 1 0" damping="20"/>
+    <geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>
+  <body pos="0 0.0301 0"><joint name="right" type="slide" axis="0 -1 0" damping="20"/>
+    <geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>
+  <body name="body"><freejoint/><geom type="capsule" size="0.01 0.012" mass="0.045"/></body>
+</worldbody>
+<actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
+                          fmt::format(option, ""), solref);
+  scene.drive = [=](const mjModel&, mjData& data) {
+    data.ctrl[0] = data.ctrl[1] = grip_n + swing_n * std::sin(2.0 * pi * data.time);
+  };
+  return scene;
+}
+
+Scene tapped_block() {
+  Scene scene;
+  scene.name = "tapped_block";
+  scene.title = "block on a slope, tapped";
+  scene.direction[0] = 1.0;
+  scene.direction[2] = 0.0;
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom friction="0.5 0.005 0.0001"/></default>
+<worldbody>
+  <geom type="plane" size="5 5 1"/>
+  <body name="body" pos="0 0 0.02"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.2"/></body>
+</worldbody></mujoco>)",
+                          fmt::format(option, gravity_on_slope(15.0)));
+  scene.drive = [](const mjModel& model, mjData& data) {
+    const int body = mj_name2id(&model, mjOBJ_BODY, "body");
+    const bool tap = data.time < 2.0 && std::fmod(data.time, 0.2) < 0.01;
+    data.xfrc_applied[6 * body + 1] = tap ? 0.3 : 0.0;   // aside
+    data.xfrc_applied[6 * body + 2] = tap ? -1.0 : 0.0;  // into the slope
+  };
+  return scene;
+}
+
+Scene spun_box(double speed) {
+  Scene scene = pushed_box();
+  scene.name = "spun_box";
+  scene.title = "box turning on the spot";
+  scene.drive = [speed](const mjModel&, mjData& data) {
+    if (data.time == 0.0) data.qvel[5] = speed;
+  };
+  return scene;
+}
+
+Scene pushed_box() {
+  Scene scene;
+  scene.name = "pushed_box";
+  scene.title = "box pushed off centre";
+  scene.seconds = 2.0;
+  scene.direction[0] = 1.0;
+  scene.direction[2] = 0.0;
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="0.01 1" friction="0.4 0.005 0.0001"/></default>
+<worldbody>
+  <geom type="plane" size="5 5 1"/>
+  <body name="body" pos="0 0 0.01"><freejoint/><geom type="box" size="0.1 0.1 0.01" mass="0.5"/></body>
+</worldbody></mujoco>)",
+                          fmt::format(option, ""));
+  scene.drive = [](const mjModel& model, mjData& data) {
+    const int body = mj_name2id(&model, mjOBJ_BODY, "body");
+    const bool push = data.time >= 0.1 && data.time < 0.3;
+    const double force = push ? 4.0 : 0.0;
+    data.xfrc_applied[6 * body] = force;
+    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // along x, at 0.1 m of y
+  };
+  return scene;
+}
+
+Scene ten_blocks() {
+  Scene scene;
+  scene.name = "ten_blocks";
+  scene.title = "ten blocks on a slope";
+  scene.seconds = 2.0;
+  scene.direction[0] = 1.0;
+  scene.direction[2] = 0.0;
+  std::string blocks;
+  for (int i = 0; i < 10; ++i) {
+    blocks += fmt::format(
+        R"(<body name="{}" pos="0 {} 0.02"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.2"/></body>)",
+        i == 0 ? "body" : fmt::format("body{}", i), 0.15 * i);
+  }
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom friction="0.5 0.005 0.0001"/></default>
+<worldbody><geom type="plane" size="5 5 1"/>{}</worldbody></mujoco>)",
+                          fmt::format(option, gravity_on_slope(15.0)), blocks);
+  return scene;
+}
+
+std::vector<Scene> all_scenes() {
+  return {pinch(5.9, 0.0, "0.02 1"), pinch(12.0),    pinch(30.0),  pinch(60.0),
+          pinch(36.0, 24.0),         tapped_block(), pushed_box(), ten_blocks()};
+}
+
+std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds, double sample_s) {
+  std::vector<Stepper> steppers;
+  for (const Friction kind : kinds) steppers.emplace_back(scene, kind);
+  const double timestep = steppers.front().timestep();
+  const int block = std::max(1, static_cast<int>(std::lround(sample_s / timestep)));
+  const int blocks = static_cast<int>(std::lround(scene.seconds / (block * timestep)));
+  for (int b = 0; b < blocks; ++b) {
+    for (Stepper& stepper : steppers) {
+      const double before = bristle::DeadlineMonitor::cpu_now();
+      for (int i = 0; i < block; ++i) stepper.step();
+      stepper.times.push_back((bristle::DeadlineMonitor::cpu_now() - before) / block);
+      stepper.sample();
+    }
+  }
+  std::vector<Run> runs;
+  for (Stepper& stepper : steppers) {
+    stepper.finish();
+    runs.push_back(std::move(stepper.result));
+  }
+  return runs;
+}
+
+}  // namespace mujoco_example

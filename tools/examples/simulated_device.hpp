@@ -1,0 +1,40 @@
+// A haptic device that exists only in memory, with an interface in the shape of OpenHaptics' HDAPI, so that
+// the callback of servo_callback.cpp reads as it would there. Each function names the call it stands for.
+//
+// Behind it: a stylus of 50 g held by a hand (a spring and a damper towards where the hand wants to be),
+// three encoders, a force that is held for a tick, a servo thread at 1 kHz.
+#pragma once
+
+#include <bristle/bristle.hpp>
+
+namespace device {
+
+enum CallbackCode { callback_done, callback_continue };  // HD_CALLBACK_DONE, HD_CALLBACK_CONTINUE
+using Callback = CallbackCode (*)(void* user);           // HDSchedulerCallback
+
+enum Parameter {
+  current_position,       // HD_CURRENT_POSITION: three numbers, mm
+  current_force,          // HD_CURRENT_FORCE: three numbers, N; to be set
+  nominal_max_force,      // HD_NOMINAL_MAX_FORCE: N
+  nominal_max_stiffness,  // HD_NOMINAL_MAX_STIFFNESS: N/mm
+};
+
+void begin_frame();                                      // hdBeginFrame(hdGetCurrentDevice())
+void end_frame();                                        // hdEndFrame(hdGetCurrentDevice())
+void get_doublev(Parameter what, double* values);        // hdGetDoublev
+void set_doublev(Parameter what, const double* values);  // hdSetDoublev
+
+void schedule_asynchronous(Callback callback, void* user);  // hdScheduleAsynchronous, default priority
+void start_scheduler();                                     // hdStartScheduler: the servo thread begins
+bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): the callback is still wanted
+void stop_scheduler();  // hdStopScheduler: waits until it has ended
+
+// What a real device does not tell.
+void set_hand(void (*where)(double time_s, double (&metres)[3]));  // where the hand wants to be
+double true_position(int axis);                                    // m; once stopped, or in the callback
+const bristle::DeadlineMonitor& servo_times();                     // of the callback; once stopped
+
+constexpr double encoder_count = 23e-6;  // m
+constexpr double tick = 1e-3;            // s
+
+}  // namespace device

@@ -1,0 +1,101 @@
+// Structured dtypes over Motion and Response, and arrays of them.
+#include <cstddef>
+#include <type_traits>
+
+#include "tools/python/module.hpp"
+
+namespace bristle_python {
+
+using bristle::Motion;
+using bristle::Response;
+
+namespace {
+
+static_assert(std::is_standard_layout_v<Motion> && std::is_trivially_copyable_v<Motion>);
+static_assert(std::is_standard_layout_v<Response> && std::is_trivially_copyable_v<Response>);
+
+class DtypeBuilder {
+ public:
+  DtypeBuilder& add(const char* name, const char* format, std::size_t offset) {
+    names_.append(name);
+    formats_.append(format);
+    offsets_.append(offset);
+    return *this;
+  }
+  py::dtype build(std::size_t size) const {
+    return py::dtype(names_, formats_, offsets_, static_cast<py::ssize_t>(size));
+  }
+
+ private:
+  py::list names_, formats_, offsets_;
+};
+
+/// n elements of zeros, as a recarray: columns by name and by attribute, both without a copy.
+py::object zeros(const py::dtype& dtype, py::ssize_t size) {
+  const py::module_ numpy = py::module_::import("numpy");
+  return numpy.attr("zeros")(size, dtype).attr("view")(numpy.attr("recarray"));
+}
+
+}  // namespace
+
+py::dtype motion_dtype() {
+  return DtypeBuilder()
+      .add("id", "u8", offsetof(Motion, id))
+      .add("displacement", "(2,)f8", offsetof(Motion, displacement))
+      .add("normal_load", "f8", offsetof(Motion, normal_load))
+      .add("has_velocity", "?", offsetof(Motion, has_velocity))
+      .add("velocity", "(2,)f8", offsetof(Motion, velocity))
+      .build(sizeof(Motion));
+}
+
+py::dtype response_dtype() {
+  return DtypeBuilder()
+      .add("id", "u8", offsetof(Response, id))
+      .add("status", "u4", offsetof(Response, status))
+      .add("end", "(2,)f8", offsetof(Response, end))
+      .add("elastic", "(2,)f8", offsetof(Response, elastic))
+      .add("damper", "(2,)f8", offsetof(Response, damper))
+      .add("mean", "(2,)f8", offsetof(Response, mean))
+      .add("stiffness", "f8", offsetof(Response, stiffness))
+      .add("damping", "f8", offsetof(Response, damping))
+      .add("force_limit", "f8", offsetof(Response, force_limit))
+      .add("dissipated", "f8", offsetof(Response, dissipated))
+      .add("contact_loss", "f8", offsetof(Response, contact_loss))
+      .add("damper_work", "f8", offsetof(Response, damper_work))
+      .add("snaps", "u8", offsetof(Response, snaps))
+      .build(sizeof(Response));
+}
+
+void define_arrays(py::module_& module) {
+  module.attr("motion_dtype") = motion_dtype();
+  module.attr("response_dtype") = response_dtype();
+  module.def(
+      "motions",
+      [](const py::object& ids, const py::object& normal_load) {
+        const py::object wanted = py::module_::import("numpy").attr("atleast_1d")(ids);
+        const py::object array = zeros(motion_dtype(), py::cast<py::ssize_t>(wanted.attr("size")));
+        array.attr("__setitem__")("id", wanted);
+        array.attr("__setitem__")("normal_load", normal_load);
+        return array;
+      },
+      py::arg("ids"), py::arg("normal_load") = 0.0,
+      "An array of motions for these patches, at rest under `normal_load` (N, one or one per patch). Columns "
+      "are "
+      "views: motions.displacement[:, 0] = dx, or motions['displacement']. displacement: m over the step; "
+      "velocity (m/s) is used where has_velocity is set, else displacement / dt.");
+  module.def(
+      "responses", [](py::ssize_t size) { return zeros(response_dtype(), size); }, py::arg("size"),
+      "An array for the responses to `size` motions. end, elastic, damper, mean: N, on the moving body; "
+      "status: "
+      "flags of bristle.Status. (As an attribute, mean is numpy's own: take responses['mean'].)");
+  const py::object flags = py::module_::import("enum").attr("IntFlag");
+  py::dict values;
+  values["ok"] = 0;
+  values["unknown_id"] = 1;
+  values["repeated_id"] = 2;
+  values["bad_input"] = 4;
+  values["overload"] = 8;
+  module.attr("Status") = flags("Status", values, py::arg("module") = "bristle");
+}
+
+}  // namespace bristle_python

@@ -1,0 +1,93 @@
+// A struct of plain fields as a Python class with keyword arguments, attributes, == and repr.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/python/module.hpp"
+
+namespace bristle_python {
+
+/// The values of an enumeration and what Python calls them.
+template <class E>
+using Names = std::vector<std::pair<const char*, E>>;
+
+template <class E>
+std::string name_of(const Names<E>& names, E value) {
+  for (const auto& [name, named] : names) {
+    if (named == value) return name;
+  }
+  return "?";
+}
+/// Throws bristle::Error that lists what there is.
+template <class E>
+E value_of(const Names<E>& names, const std::string& parameter, const std::string& name) {
+  std::string known;
+  for (const auto& [candidate, value] : names) {
+    if (name == candidate) return value;
+    known += (known.empty() ? "\"" : ", \"") + std::string(candidate) + "\"";
+  }
+  throw bristle::Error(parameter + ": \"" + name + "\" is not one of " + known);
+}
+
+template <class T>
+class KeywordClass {
+ public:
+  KeywordClass(py::module_& module, const char* name, const char* doc)
+      : type(module, name, doc), name_(name) {}
+
+  template <class Member>
+  KeywordClass& field(const char* name, Member T::*member, const char* doc) {
+    type.def_readwrite(name, member, doc);
+    fields_.emplace_back(name);
+    return *this;
+  }
+  template <class E>
+  KeywordClass& named_field(const char* name, E T::*member, const Names<E>& names, const char* doc) {
+    type.def_property(
+        name, [=](const T& self) { return name_of(names, self.*member); },
+        [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
+    fields_.emplace_back(name);
+    return *this;
+  }
+  /// To be called last. Python: T(a=1, b=2), the rest as by default.
+  void done(const char* signature) {
+    type.def(py::init([name = name_](const py::kwargs& given) {
+               T value;
+               const py::object self = py::cast(&value, py::return_value_policy::reference);
+               for (const auto& [key, item] : given) {
+                 if (!py::hasattr(self, key)) {
+                   throw py::type_error(name + "() has no parameter '" + py::cast<std::string>(key) + "'");
+                 }
+                 py::setattr(self, key, item);
+               }
+               return value;
+             }),
+             signature);
+    type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
+      std::string text = name + "(";
+      for (const std::string& field : fields) {
+        text += (field == fields.front() ? "" : ", ") + field + "=" +
+                py::cast<std::string>(py::repr(self.attr(field.c_str())));
+      }
+      return text + ")";
+    });
+    type.def("__eq__", [fields = fields_](const py::object& self, const py::object& other) {
+      if (!py::isinstance<T>(other)) return false;
+      for (const std::string& field : fields) {
+        if (!self.attr(field.c_str()).equal(other.attr(field.c_str()))) return false;
+      }
+      return true;
+    });
+    type.attr("__hash__") = py::none();  // changeable
+  }
+
+  py::class_<T> type;
+
+ private:
+  std::string name_;
+  std::vector<std::string> fields_;
+};
+
+}  // namespace bristle_python

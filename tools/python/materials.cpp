@@ -1,0 +1,168 @@
+// SnapLength, Coefficients, Material.
+#include "tools/python/keyword_class.hpp"
+
+namespace bristle_python {
+
+using bristle::Coefficients;
+using bristle::Material;
+using bristle::SnapLaw;
+using bristle::SnapLength;
+
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+const Names<SnapLaw> laws = {{"single", SnapLaw::single},           {"uniform", SnapLaw::uniform},
+                             {"normal", SnapLaw::normal},           {"lognormal", SnapLaw::lognormal},
+                             {"exponential", SnapLaw::exponential}, {"table", SnapLaw::table}};
+const Names<bristle::SnapRule> rules = {{"redraw", bristle::SnapRule::redraw},
+                                        {"keep", bristle::SnapRule::keep}};
+const Names<bristle::DamperDecay> decays = {{"exponential", bristle::DamperDecay::exponential},
+                                            {"gaussian", bristle::DamperDecay::gaussian}};
+
+template <class Function>
+Doubles map(const Doubles& in, Function&& function) {
+  Doubles out(std::vector<py::ssize_t>(in.shape(), in.shape() + in.ndim()));
+  for (py::ssize_t i = 0; i < in.size(); ++i) out.mutable_data()[i] = function(in.data()[i]);
+  return out;
+}
+
+std::string text_of(const SnapLength& law) {
+  std::string text = std::string("SnapLength.") + to_string(law.law()) + "(";
+  if (law.law() == SnapLaw::table) {
+    text += std::to_string(law.table_values().size()) + " quantiles";
+  } else {
+    text += py::cast<std::string>(py::repr(py::float_(law.first_parameter())));
+    const bool two = law.law() != SnapLaw::single && law.law() != SnapLaw::exponential;
+    if (two) text += ", " + py::cast<std::string>(py::repr(py::float_(law.second_parameter())));
+  }
+  return text + ")";
+}
+
+void define_snap_length(py::module_& module) {
+  py::class_<SnapLength>(
+      module, "SnapLength",
+      "The law of the snap length: the deflection at which a bristle lets go. Lengths in m. "
+      "Made by its static methods, which raise bristle.Error; never changes.")
+      .def_static("single", &SnapLength::single, py::arg("length"), "Every bristle snaps at this length.")
+      .def_static("uniform", &SnapLength::uniform, py::arg("min"), py::arg("max"), "Uniform on [min, max].")
+      .def_static("normal", &SnapLength::normal, py::arg("mean"), py::arg("deviation"),
+                  "Normal, cut at 0; mean and deviation are those of the uncut law.")
+      .def_static("lognormal", &SnapLength::lognormal, py::arg("mean"), py::arg("cv"),
+                  "Lognormal with the given mean and coefficient of variation, 0 to 3.")
+      .def_static("exponential", &SnapLength::exponential, py::arg("mean"), "Exponential.")
+      .def_static(
+          "table",
+          [](const Doubles& quantiles) {
+            return SnapLength::table({quantiles.data(), static_cast<std::size_t>(quantiles.size())});
+          },
+          py::arg("quantiles"), "Quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending; 2 to 257.")
+      .def_property_readonly(
+          "law", [](const SnapLength& s) { return to_string(s.law()); }, "Name of the law.")
+      .def_property_readonly("mean", &SnapLength::mean, "E[delta], m.")
+      .def_property_readonly("cv", &SnapLength::cv, "Standard deviation over mean.")
+      .def_property_readonly("longest", &SnapLength::longest, "Largest length that is drawn, m.")
+      .def("moment", &SnapLength::moment, py::arg("k"), "E[delta^k], m^k, k = 0 to 6.")
+      .def(
+          "quantile",
+          [](const SnapLength& s, const Doubles& u) {
+            return map(u, [&](double x) { return s.quantile(x); });
+          },
+          py::arg("u"), "Length below which a share u of the bristles lies, m. Takes arrays.")
+      .def(
+          "survival",
+          [](const SnapLength& s, const Doubles& x) {
+            return map(x, [&](double v) { return s.survival(v); });
+          },
+          py::arg("x"), "P(delta > x), x in m. Takes arrays.")
+      .def("__eq__",
+           [](const SnapLength& a, const py::object& b) {
+             return py::isinstance<SnapLength>(b) && a == py::cast<const SnapLength&>(b);
+           })
+      .def("__hash__", [](const SnapLength& s) { return py::hash(py::str(text_of(s))); })
+      .def("__repr__", &text_of);
+}
+
+void define_coefficients(py::module_& module) {
+  KeywordClass<Coefficients>(module, "Coefficients",
+                             "What people know of a pair of surfaces. See Material.from_coefficients.")
+      .field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
+      .field("peak", &Coefficients::peak, "Highest friction over normal load at first loading.")
+      .field("presliding_length", &Coefficients::presliding_length, "m, mean snap length.")
+      .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
+      .named_field("law", &Coefficients::law, laws, "Family of snap lengths; peak / kinetic sets its spread.")
+      .named_field("rule", &Coefficients::rule, rules, "\"redraw\" or \"keep\".")
+      .field("damping_per_newton", &Coefficients::damping_per_newton,
+             "s/m, tangential damping at rest over load.")
+      .field("viscous_friction", &Coefficients::viscous_friction, "N s/m, lubricant term of the patch.")
+      .field("stribeck_velocity", &Coefficients::stribeck_velocity, "m/s, of the damper's decay.")
+      .named_field("damper_decay", &Coefficients::damper_decay, decays, "\"exponential\" or \"gaussian\".")
+      .done(
+          "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
+          "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
+          "stribeck_velocity=1e-3, "
+          "damper_decay='exponential')");
+}
+
+void define_material(py::module_& module) {
+  KeywordClass<Material> material(
+      module, "Material", "Bristle parameters, SI units. Checked by validate() and by PatchBatch.add.");
+  material.field("bristle_stiffness", &Material::bristle_stiffness, "sigma0, N/m: one bristle, tangential.")
+      .field("bristle_damping", &Material::bristle_damping, "sigma1, N s/m: damper of one bristle at rest.")
+      .field("viscous_friction", &Material::viscous_friction, "sigma2, N s/m: lubricant term of the patch.")
+      .field("stribeck_velocity", &Material::stribeck_velocity, "vs, m/s; 0 = no damper.")
+      .field("normal_stiffness", &Material::normal_stiffness, "sigma_perp, N/m: one bristle, normal.")
+      .field("asperity_height_deviation", &Material::asperity_height_deviation, "sigma, m.")
+      .field("snap_length", &Material::snap_length,
+             "SnapLength: law of the deflection at which a bristle snaps.")
+      .named_field("snap_rule", &Material::snap_rule, rules, "\"redraw\" or \"keep\".")
+      .named_field("damper_decay", &Material::damper_decay, decays, "\"exponential\" or \"gaussian\".")
+      .done(
+          "Material(*, bristle_stiffness=82.05, bristle_damping=0.0, viscous_friction=0.0, "
+          "stribeck_velocity=1e-3, "
+          "normal_stiffness=1111.1, asperity_height_deviation=1e-6, snap_length=SnapLength.uniform(5e-6, "
+          "15e-6), "
+          "snap_rule='redraw', damper_decay='exponential')");
+  material.type
+      .def_static(
+          "from_coefficients", &Material::from_coefficients, py::arg("coefficients"),
+          "Bristle parameters from Coefficients. Raises bristle.Error, with the reachable range, where the "
+          "family cannot reach peak / kinetic.")
+      .def_static(
+          "from_coefficients",
+          [](const py::kwargs& given) {
+            const py::object type = py::type::of<Coefficients>();
+            return Material::from_coefficients(py::cast<Coefficients>(type(**given)));
+          },
+          "The same with the parameters of Coefficients as keywords.")
+      .def("coefficients", &Material::coefficients, "The way back: Coefficients of these parameters.")
+      .def("validate", &Material::validate, "Raises bristle.Error naming the first parameter out of range.")
+      .def("bristles_in_contact", &Material::bristles_in_contact, py::arg("normal_load"),
+           "Bristles that carry this load (N), a real number.")
+      .def("kinetic_coefficient", &Material::kinetic_coefficient,
+           "Friction over load in slow steady sliding.")
+      .def("peak_coefficient", &Material::peak_coefficient, "Highest friction over load at first loading.")
+      .def("damping_at", &Material::damping_at, py::arg("speed"), "sigma1(v), N s/m, of one bristle. m/s.")
+      .def("steady_force", &Material::steady_force, py::arg("speed"), py::arg("normal_load"),
+           "Steady friction at constant speed (m/s) under a load (N): N.");
+}
+
+}  // namespace
+
+void define_materials(py::module_& module) {
+  define_snap_length(module);
+  define_coefficients(module);
+  define_material(module);
+  module.def(
+      "virgin_deflection",
+      [](const SnapLength& law, const std::string& rule, const Doubles& x_over_mean) {
+        const bristle::SnapRule value = value_of(rules, "rule", rule);
+        return map(x_over_mean, [&](double x) { return bristle::virgin_deflection(law, value, x); });
+      },
+      py::arg("law"), py::arg("rule"), py::arg("x_over_mean"),
+      "Mean deflection at displacement x from straight bristles, both in units of the mean snap length. "
+      "Takes "
+      "arrays.");
+}
+
+}  // namespace bristle_python

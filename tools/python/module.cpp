@@ -1,0 +1,25 @@
+// import bristle
+#include "tools/python/module.hpp"
+
+PYBIND11_MODULE(bristle, module) {
+  using namespace bristle_python;
+  module.doc() =
+      "Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels. "
+      "SI units. "
+      "Forces act on the moving body.";
+  module.attr("__version__") = bristle::library_version();
+  py::register_exception<bristle::Error>(module, "Error", PyExc_ValueError);
+  define_materials(module);
+  define_options(module);
+  define_arrays(module);
+  define_batch(module);
+  define_monitor(module);
+  module.def(
+      "instruction_sets",
+      [] {
+        py::dict sets;
+        for (const bristle::IsaInfo& isa : bristle::instruction_sets()) sets[isa.name] = isa.usable;
+        return sets;
+      },
+      "Instruction sets of this build, best first, and whether this machine runs them.");
+}

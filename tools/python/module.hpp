@@ -1,0 +1,23 @@
+// What the sources of the Python module share.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <bristle/bristle.hpp>
+
+namespace bristle_python {
+
+namespace py = pybind11;
+
+/// Of numpy arrays over bristle::Motion and bristle::Response: the same bytes, nothing is copied.
+py::dtype motion_dtype();
+py::dtype response_dtype();
+
+void define_materials(py::module_& module);
+void define_options(py::module_& module);
+void define_arrays(py::module_& module);
+void define_batch(py::module_& module);
+void define_monitor(py::module_& module);
+
+}  // namespace bristle_python

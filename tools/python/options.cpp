@@ -1,0 +1,41 @@
+// PatchOptions.
+#include "tools/python/keyword_class.hpp"
+
+namespace bristle_python {
+
+using bristle::Outputs;
+using bristle::PatchOptions;
+
+void define_options(py::module_& module) {
+  const Names<Outputs> outputs = {
+      {"end", Outputs::end}, {"mean", Outputs::mean}, {"energy", Outputs::energy}, {"all", Outputs::all}};
+  const Names<bristle::Precision> precisions = {{"single", bristle::Precision::single},
+                                                {"double", bristle::Precision::double_}};
+  const Names<bristle::StepRule> step_rules = {{"exact", bristle::StepRule::exact},
+                                               {"literal", bristle::StepRule::literal}};
+  const Names<bristle::Sampling> samplings = {{"stratified", bristle::Sampling::stratified},
+                                              {"random", bristle::Sampling::random}};
+  KeywordClass<PatchOptions>(
+      module, "PatchOptions",
+      "How a patch is simulated. What it does not ask for is neither computed nor stored.")
+      .field("max_normal_load", &PatchOptions::max_normal_load,
+             "N; a larger load scales the forces of all bristles.")
+      .field("bristles", &PatchOptions::bristles,
+             "Representatives at max load; 0 = one per bristle, at most 4096.")
+      .field("axes", &PatchOptions::axes, "1 or 2 tangential directions.")
+      .named_field(
+          "outputs", &PatchOptions::outputs, outputs,
+          "\"end\", \"mean\", \"energy\" or \"all\": what is computed beside the force at the end of a step.")
+      .named_field("precision", &PatchOptions::precision, precisions, "\"single\" or \"double\".")
+      .named_field("step_rule", &PatchOptions::step_rule, step_rules,
+                   "\"exact\", or \"literal\": the paper's loop, for comparison.")
+      .named_field("sampling", &PatchOptions::sampling, samplings,
+                   "\"stratified\" or \"random\" snap lengths.")
+      .field("seed", &PatchOptions::seed, "Shifts stratified snap lengths, keys what is drawn at random.")
+      .field("key", &PatchOptions::key, "The caller's own 64-bit name of the contact.")
+      .done(
+          "PatchOptions(*, max_normal_load=1.0, bristles=0, axes=2, outputs='end', precision='single', "
+          "step_rule='exact', sampling='stratified', seed=1, key=0)");
+}
+
+}  // namespace bristle_python
