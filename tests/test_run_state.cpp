@@ -106,6 +106,21 @@ TEST_CASE("A run taken up again lasts to the end of its scene, on any number of 
   CHECK_THAT(refusal([&] { cli::run_scene(scene, options); }), Contains("20 steps") && Contains("--steps"));
 }
 
+TEST_CASE("A paced run, which has the next motion ready when it stops, is taken up with the same bits",
+          "[cli][state]") {
+  const Folder folder;
+  const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
+  const cli::RunResult whole = cli::run_scene(scene, options_of(20, folder.at("whole.csv")));
+  cli::RunOptions paced = options_of(9, folder.at("first.csv"), "", folder.at("state"));
+  paced.realtime = cli::RealtimeOptions{};
+  cli::run_scene(scene, paced);
+  const cli::RunResult rest =
+      cli::run_scene(scene, options_of(11, folder.at("second.csv"), folder.at("state")));
+  CHECK(rest.state_hash == whole.state_hash);
+  CHECK(read_file(folder.at("first.csv")) + without_header(read_file(folder.at("second.csv"))) ==
+        read_file(folder.at("whole.csv")));
+}
+
 TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]") {
   const Folder folder;
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");

@@ -81,8 +81,9 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
       way = {at[0], at[1], at[2], at[3]};
       at += numbers_per_way;
     }
-    stepper.set_places({at, places});
-    return static_cast<std::uint64_t>(numbers[0]);
+    const auto steps = static_cast<std::uint64_t>(numbers[0]);
+    stepper.set_places({at, places}, steps);
+    return steps;
   } catch (const bristle::Error& error) {
     const std::string why = error.what();
     if (why.starts_with(path)) throw UserError(why);

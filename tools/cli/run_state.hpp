@@ -15,7 +15,7 @@ struct Way {
   double slid_x = 0.0, slid_y = 0.0;  ///< m, since it last turned back or lost contact
 };
 
-/// Writes the state of all patches, and with it the time, where motions and bodies are, and the ways: all
+/// Writes the state of all patches, and with it the time, where bodies are, and the ways: all
 /// that the next steps depend on. `steps` were done since the scene's beginning. Throws UserError.
 void save_run(const std::string& path, const SceneStepper& stepper, std::uint64_t steps, double dt,
               const std::vector<Way>& ways);

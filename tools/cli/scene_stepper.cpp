@@ -110,7 +110,6 @@ void SceneStepper::prescribe(double t) {
 
 std::vector<double> SceneStepper::places() const {
   std::vector<double> places;
-  for (const SceneCopy& copy : copies_) places.insert(places.end(), {copy.last.x, copy.last.y});
   for (const BodyMotion& body : bodies_) {
     places.insert(places.end(), std::begin(body.position()), std::end(body.position()));
     places.insert(places.end(), std::begin(body.velocity()), std::end(body.velocity()));
@@ -118,12 +117,10 @@ std::vector<double> SceneStepper::places() const {
   return places;
 }
 
-void SceneStepper::set_places(bristle::Span<const double> places) {
+void SceneStepper::set_places(bristle::Span<const double> places, std::uint64_t steps) {
+  // Not saved: a paced run has the next step's motion ready before it stops.
+  if (steps > 0) prescribe(static_cast<double>(steps - 1) * scene_.dt);
   const double* at = places.data();
-  for (SceneCopy& copy : copies_) {
-    copy.last = {at[0], at[1]};
-    at += 2;
-  }
   for (BodyMotion& body : bodies_) {
     body.set_place({at[0], at[1]}, {at[2], at[3]});
     at += 4;

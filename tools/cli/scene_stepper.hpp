@@ -39,10 +39,10 @@ class SceneStepper {
   /// Solves the bodies' step, steps the batch, moves the bodies. Nothing else: this is what gets timed.
   void step(double t);
 
-  /// Where prescribed motions and bodies are, beside the state of the batch: what the next steps depend on.
+  /// Where bodies are and how fast, beside the state of the batch: what the next steps depend on.
   std::vector<double> places() const;
-  /// As many as places() gives.
-  void set_places(bristle::Span<const double> places);
+  /// As many as places() gives, after `steps` steps: prescribed motions are taken to where they were then.
+  void set_places(bristle::Span<const double> places, std::uint64_t steps);
 
   bristle::PatchBatch& batch() { return batch_; }
   const bristle::PatchBatch& batch() const { return batch_; }
