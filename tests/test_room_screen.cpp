@@ -23,6 +23,12 @@ using room::Camera;
 using room::RoomMeasures;
 using room::Snapshot;
 
+#if defined(__SANITIZE_ADDRESS__)
+// What software OpenGL keeps to the end is not ours.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libLLVM\nleak:swrast_dri.so\n"; }
+#endif
+
 namespace {
 
 // Null, and one line printed, on a machine without OpenGL.

@@ -74,10 +74,10 @@ Ray Camera::ray(const Area& area, float px, float py) const {
 
 bool Camera::find_pixel(const Area& area, const Eigen::Vector3f& point, float& px, float& py) const {
   const Eigen::Vector4f clip = projection(area.width / area.height) * view() * point.homogeneous();
-  if (clip.w() <= 0) return false;
+  if (!(clip.w() > 0)) return false;
   px = area.x + area.width * 0.5f * (1 + clip.x() / clip.w());
   py = area.y + area.height * 0.5f * (1 - clip.y() / clip.w());
-  return true;
+  return std::abs(px) < 1e6f && std::abs(py) < 1e6f;
 }
 
 }  // namespace room

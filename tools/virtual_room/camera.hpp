@@ -33,7 +33,7 @@ struct Camera {
 
   /// Through a pixel of the area that the camera fills.
   Ray ray(const Area& area, float px, float py) const;
-  /// Pixel where a point is seen; false behind the eye.
+  /// Pixel where a point is seen; false behind the eye and far outside.
   bool find_pixel(const Area& area, const Eigen::Vector3f& point, float& px, float& py) const;
 };
 

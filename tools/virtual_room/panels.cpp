@@ -133,8 +133,11 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
 }
 
 void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
-  const double used = loop.deadline > 0 ? loop.p99 / loop.deadline : 0,
-               worst = loop.deadline > 0 ? loop.max / loop.deadline : 0;
+  const auto of_deadline = [&](double time) {
+    const double part = time / loop.deadline;
+    return std::isfinite(part) && part > 0 ? part : 0.0;
+  };
+  const double used = of_deadline(loop.p99), worst = of_deadline(loop.max);
   const ImU32 colour = used >= 1 ? colours::bad : used > 0.7 ? colours::warning : colours::good;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float wide = ImGui::GetContentRegionAvail().x, high = 9 * panel.scale;

@@ -51,7 +51,7 @@ SurfacelessContext::SurfacelessContext() {
 SurfacelessContext::~SurfacelessContext() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);
-  eglTerminate(display_);
+  // The display stays, as it belongs to the process: a driver that is unloaded leaks without a name.
 }
 
 void leave_cores_to_the_haptic_loop() { setenv("LP_NUM_THREADS", "1", 0); }
