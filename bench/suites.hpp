@@ -6,6 +6,7 @@ namespace bristle_bench {
 void register_kernels();
 void register_batches();
 void register_scaling();
+void register_keys();
 void register_long_motion();
 void register_presliding();
 void register_rivals();

@@ -87,17 +87,17 @@ bool DeadlineMonitor::snapshot(DeadlineMonitor& to) const noexcept {
 void DeadlineMonitor::record(double wall_s, double cpu_s) noexcept {
   const Step step = judge(0.0, wall_s, cpu_s);
   const Change change(changes_);
-  record(step);
+  keep(step);
 }
 
-void DeadlineMonitor::record(const Tick& tick) noexcept {
+void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   const Step step = judge(tick.start_s - tick.due_s, tick.end_s - tick.start_s, tick.cpu_s);
   const Change change(changes_);
   Numbers& n = numbers_;
   const double last = n.last_start_s.get(), period = n.period_s.get();
   if (last >= 0.0 && period > 0.0) n.jitter.record(std::fabs(tick.start_s - last - period));
   n.last_start_s = tick.start_s;
-  record(step);
+  keep(step);
 }
 
 /// All that needs the system, so that readers find the numbers in change for some nanoseconds only.
@@ -114,7 +114,7 @@ DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_
   return step;
 }
 
-void DeadlineMonitor::record(const Step& step) noexcept {
+void DeadlineMonitor::keep(const Step& step) noexcept {
   Numbers& n = numbers_;
   ThreadEvents events;
   if (step.reads_events) events = events_until(step.events);

@@ -146,6 +146,16 @@ void read_columns(PatchState& p, ByteReader& read) noexcept {
   read.column(p.draw, p.bristles);
 }
 
+/// Bristles out of contact are straight and have their first snap length, whatever the bytes said.
+template <class T>
+void straighten_others(PatchState& p) noexcept {
+  for (std::uint32_t i = p.in_contact(); i < p.bristles; ++i) {
+    static_cast<T*>(p.zx)[i] = T(0);
+    if (p.zy != nullptr) static_cast<T*>(p.zy)[i] = T(0);
+    if (p.draw != nullptr) static_cast<T*>(p.delta)[i] = static_cast<const T*>(p.first)[i];
+  }
+}
+
 std::uint64_t checksum(Span<const std::byte> state) noexcept {
   Hasher hasher;
   add_bytes(hasher, {state.data(), checksum_at});
@@ -203,8 +213,11 @@ const char* find_column_fault(const PatchState& p, const PatchContact& contact,
 const char* find_contact_fault(const PatchState& p, const PatchContact& c) noexcept {
   constexpr double most = 1e302;
   if (!within(c.normal_load, 0.0, highest_load)) return "normal_load";
-  if (!within(c.zeta, 0.0, most)) return "zeta";
-  if (!within(c.overload, 1.0, most)) return "overload";
+  const double zeta = p.material->material.bristles_in_contact(c.normal_load);
+  if (!(std::abs(c.zeta - zeta) <= 1e-9 * zeta + 1e-300)) return "zeta";
+  // An overload that the load does not explain would carry forces and energies beyond all numbers.
+  const double overload = std::max(1.0, zeta / (p.weight * p.bristles));
+  if (!within(c.overload, 1.0, overload * (1.0 + 1e-9))) return "overload";
   if (!within(c.active, 0.0, p.bristles)) return "active";
   if (static_cast<double>(c.whole) != std::floor(c.active)) return "whole";
   if (!(c.fraction >= 0.0 && c.fraction < 1.0) || (c.fraction > 0.0 && c.whole >= p.bristles))
@@ -313,10 +326,13 @@ void restore_patch(PatchState& p, const std::byte* from) noexcept {
   ByteReader read(from + saved_patch_size);
   contact_fields(read, static_cast<PatchContact&>(p));
   for (std::uint32_t b = 0; b < p.block_count; ++b) block_fields(read, p.blocks[b]);
-  if (p.is_double())
+  if (p.is_double()) {
     read_columns<double>(p, read);
-  else
+    straighten_others<double>(p);
+  } else {
     read_columns<float>(p, read);
+    straighten_others<float>(p);
+  }
   find_block_sums(p);
   p.forget_bounds();
 }

@@ -147,7 +147,7 @@ TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
 TEST_CASE("Jitter is how far the way from start to start is off the period, pauses left out", "[deadline]") {
   DeadlineMonitor monitor(1e-3, 1e-3);
   const auto tick = [&](double due_s, double late_s) {
-    monitor.record(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
+    monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});
   };
   tick(5.000, 10e-6);
   tick(5.001, 40e-6);  // 30 us long
@@ -166,17 +166,17 @@ TEST_CASE("Jitter is how far the way from start to start is off the period, paus
   CHECK(monitor.misses() == 0);
 
   DeadlineMonitor aperiodic(1e-3);
-  aperiodic.record(Tick{1.0, 1.0, 1.1, 0.0});
-  aperiodic.record(Tick{2.0, 2.0, 2.1, 0.0});
+  aperiodic.record_tick(Tick{1.0, 1.0, 1.1, 0.0});
+  aperiodic.record_tick(Tick{2.0, 2.0, 2.1, 0.0});
   CHECK(aperiodic.period_jitter().count() == 0);
 }
 
 TEST_CASE("A tick is late when it ends too long after it was due, however short its step", "[deadline]") {
   DeadlineMonitor monitor(1e-3, 1e-3);
-  monitor.record(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // in time
-  monitor.record(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // started late, in time
-  monitor.record(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: the machine's
-  monitor.record(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // too long: ours
+  monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // in time
+  monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // started late, in time
+  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: the machine's
+  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // too long: ours
   CHECK(monitor.misses() == 2);
   CHECK(monitor.misses_ours() == 1);
   CHECK(monitor.misses_machine() == 1);
@@ -188,7 +188,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   CHECK(worst.started_late == 0.0);
   CHECK(worst.step == Approx(1.6e-3));
   CHECK(worst.cpu == 1.5e-3);
-  monitor.record(Tick{1.006, 1.0090, 1.0091, 0.1e-3});
+  monitor.record_tick(Tick{1.006, 1.0090, 1.0091, 0.1e-3});
   CHECK(monitor.worst().number == 4);
   CHECK(monitor.worst().started_late == Approx(3e-3));
   CHECK(monitor.worst().step == Approx(0.1e-3));
@@ -307,7 +307,7 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
   });
   for (std::uint64_t k = 1; k <= ticks; ++k) {
     const double due = static_cast<double>(k) * 1e-3;
-    monitor.record(Tick{due, due, due + static_cast<double>(k) * us, k % 2 == 0 ? us : 0.0});
+    monitor.record_tick(Tick{due, due, due + static_cast<double>(k) * us, k % 2 == 0 ? us : 0.0});
     const double start = DeadlineMonitor::wall_now();
     while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // ticks come in bursts of four
     }

@@ -212,7 +212,7 @@ TEST_CASE("With a windowed velocity the damper is steadier and still never works
     Response response;
     HapticPoint point(HapticOptions{}.with_resolution(windowed ? 20e-6 : 0.0));
     std::mt19937_64 random(3);
-    double sum = 0.0, squares = 0.0, opposed = 0.0;
+    double squares = 0.0, opposed = 0.0;
     for (int i = 0; i < 4000; ++i) {
       const double jitter = 8e-6 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.5);
       const double x = rounded(5e-3 * std::sin(2e-3 * i) + jitter, 20e-6);
@@ -223,7 +223,6 @@ TEST_CASE("With a windowed velocity the damper is steadier and still never works
       opposed = std::min(opposed, response.damper_work);
       // 10 mm/s at most, falling and rising: about the true damper's force.
       const double off = (point.frame().force(response.damper))[0] + 5.0 * 0.01 * std::cos(2e-3 * i);
-      sum += off;
       squares += off * off;
     }
     CHECK(opposed >= 0.0);

@@ -115,7 +115,7 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
        scene_with("bristles = 10") + repeated("[[material]]\nname = \"m\"\nsnap_length = 1\n", 2000),
        "material"},
       {"what a terminal would obey", "[scene]\nname = \"\\u001b]0;x\\u0007\\u009b31m\"\ndt = 1\n",
-       "?]0;x??31m"},
+       "?]0;x???31m"},
   };
   for (const auto& c : cases) {
     INFO(c.name);

@@ -18,13 +18,13 @@ constexpr double gravity = 9.81;
 /// A scene moved by bristles, for looking inside. Its friction has no peak worth naming and no damper.
 class World {
  public:
-  explicit World(const std::string& xml, double presliding_length = 5e-6)
+  explicit World(const std::string& xml,
+                 const bristle::Coefficients& law =
+                     bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6))
       : model(load(xml)), data(make_data(*model)) {
     remove_friction(*model);
     friction = std::make_unique<BristleFriction>(
-        *model,
-        bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(presliding_length),
-        FrictionOptions{bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000)});
+        *model, law, FrictionOptions{bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000)});
   }
   explicit World(const Scene& scene) : World(scene.xml) { drive = scene.drive; }
 
@@ -49,9 +49,9 @@ class World {
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
 };
 
-std::string on_floor(const std::string& geom, double height, double mu) {
-  return R"(<mujoco><option timestep="0.001"/><default><geom solref="0.005 1" friction=")" +
-         std::to_string(mu) +
+std::string on_floor(const std::string& geom, double height, double mu, double timestep = 0.001) {
+  return R"(<mujoco><option timestep=")" + std::to_string(timestep) +
+         R"("/><default><geom solref="0.01 1" friction=")" + std::to_string(mu) +
          R"( 0.005 0.0001"/></default><worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 )" +
          std::to_string(height) + R"("><freejoint/>)" + geom + "</body></worldbody></mujoco>";
 }
@@ -107,6 +107,42 @@ TEST_CASE("In MuJoCo a plate slides v^2 / (2 mu g) and turns by I w^2 / (2 mu W 
   const double angle = 2.0 * std::atan2(turning.data->qpos[6], turning.data->qpos[3]);
   CHECK(angle == Approx(inertia * 64.0 / (2.0 * 0.5 * 0.5 * gravity * std::hypot(0.1, 0.1))).epsilon(0.02));
   CHECK(std::fabs(turning.data->qvel[5]) < 1e-9);
+}
+
+TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") {
+  for (const double speed : {1.0, 0.1, 0.02}) {
+    INFO(speed << " m/s");
+    constexpr double step = 0.004;
+    World world(on_floor(plate, 0.001, 0.5, step));  // K T^2 / m = 32, for turning six times that
+    world.run(0.2);
+    const double start = world.data->qpos[0];
+    world.data->qvel[0] = speed;
+    world.run(0.6);
+    // Half a step of the way is lost: MuJoCo moves bodies by the velocity at the end of a step.
+    const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
+    CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
+    for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-9);
+  }
+}
+
+TEST_CASE("In MuJoCo a plate on bristles of one length comes to rest a whole number of lengths away",
+          "[mujoco]") {
+  // Bristles that all keep the length delta are bent by way - n delta, whatever happened on the way; at rest
+  // with nothing to hold they are straight. A patch that strayed from its body would stop it anywhere.
+  constexpr double delta = 50e-6;
+  World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients{}
+                                               .with_kinetic(0.5)
+                                               .with_peak(1.0)
+                                               .with_presliding_length(delta)
+                                               .with_law(bristle::SnapLaw::single)
+                                               .with_rule(bristle::SnapRule::keep));
+  world.run(0.2);
+  const double start = world.data->qpos[0];
+  world.data->qvel[0] = 0.3;
+  world.run(0.5);
+  const double lengths = (world.data->qpos[0] - start) / delta;
+  CHECK(lengths > 100.0);
+  CHECK(std::fabs(lengths - std::round(lengths)) < 0.01);
 }
 
 TEST_CASE("In MuJoCo a ball that slides rolls on at 5/7 of its speed", "[mujoco]") {

@@ -129,8 +129,8 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   const auto text = [](const bristle::Tick& tick, double queued_s, double stolen_s, int threads = 1) {
     cli::PacedLoopResult loop;
     loop.monitor = DeadlineMonitor(1e-3, 1e-3);
-    loop.monitor.record(bristle::Tick{1.0, 1.0, 1.0001, 0.0001});
-    loop.monitor.record(tick);
+    loop.monitor.record_tick(bristle::Tick{1.0, 1.0, 1.0001, 0.0001});
+    loop.monitor.record_tick(tick);
     loop.queued_worst_s = queued_s;
     loop.stolen_worst_s = stolen_s;
     return cli::worst_tick_text(loop, threads);

@@ -46,7 +46,7 @@ void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& cl
 void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue,
                  double& queued_s) {
   const std::uint64_t number = loop.monitor.count();
-  loop.monitor.record(tick);
+  loop.monitor.record_tick(tick);
   const double queued_now = queue.now();
   if (loop.monitor.worst().number == number) loop.queued_worst_s = queued_now - queued_s;
   queued_s = queued_now;

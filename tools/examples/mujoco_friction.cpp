@@ -46,7 +46,7 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
   mj_fwdAcceleration(&model, &data);
   set_jacobian(model, data);
   predict(model, data);
-  move_patches(model.opt.timestep);
+  find_forces(model.opt.timestep);
 
   Map<VectorXd> applied(data.qfrc_applied, model.nv);
   std::copy_n(data.qfrc_applied, model.nv, applied_.begin());
@@ -55,7 +55,7 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
   }
   mj_step2(&model, &data);
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
-  learn(model, data);
+  move_patches(model, data);
 }
 
 void BristleFriction::forget_contacts() {
@@ -143,17 +143,10 @@ void BristleFriction::predict(const mjModel& model, mjData& data) {
   fixed_right_ = dt_s * (smooth + other_constraints_);
   gain_.setZero(jacobian_.rows());
   elastic_.setZero(jacobian_.rows());
-  limit_.resize(contacts_.size());
   stiffness_.resize(contacts_.size());
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
-    const Vector2d slip = jacobian_.middleRows<2>(row_of(i)) * velocity;
-    const Response now = batch_.find_force(dt_s, Motion{contact.patch,
-                                                        {contact.behind[0], contact.behind[1]},
-                                                        contact.normal_load,
-                                                        true,
-                                                        {slip[0], slip[1]}});
-    limit_[i] = contact.scale * now.force_limit;
+    const Response& now = contact.response;
     stiffness_[i] = contact.scale * now.stiffness;
     gain_.segment<2>(row_of(i)).setConstant(dt_s * stiffness_[i] + contact.scale * now.damping);
     elastic_.segment<2>(row_of(i)) << contact.scale * now.elastic[0], contact.scale * now.elastic[1];
@@ -187,8 +180,9 @@ bool BristleFriction::clip(double dt_s) {
     if (stiffness_[i] == 0.0) continue;
     const Vector2d force =
         elastic_.segment<2>(row_of(i)) - dt_s * stiffness_[i] * slip_.segment<2>(row_of(i));
-    if (force.norm() <= limit_[i]) continue;
-    elastic_.segment<2>(row_of(i)) = limit_[i] * force.normalized();
+    const double limit = contacts_[i].scale * contacts_[i].response.force_limit;
+    if (force.norm() <= limit) continue;
+    elastic_.segment<2>(row_of(i)) = limit * force.normalized();
     gain_.segment<2>(row_of(i)).array() -= dt_s * stiffness_[i];
     gain_.segment<2>(row_of(i)) = gain_.segment<2>(row_of(i)).cwiseMax(0.0);
     stiffness_[i] = 0.0;
@@ -197,34 +191,33 @@ bool BristleFriction::clip(double dt_s) {
   return clipped;
 }
 
-/// By what the patches lag behind and what is to come.
-void BristleFriction::move_patches(double dt_s) {
-  motions_.clear();
-  for (const Contact& contact : contacts_) {
-    const Vector2d d = contact.behind + dt_s * contact.slip;
-    motions_.push_back(
-        Motion{contact.patch, {d[0], d[1]}, contact.normal_load, true, {contact.slip[0], contact.slip[1]}});
-  }
-  responses_.resize(motions_.size());
-  batch_.step(dt_s, motions_, responses_);
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    contacts_[i].force = contacts_[i].scale * Vector2d(responses_[i].end[0], responses_[i].end[1]);
+/// What the patches will answer to the slip predicted.
+void BristleFriction::find_forces(double dt_s) {
+  for (Contact& contact : contacts_) {
+    const Vector2d d = dt_s * contact.slip;
+    const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, contact.normal_load});
+    contact.force = contact.scale * Vector2d(trial.end[0], trial.end[1]);
   }
 }
 
-/// Normal loads for the next step, and how far each contact really went.
-void BristleFriction::learn(const mjModel& model, const mjData& data) {
+/// By what the contacts really slipped, under the normal loads of this step.
+void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
+  const double dt_s = model.opt.timestep;
   const Map<const VectorXd> velocity(data.qvel, model.nv);
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
+  motions_.clear();
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     Contact& contact = contacts_[i];
-    const Vector2d slip = jacobian_.middleRows<2>(row_of(i)) * velocity;
-    contact.behind = model.opt.timestep * (slip - contact.slip);
     const double load = data.efc_force[contact.row];
     other_constraints_ -= load * jacobian_.row(row_of(i) + 2).transpose();
     // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+    const Vector2d d = dt_s * jacobian_.middleRows<2>(row_of(i)) * velocity;
+    motions_.push_back(Motion{contact.patch, {d[0], d[1]}, contact.normal_load});
   }
+  responses_.resize(motions_.size());
+  batch_.step(dt_s, motions_, responses_);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].response = responses_[i];
 }
 
 }  // namespace mujoco_example

@@ -11,10 +11,9 @@
 // (mjContact::friction[0]); the shape of the law is that of the material.
 //
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
-// contact will slip (linear solve of nv equations); the patches move by that and answer with forces, which go
-// to qfrc_applied for the time of mj_step2. What a contact then slips otherwise than predicted, its patch
-// makes up for in the next step: patches follow the bodies, and nothing drifts. Normal loads are those of the
-// step before.
+// contact will slip (linear solve of nv equations), and PatchBatch::find_force how its patch will answer;
+// that goes to qfrc_applied for the time of mj_step2. Then the patches step by what the contacts really
+// slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step before.
 //
 // Not covered: friction about the normal and rolling friction (condim 4 and 6), RK4 (mj_step2 has none).
 #pragma once
@@ -63,7 +62,7 @@ class BristleFriction {
     double normal_load = 0.0;           ///< N, of MuJoCo's solver in this step
     double scale = 1.0;                 ///< the contact's coefficient over the material's
     Eigen::Vector2d slip = {0, 0};      ///< m/s, predicted
-    Eigen::Vector2d behind = {0, 0};    ///< m that the bodies went and the patch has yet to
+    bristle::Response response;         ///< of its patch, where the bodies are now
     int bodies[2] = {0, 0};             ///< of geom1 and geom2
     int row = -1;                       ///< of its normal force among MuJoCo's constraints
   };
@@ -76,8 +75,8 @@ class BristleFriction {
   void set_jacobian(const mjModel& model, const mjData& data);
   void predict(const mjModel& model, mjData& data);
   bool clip(double dt_s);
-  void move_patches(double dt_s);
-  void learn(const mjModel& model, const mjData& data);
+  void find_forces(double dt_s);
+  void move_patches(const mjModel& model, const mjData& data);
 
   double kinetic_;
   bristle::PatchBatch batch_;
@@ -94,7 +93,7 @@ class BristleFriction {
   RowMatrix fixed_, system_;                // nv x nv: without patches; with them
   Eigen::LLT<RowMatrix> factor_;
   Eigen::VectorXd fixed_right_, fixed_gain_, right_, slip_, elastic_, gain_, other_constraints_;
-  std::vector<double> limit_, stiffness_, applied_;
+  std::vector<double> stiffness_, applied_;
 };
 
 }  // namespace mujoco_example

@@ -25,7 +25,7 @@ set xrange [0.02:real(most) > 2 * deadline_us ? real(most) : 2 * deadline_us]
 set format x "%g"
 if (deadline_us > 0) {
   set arrow 1 from deadline_us, graph 0 to deadline_us, graph 1 nohead linecolor rgb "#000000" dashtype 2
-  set label 1 sprintf("deadline %g us", deadline_us) at deadline_us, graph 1.03 center
+  set label 1 sprintf(" deadline %g us", deadline_us) at deadline_us, graph 0.97 left
 }
 # Where the bare loop ran, its outline is drawn over the bars of bristle.
 bare = ticks("bare sleep") > 0

@@ -15,12 +15,11 @@
 //   (parallel transport). On a curved surface they come back turned by the solid angle that the normal went
 //   round; that is geometry, not an error.
 // - The bodies turn about the normal: a bristle has its root on one and its tip on the other, so the axes
-// turn
-//   by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r), the
-//   slip taken half-way between them: the mean is not a convention. When all turns together, nothing changes.
-// - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored energy
-// and
-//   the magnitude of the force stay to the bit, whatever the frame does.
+//   turn by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r),
+//   the slip taken half-way between them: the mean is not a convention. When all turns together, nothing
+//   changes.
+// - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored
+//   energy and the magnitude of the force stay to the bit, whatever the frame does.
 // A single patch has no resistance to spin (a moment about the normal): use several patches, some way apart.
 //
 // Order of error: displacements are taken in the axes half-way through the last carry. Against the integral

@@ -59,7 +59,7 @@ class BRISTLE_API DeadlineMonitor {
   void record(double wall_s, double cpu_s = -1.0) noexcept;
   /// One tick of a loop with a period. Reads ThreadEvents if it was late or the first, nothing else of the
   /// system.
-  void record(const Tick& tick) noexcept;
+  void record_tick(const Tick& tick) noexcept;
   /// Ticks of the grid that were left out: they count in the longest run of misses.
   void record_skipped(std::uint64_t ticks) noexcept;
   /// The loop paused: the next tick starts a new grid, and the way to it is no period.
@@ -111,7 +111,7 @@ class BRISTLE_API DeadlineMonitor {
   };
   WorstTick worst() const noexcept;
 
-  /// Wall clock (monotonic) and CPU time of the calling thread, s. For record().
+  /// Wall clock (monotonic) and CPU time of the calling thread, s. For record() and record_tick().
   static double wall_now() noexcept;
   static double cpu_now() noexcept;
 
@@ -141,7 +141,7 @@ class BRISTLE_API DeadlineMonitor {
     ThreadEvents events;  // counters after it
   };
   Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
-  void record(const Step& step) noexcept;
+  void keep(const Step& step) noexcept;
   ThreadEvents events_until(const ThreadEvents& now) noexcept;
   void count_missed(std::uint64_t ticks) noexcept;
 

@@ -83,8 +83,8 @@ class WindowedVelocity {
 
 struct HapticOptions {
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: what the device may be sent
-  double peak_coefficient = 0.0;  ///< of the material (Material::peak_coefficient): shares the limit between
-                                  ///< wall and friction
+  double peak_coefficient = 1.0;  ///< of the material (Material::peak_coefficient): shares the limit between
+                                  ///< wall and friction; too large only caps the wall lower
   double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper takes displacement / dt
 
   HapticOptions& with_force_limit(double newtons) {

@@ -53,7 +53,8 @@ struct KeyedOptions {
 /// load 0).
 ///
 /// Thread rule: made and destroyed by the thread that adds patches to the batch, used by the thread that
-/// steps it; must not outlive the batch. Nothing but making and destroying it allocates.
+/// steps it; the batch must outlive it and stay where it is (not be moved). Nothing but making and destroying
+/// it allocates.
 class BRISTLE_API KeyedPatches {
  public:
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.

@@ -124,7 +124,8 @@ class BRISTLE_API PatchBatch {
   /// Writes the state of all patches; returns the bytes written, 0 when `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores what save_state wrote into a batch with the same patches (added in the same order, same
-  /// materials and options). Throws bristle::Error, state unchanged, when it does not fit.
+  /// materials and options; seeds and keys come from the state). Throws bristle::Error, state unchanged, when
+  /// it does not fit.
   void restore_state(Span<const std::byte> from);
 
   std::size_t patch_count() const noexcept;
