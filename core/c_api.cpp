@@ -856,7 +856,7 @@ void bristle_monitor_record(bristle_monitor* monitor, double wall_s, double cpu_
 }
 void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s, double end_s,
                                  double cpu_s) {
-  if (monitor != nullptr) monitor->monitor.record(Tick{due_s, start_s, end_s, cpu_s});
+  if (monitor != nullptr) monitor->monitor.record_tick(Tick{due_s, start_s, end_s, cpu_s});
 }
 void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks) {
   if (monitor != nullptr) monitor->monitor.record_skipped(ticks);
