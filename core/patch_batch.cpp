@@ -14,6 +14,7 @@
 #include "command_list.hpp"
 #include "float_mode.hpp"
 #include "hashing.hpp"
+#include "patch_detail.hpp"
 #include "patch_state.hpp"
 #include "range_check.hpp"
 #include "sharing.hpp"
@@ -356,7 +357,7 @@ struct PatchBatch::Impl {
 
   std::uint64_t cost_of(const PatchState& p, const Motion& motion) const noexcept {
     const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
-    const std::uint64_t contact = motion.normal_load == p.normal_load ? p.in_contact() : p.bristles;
+    const std::uint64_t contact = motion.normal_load == p.normal_load ? p.in_contact() : p.detail;
     return sharing.patch_overhead + (moves ? contact : 0);
   }
 
@@ -604,6 +605,16 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   return response;
 }
 
+Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
+  impl_->apply_commands();
+  PatchState* p = impl_->find(id);
+  if (p == nullptr) return Status::unknown_id;
+  if (bristles == 0 || bristles > p->bristles) return Status::bad_input;
+  FloatModeScope mode;
+  change_detail(*p, bristles);
+  return Status::ok;
+}
+
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   impl_->apply_commands();
   PatchInfo info;
@@ -611,7 +622,9 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
   if (p == nullptr) return info;
   info.key = p->options.key;
   info.bristles = p->bristles;
+  info.detail = p->detail;
   info.weight = p->weight;
+  info.max_normal_load = p->options.max_normal_load;
   info.active = p->active;
   info.normal_load = p->normal_load;
   info.memory_bytes = p->storage_bytes + sizeof(PatchState);

@@ -41,31 +41,13 @@ double tail_weight(const PatchState& p) noexcept {
   return static_cast<double>(p.whole - p.full_blocks() * block_size) + fraction;
 }
 
-/// Energy of a unit of |z|^2 (scaled lengths squared), J.
-double joules_per_square(const PatchState& p) noexcept {
-  const CompiledMaterial& m = *p.material;
-  return 0.5 * m.material.bristle_stiffness * p.weight * p.overload * m.metres_per_length *
-         m.metres_per_length;
-}
-
 /// Columns of bristles [from, to) of one block read "out of contact" again.
 template <class T>
-void forget_bristles(PatchState& p, std::uint32_t from, std::uint32_t to) noexcept {
+void forget_typed(PatchState& p, std::uint32_t from, std::uint32_t to) noexcept {
   if (p.draw == nullptr) return;  // keep: the length never changed
   auto* delta = static_cast<T*>(p.delta);
   const auto* first = static_cast<const T*>(p.first);
   for (std::uint32_t i = from; i < to; ++i) delta[i] = first[i];
-}
-
-void enter_block(PatchState& p, std::uint32_t b) noexcept {
-  Block& block = p.blocks[b];
-  block.zero = 1;
-  // Straight bristles hold until the shortest of them is reached.
-  block.reach = block.shortest * (1.0f - 1e-5f);
-  for (int axis = 0; axis < 2; ++axis) {
-    block.position[axis] = block.anchor[axis] = p.position[axis];
-    block.stored[axis] = 0;
-  }
 }
 
 /// Shortest first snap length of block b, scaled, rounded down.
@@ -104,14 +86,6 @@ void begin_draws(PatchState& p) noexcept {
   fill_draw_states(p.options.seed, Span<std::uint32_t>(p.draw, row_count(p)));
 }
 
-/// Takes block b out of the sums over full blocks (sign -1) or adds it (+1).
-void book_block(PatchState& p, std::uint32_t b, int sign) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {
-    p.stored[axis] += sign * static_cast<Int128>(p.blocks[b].stored[axis]);
-    p.offset[axis] += sign * static_cast<Int128>(difference(p.position[axis], p.blocks[b].position[axis]));
-  }
-}
-
 template <class T>
 void scale_bristle(PatchState& p, std::uint32_t i, double factor) noexcept {
   auto* zx = static_cast<T*>(p.zx);
@@ -127,13 +101,6 @@ void scale_any(PatchState& p, std::uint32_t i, double factor) noexcept {
     scale_bristle<float>(p, i, factor);
 }
 
-void forget_any(PatchState& p, std::uint32_t from, std::uint32_t to) noexcept {
-  if (p.is_double())
-    forget_bristles<double>(p, from, to);
-  else
-    forget_bristles<float>(p, from, to);
-}
-
 /// Fewer bristles: the last leave with their energy, the new last one counts by its fraction.
 double shed_contacts(PatchState& p, std::uint32_t whole, double fraction, bool energy) noexcept {
   const std::uint32_t old_blocks = p.active_blocks();
@@ -143,16 +110,16 @@ double shed_contacts(PatchState& p, std::uint32_t whole, double fraction, bool e
   double squares = 0.0;
   if (energy)
     for (std::uint32_t b = edge; b < old_blocks; ++b) squares += p.block_squares(b);
-  for (std::uint32_t b = edge; b < old_full; ++b) book_block(p, b, -1);
+  for (std::uint32_t b = edge; b < old_full; ++b) p.book_block(b, -1);
 
   // Written down under the old count first, so that displacement and stored deflection are one.
   if (edge < old_blocks) p.rewrite_block(edge);
   p.whole = whole;
   p.fraction = fraction;
   const bool edge_stays = p.in_contact() > edge * block_size;
-  for (std::uint32_t b = edge_stays ? edge + 1 : edge; b < old_blocks; ++b) enter_block(p, b);
+  for (std::uint32_t b = edge_stays ? edge + 1 : edge; b < old_blocks; ++b) p.enter_block(b);
   if (edge_stays) {
-    forget_any(p, p.in_contact(), std::min(old_contact, (edge + 1) * block_size));
+    p.forget_bristles(p.in_contact(), std::min(old_contact, (edge + 1) * block_size));
     p.rewrite_block(edge);
     if (energy) squares -= p.block_squares(edge);
   }
@@ -178,8 +145,8 @@ double admit_contacts(PatchState& p, std::uint32_t whole, double fraction, bool 
     p.rewrite_block(old_full);
     if (energy) squares -= p.block_squares(old_full);
   }
-  for (std::uint32_t b = old_blocks; b < p.active_blocks(); ++b) enter_block(p, b);
-  for (std::uint32_t b = old_full; b < p.full_blocks(); ++b) book_block(p, b, +1);
+  for (std::uint32_t b = old_blocks; b < p.active_blocks(); ++b) p.enter_block(b);
+  for (std::uint32_t b = old_full; b < p.full_blocks(); ++b) p.book_block(b, +1);
   return squares;
 }
 
@@ -188,12 +155,12 @@ void scale_all(PatchState& p, double factor) noexcept {
   const std::uint32_t blocks = p.active_blocks();
   for (std::uint32_t b = 0; b < blocks; ++b) {
     const bool full = b < p.full_blocks();
-    if (full) book_block(p, b, -1);
+    if (full) p.book_block(b, -1);
     p.rewrite_block(b);
     const std::uint32_t end = std::min((b + 1) * block_size, p.in_contact());
     for (std::uint32_t i = b * block_size; i < end; ++i) scale_any(p, i, factor);
     p.rewrite_block(b);
-    if (full) book_block(p, b, +1);
+    if (full) p.book_block(b, +1);
   }
 }
 
@@ -235,6 +202,49 @@ void PatchState::rewrite_block(std::uint32_t b) noexcept {
     set<float>().rewrite(view<float>(), b, position);
 }
 
+void PatchState::enter_block(std::uint32_t b) noexcept {
+  Block& block = blocks[b];
+  block.zero = 1;
+  // Straight bristles hold until the shortest of them is reached.
+  block.reach = block.shortest * (1.0f - 1e-5f);
+  for (int axis = 0; axis < 2; ++axis) {
+    block.position[axis] = block.anchor[axis] = position[axis];
+    block.stored[axis] = 0;
+  }
+}
+
+void PatchState::book_block(std::uint32_t b, int sign) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    stored[axis] += sign * static_cast<Int128>(blocks[b].stored[axis]);
+    offset[axis] += sign * static_cast<Int128>(difference(position[axis], blocks[b].position[axis]));
+  }
+}
+
+double PatchState::moved_since(const Block& block, int axis) const noexcept {
+  return to_lengths(difference(position[axis], block.position[axis]));
+}
+
+double PatchState::deflection_sum(int axis) const noexcept {
+  Int128 sum = stored[axis] + Int128{block_size} * offset[axis];
+  if (has_tail()) {
+    const Block& tail = blocks[full_blocks()];
+    sum += tail.stored[axis] + weighted(tail_weight(*this), difference(position[axis], tail.position[axis]));
+  }
+  return to_double(sum) * length_per_fixed;
+}
+
+double PatchState::joules_per_square() const noexcept {
+  const CompiledMaterial& m = *material;
+  return 0.5 * m.material.bristle_stiffness * weight * overload * m.metres_per_length * m.metres_per_length;
+}
+
+void PatchState::forget_bristles(std::uint32_t from, std::uint32_t to) noexcept {
+  if (is_double())
+    forget_typed<double>(*this, from, to);
+  else
+    forget_typed<float>(*this, from, to);
+}
+
 void PatchState::forget_upper_bounds() noexcept {
   bound.reach = -1.0;
   for (std::uint32_t g = 0; g < group_count; ++g) groups[g].reach = -1.0;
@@ -269,7 +279,8 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
   p.bristles = options.bristles;
   if (p.bristles == 0) p.bristles = static_cast<std::uint32_t>(std::clamp(std::ceil(zeta_max), 1.0, 4096.0));
   p.options.bristles = p.bristles;
-  p.weight = weight > 0.0 ? weight : zeta_max / p.bristles;
+  p.full_weight = p.weight = weight > 0.0 ? weight : zeta_max / p.bristles;
+  p.detail = p.bristles;
 
   const bool literal = options.step_rule == StepRule::literal;
   const bool redraw = p.material->redraw;
@@ -317,7 +328,7 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
 
   fill_first_any(p);
   begin_draws(p);
-  for (std::uint32_t b = 0; b < p.block_count; ++b) enter_block(p, b);
+  for (std::uint32_t b = 0; b < p.block_count; ++b) p.enter_block(b);
   p.forget_upper_bounds();
   return patch;
 }
@@ -328,15 +339,30 @@ void change_seed(PatchState& p, std::uint32_t seed) noexcept {
   fill_first_any(p);
 }
 
+ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept {
+  double active = zeta / weight;
+  const double all = detail;
+  double overload = 1.0;
+  // The maximum itself is no overload, whatever rounding made of zeta / w.
+  if (active > all * (1.0 + 1e-14)) overload = active / all;
+  active = std::min(active, all);
+  const double whole = std::floor(active);
+  double fraction = active - whole;
+  if (fraction < 1e-30) fraction = 0.0;  // below what a float weight can be
+  return {active, overload, fraction, static_cast<std::uint32_t>(whole)};
+}
+
 void reset_patch(PatchState& p, std::uint32_t seed, std::uint64_t key) noexcept {
   static_cast<PatchContact&>(p) = PatchContact{};
+  p.weight = p.full_weight;
+  p.detail = p.bristles;
   p.options.key = key;
   change_seed(p, seed);
   begin_draws(p);
   const std::size_t bytes = row_count(p) * (p.is_double() ? sizeof(double) : sizeof(float));
   std::memset(p.zx, 0, bytes);
   if (p.zy != nullptr) std::memset(p.zy, 0, bytes);
-  for (std::uint32_t b = 0; b < p.block_count; ++b) enter_block(p, b);
+  for (std::uint32_t b = 0; b < p.block_count; ++b) p.enter_block(b);
   p.forget_upper_bounds();
   p.tracks = true;
 }
@@ -346,19 +372,10 @@ double apply_load(PatchState& p, double normal_load_n) noexcept {
   const bool energy = has(p.options.outputs, Outputs::energy);
   p.normal_load = normal_load_n;
   p.zeta = p.material->material.bristles_in_contact(normal_load_n);
-  double active = p.zeta / p.weight;
-  const double all = p.bristles;
-  double overload = 1.0;
-  // The maximum itself is no overload, whatever rounding made of zeta / w.
-  if (active > all * (1.0 + 1e-14)) overload = active / all;
-  active = std::min(active, all);
-  double whole_real = std::floor(active);
-  double fraction = active - whole_real;
-  if (fraction < 1e-30) fraction = 0.0;  // below what a float weight can be
-  const auto whole = static_cast<std::uint32_t>(whole_real);
+  const auto [active, overload, fraction, whole] = count_contacts(p.zeta, p.weight, p.detail);
 
   if (active != p.active || overload != p.overload) p.forget_upper_bounds();
-  const double joules = joules_per_square(p);
+  const double joules = p.joules_per_square();
   double loss = 0.0;
   if (active < p.active)
     loss = joules * shed_contacts(p, whole, fraction, energy);
@@ -366,10 +383,10 @@ double apply_load(PatchState& p, double normal_load_n) noexcept {
     loss = joules * admit_contacts(p, whole, fraction, energy);
   p.active = active;
   if (overload != p.overload) {
-    const double before = energy ? joules_per_square(p) * all_squares(p) : 0.0;
+    const double before = energy ? p.joules_per_square() * all_squares(p) : 0.0;
     if (overload > p.overload) scale_all(p, p.overload / overload);
     p.overload = overload;
-    if (energy) loss += before - joules_per_square(p) * all_squares(p);
+    if (energy) loss += before - p.joules_per_square() * all_squares(p);
   }
   return loss;
 }
@@ -591,7 +608,7 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
   out.damping = damping;
   out.force_limit = m.peak_coefficient * p.normal_load;
   if (energy) {
-    const double joules = joules_per_square(p);
+    const double joules = p.joules_per_square();
     out.dissipated =
         std::min(joules * (to_double(t.squares) / a.energy_unit), highest_energy) + p.pending_dissipated;
     out.contact_loss = step.contact_loss + p.pending_loss;
@@ -620,7 +637,7 @@ void copy_patch(const PatchState& from, PatchState& to) noexcept {
   to.options = from.options;
   // Not owned: the copy must not be the one to free a material, on the stepping thread.
   to.material = {std::shared_ptr<const void>(), from.material.get()};
-  to.weight = from.weight;
+  to.full_weight = from.full_weight;
   to.bristles = from.bristles;
   to.block_count = from.block_count;
   to.group_count = from.group_count;
@@ -660,7 +677,7 @@ void take_over_columns(PatchState& to, PatchState& from, bool same_law) noexcept
   const auto* old_y = static_cast<const T*>(from.zy);
   const auto* old_delta = static_cast<const T*>(from.delta);
   const std::uint32_t contact = from.in_contact();
-  const double joules = joules_per_square(to);
+  const double joules = to.joules_per_square();
   for (std::uint32_t i = 0; i < contact; ++i) {
     zx[i] = static_cast<T>(static_cast<double>(old_x[i]) * ratio);
     if (zy != nullptr) zy[i] = static_cast<T>(static_cast<double>(old_y[i]) * ratio);
@@ -693,6 +710,8 @@ void take_over(PatchState& to, PatchState& from) noexcept {
   to.pending_dissipated = from.pending_dissipated;
   to.pending_loss = from.pending_loss;
   to.overload = from.overload;
+  to.weight = from.weight;
+  to.detail = from.detail;
   if (to.is_double())
     take_over_columns<double>(to, from, same_law);
   else
@@ -707,7 +726,7 @@ void take_over(PatchState& to, PatchState& from) noexcept {
   for (std::uint32_t b = 0; b < to.active_blocks(); ++b) {
     to.blocks[b].zero = 0;
     to.rewrite_block(b);
-    if (b < to.full_blocks()) book_block(to, b, +1);
+    if (b < to.full_blocks()) to.book_block(b, +1);
   }
   // The same load may now mean another number of bristles.
   const double load = from.normal_load;
@@ -715,7 +734,7 @@ void take_over(PatchState& to, PatchState& from) noexcept {
   to.pending_loss += apply_load(to, load);
 }
 
-double find_stored_energy(const PatchState& p) noexcept { return joules_per_square(p) * all_squares(p); }
+double find_stored_energy(const PatchState& p) noexcept { return p.joules_per_square() * all_squares(p); }
 
 namespace {
 
@@ -733,7 +752,7 @@ void read_typed(const PatchState& p, std::size_t count, Span<double> zx, Span<do
       if (wanted[axis].empty()) continue;
       const T* z = columns[axis];
       const double stored = z == nullptr || block.zero ? 0.0 : static_cast<double>(z[i]);
-      const double moved = to_lengths(difference(p.position[axis], block.position[axis]));
+      const double moved = p.moved_since(block, axis);
       wanted[axis][i] = in ? (stored + moved) * metres : 0.0;
     }
     if (!delta.empty()) {

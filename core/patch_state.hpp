@@ -17,9 +17,11 @@ constexpr double highest_load = 1e15;  ///< N, of a motion
 struct PatchContact {
   // --- contact
   double normal_load = 0.0;
-  double zeta = 0.0;      ///< bristles in contact, physical
-  double active = 0.0;    ///< representatives in contact
-  double overload = 1.0;  ///< zeta / (n w) where that is above 1
+  double weight = 0.0;       ///< w, physical bristles per representative: zeta_max / detail
+  std::uint32_t detail = 0;  ///< representatives that stand for the patch, at most its n
+  double zeta = 0.0;         ///< bristles in contact, physical
+  double active = 0.0;       ///< representatives in contact
+  double overload = 1.0;     ///< zeta / (detail w) where that is above 1
   std::uint32_t whole = 0;
   double fraction = 0.0;
 
@@ -28,7 +30,7 @@ struct PatchContact {
   Int128 stored[2] = {0, 0};  ///< sum of Block::stored over full blocks
   Int128 offset[2] = {0, 0};  ///< sum of (position - Block::position) over full blocks
 
-  // --- left over from a change of material, booked with the next step
+  // --- left over from a change of material or detail, booked with the next step
   double pending_dissipated = 0.0;  ///< J
   double pending_loss = 0.0;        ///< J
   std::uint64_t pending_snaps = 0;
@@ -40,7 +42,7 @@ struct PatchState : PatchContact {
   // --- what the patch is; fixed from its making
   PatchOptions options;
   std::shared_ptr<const CompiledMaterial> material;
-  double weight = 0.0;         ///< w, physical bristles per representative
+  double full_weight = 0.0;    ///< w when all n representatives are in use
   std::uint32_t bristles = 0;  ///< n
   std::uint32_t block_count = 0;
   std::uint32_t group_count = 0;
@@ -73,6 +75,7 @@ struct PatchState : PatchContact {
   std::uint32_t in_contact() const noexcept { return whole + (fraction > 0.0 ? 1u : 0u); }
   std::uint32_t full_blocks() const noexcept { return whole / block_size; }
   std::uint32_t active_blocks() const noexcept { return (in_contact() + block_size - 1) / block_size; }
+  std::uint32_t padded() const noexcept { return (bristles + lane_count - 1) / lane_count * lane_count; }
   bool has_tail() const noexcept { return in_contact() > full_blocks() * block_size; }
 
   template <class T>
@@ -93,10 +96,24 @@ struct PatchState : PatchContact {
   const KernelSet<T>& set() const noexcept;
 
   void rewrite_block(std::uint32_t b) noexcept;
+  void enter_block(std::uint32_t b) noexcept;           ///< its bristles are out of contact, or straight
+  void book_block(std::uint32_t b, int sign) noexcept;  ///< into the sums over full blocks, or out of them
+  double moved_since(const Block& block, int axis) const noexcept;  ///< its last rewrite, scaled
+  double deflection_sum(int axis) const noexcept;  ///< weighted, over the bristles in contact, scaled
+  double joules_per_square() const noexcept;       ///< energy of a unit of |z|^2, scaled
+  /// Bristles [from, to) of one block out of contact: their first snap lengths again.
+  void forget_bristles(std::uint32_t from, std::uint32_t to) noexcept;
   void forget_upper_bounds() noexcept;  ///< of groups and patch: a block changed outside a step
   void forget_bounds() noexcept;        ///< every block is visited at the next step that moves
   double block_squares(std::uint32_t b) const noexcept;  ///< sum of weight |z|^2, scaled
 };
+
+/// How many representatives a patch has in contact.
+struct ContactCount {
+  double active, overload, fraction;
+  std::uint32_t whole;
+};
+ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
 
 /// A patch out of contact, with its columns filled. `weight` 0 = from the material and options.
 /// Throws bristle::Error.

@@ -52,7 +52,7 @@ std::uint64_t hash_patch(const PatchState& p) noexcept {
 std::uint64_t signature(const PatchState& p) noexcept {
   Hasher hasher;
   hasher.add(p.material->hash);
-  hasher.add(p.weight);
+  hasher.add(p.full_weight);
   hasher.add(p.options.max_normal_load);
   hasher.add(std::uint64_t{p.bristles});
   hasher.add(static_cast<std::uint64_t>(p.variant) << 8 | static_cast<std::uint64_t>(p.options.outputs) << 4 |
@@ -91,9 +91,11 @@ void contact_fields(Io& io, Contact& c) noexcept {
   io(c.pending_dissipated);
   io(c.pending_loss);
   io(c.pending_snaps);
+  io(c.weight);
+  io(c.detail);
   io(c.whole);
 }
-constexpr std::size_t contact_size = 10 * 8 + 4;
+constexpr std::size_t contact_size = 11 * 8 + 2 * 4;
 
 template <class Io, class AnyBlock>
 void block_fields(Io& io, AnyBlock& block) noexcept {
@@ -215,12 +217,15 @@ const char* find_contact_fault(const PatchState& p, const PatchContact& c) noexc
   if (!within(c.normal_load, 0.0, highest_load)) return "normal_load";
   const double zeta = p.material->material.bristles_in_contact(c.normal_load);
   if (!(std::abs(c.zeta - zeta) <= 1e-9 * zeta + 1e-300)) return "zeta";
+  if (c.detail < 1 || c.detail > p.bristles) return "detail";
+  const double all = p.full_weight * p.bristles;
+  if (!(std::abs(c.weight * c.detail - all) <= 1e-9 * all)) return "weight";
   // An overload that the load does not explain would carry forces and energies beyond all numbers.
-  const double overload = std::max(1.0, zeta / (p.weight * p.bristles));
+  const double overload = std::max(1.0, zeta / all);
   if (!within(c.overload, 1.0, overload * (1.0 + 1e-9))) return "overload";
-  if (!within(c.active, 0.0, p.bristles)) return "active";
+  if (!within(c.active, 0.0, c.detail)) return "active";
   if (static_cast<double>(c.whole) != std::floor(c.active)) return "whole";
-  if (!(c.fraction >= 0.0 && c.fraction < 1.0) || (c.fraction > 0.0 && c.whole >= p.bristles))
+  if (!(c.fraction >= 0.0 && c.fraction < 1.0) || (c.fraction > 0.0 && c.whole >= c.detail))
     return "fraction";
   if (!within(c.pending_dissipated, 0.0, most)) return "pending_dissipated";
   if (!within(c.pending_loss, -most, most)) return "pending_loss";
@@ -289,8 +294,7 @@ std::size_t saved_size(const PatchState& p) noexcept {
 
 void save_patch(const PatchState& p, std::uint32_t slot, std::uint32_t generation, std::byte* to) noexcept {
   ByteWriter write(to);
-  const SavedPatch head{slot,          generation,    signature(p),
-                        saved_size(p), p.options.key, p.options.seed};
+  const SavedPatch head{slot, generation, signature(p), saved_size(p), p.options.key, p.options.seed};
   head_fields(write, head);
   contact_fields(write, static_cast<const PatchContact&>(p));
   constexpr Block away{};

@@ -272,6 +272,54 @@ TEST_CASE("The state hash of a scene does not depend on threads or instruction s
   }
 }
 
+TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[cli][overload]") {
+  const Folder folder;
+  const std::string scene = folder.write(
+      "busy.toml",
+      "[scene]\nname = \"busy\"\ndt = 1e-3\nduration = 0.3\n"
+      "[[material]]\nname = \"m\"\n"
+      "[[patch]]\nname = \"first\"\nmaterial = \"m\"\nmax_normal_load = 5\nbristles = 20000\npriority = 2\n"
+      "[[patch]]\nname = \"many\"\nmaterial = \"m\"\nmax_normal_load = 5\nbristles = 10000\ncount = 2\n"
+      "least_bristles = 100\n"
+      "[[motion]]\npatch = \"first\"\ntype = \"ramp\"\nvelocity = 0.01\nload = 4\n"
+      "[[motion]]\npatch = \"many\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 3\n");
+  const std::string decisions = folder.at("decisions.csv");
+  // Two microseconds: no machine steps 40,000 bristles in that.
+  const json run =
+      run_report(folder, "run '" + scene + "' --budget 2 --record-decisions '" + decisions + "'");
+  const json& overload = run["overload"];
+  CHECK(overload["budget_s"] == Approx(2e-6));
+  CHECK(overload["most_bristles_left_out"].get<int>() > 15000);
+  CHECK(overload["noise_growth"].get<double>() > 3.0);
+  CHECK(overload["steps_over_budget"].get<int>() >= 1);
+  const auto rows = read_csv(decisions);
+  CHECK(rows[0] == std::vector<std::string>{"step", "patch", "bristles"});
+  REQUIRE(rows.size() == overload["changes"].get<std::size_t>() + 1);
+  const json replay =
+      run_report(folder, "run '" + scene + "' --replay-decisions '" + decisions + "' --threads 2");
+  CHECK(replay["overload"]["replayed"] == true);
+  CHECK(replay["overload"]["changes"] == overload["changes"]);
+  CHECK(replay["state_hash"] == run["state_hash"]);
+  const json free = run_report(folder, "run '" + scene + "'");
+  CHECK(free["state_hash"] != run["state_hash"]);
+  CHECK_FALSE(free.contains("overload"));
+
+  const auto refused = [&](const std::string& text, const char* why) {
+    const std::string file = folder.write("bad.csv", text);
+    const Outcome outcome = run_cli(folder, "run '" + scene + "' --replay-decisions '" + file + "'");
+    INFO(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains(why));
+  };
+  refused("step,patch\n1,first\n", "no column bristles");
+  refused("step,patch,bristles\n1,nobody,5\n", "bad.csv:2: the scene has no patch 'nobody'");
+  refused("step,patch,bristles\n1,first,0\n", "at least one stays");
+  refused("step,patch,bristles\n1,first,20001\n", "0 to 20000");
+  refused("step,patch,bristles\n1.5,first,20\n", "whole number");
+  refused("step,patch,bristles\n2,first,20\n1,first,30\n", "step 1 comes after step 2");
+  CHECK(run_cli(folder, "run '" + scene + "' --record-decisions '" + decisions + "'").code == 2);
+}
+
 TEST_CASE("Copies of a patch are stepped together and the force file says how many it holds", "[cli]") {
   const Folder folder;
   const json report = run_report(

@@ -65,6 +65,13 @@ struct FeatureResult {
   std::string advice;
 };
 
+/// Bristles left out and taken back by turns, as under overload.
+struct ShedResult {
+  double share = 1.0;   ///< of the bristles, half of the time
+  PatchError error;     ///< of the patch with the highest rms
+  double step_s = 0.0;  ///< CPU seconds of a step of the scene, changes of detail included; median
+};
+
 struct Recommendation {
   bool found = false;
   Setting setting;
@@ -98,6 +105,7 @@ struct AccuracyResult {
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
   std::vector<FeatureResult> features;
+  std::vector<ShedResult> shedding;
   double seconds = 0.0;  ///< wall time of it all
 };
 
@@ -147,6 +155,7 @@ std::vector<std::size_t> pareto_front(const std::vector<double>& time, const std
                                       double gain = 0.0);
 void recommend(AccuracyStudy& study, double seconds);
 void try_features(AccuracyStudy& study, double seconds);
+void try_shedding(AccuracyStudy& study, double seconds);
 
 /// Throws UserError.
 AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options);

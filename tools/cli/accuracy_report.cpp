@@ -132,6 +132,14 @@ std::string feature_table(const AccuracyResult& r) {
   return table.text();
 }
 
+std::string shedding_table(const AccuracyResult& r) {
+  TextTable table({"<bristles left, half of the time", "error rms %", "max %", "us a step"});
+  for (const ShedResult& s : r.shedding)
+    table.add({s.share == 1.0 ? "all" : fmt::format("1/{:.0f}", 1.0 / s.share), percent(s.error.rms),
+               percent(s.error.max), microseconds(s.step_s)});
+  return table.text();
+}
+
 std::string threads_text(int threads) {
   return threads == 0 ? "a thread per core"
                       : fmt::format("{} {}", threads, threads == 1 ? "thread" : "threads");
@@ -254,6 +262,10 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions&, const Acc
       count_text(r.pair_bristles), time_text(r.reference_dt_s));
   text += slope_table(r) + '\n' + recommendation_text(scene, r);
   text += "\nWhat the scene could leave out, as it is now: with and without, in turns\n\n" + feature_table(r);
+  text +=
+      "\nUnder overload (--budget of bristle run): bristles left out and taken back, 16 changes in a "
+      "run\n\n" +
+      shedding_table(r);
   text += fmt::format("\n{} in all\n", time_text(r.seconds));
   return text;
 }
@@ -310,6 +322,10 @@ std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, co
     }
     report["features"].push_back(row);
   }
+  report["shedding"] = Json::array();
+  for (const ShedResult& s : r.shedding)
+    report["shedding"].push_back(
+        {{"share", s.share}, {"error", {{"rms", s.error.rms}, {"max", s.error.max}}}, {"step_s", s.step_s}});
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 

@@ -210,6 +210,14 @@ int run(int argc, char** argv) {
   run_app->add_option("--threads", run_options.threads, "Threads that step; 0 = one per core")
       ->check(CLI::Range(0, 1024));
   run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version");
+  run_app
+      ->add_option("--budget", run_options.overload.budget_us,
+                   "Time for a step, us: bristles are left out of one that takes longer, and come back")
+      ->check(CLI::Range(1e-3, 1e9));
+  run_app->add_option("--record-decisions", run_options.overload.record,
+                      "Write what was left out and when to this CSV file");
+  run_app->add_option("--replay-decisions", run_options.overload.replay,
+                      "Leave out what such a file says, whatever the clock: the same bits");
   run_app->add_option("--steps", run_options.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
   run_app

@@ -32,6 +32,7 @@ class SceneRun {
   void run_paced(const RealtimeOptions& realtime);
   std::uint64_t run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
                                   const QueueClock& queue, Progress& progress);
+  void step_within_budget(double t);
   void step(double t);
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
@@ -42,6 +43,7 @@ class SceneRun {
   const Scene& scene_;
   const RunOptions& options_;
   SceneStepper stepper_;
+  Overload overload_;
   std::vector<Way> ways_;
   std::optional<ForceFile> force_file_;
   RunResult result_;
@@ -58,6 +60,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
     : scene_(scene),
       options_(options),
       stepper_(scene, batch_options(scene, options)),
+      overload_(scene, options.overload, stepper_),
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
@@ -73,11 +76,22 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
   }
 }
 
+void SceneRun::step_within_budget(double t) {
+  using bristle::DeadlineMonitor;
+  if (!overload_.is_on()) return stepper_.step(t);
+  // Alone, a thread is judged by what it used; with workers it also waits for them.
+  const auto now = stepper_.batch().threads() == 1 ? &DeadlineMonitor::cpu_now : &DeadlineMonitor::wall_now;
+  const double start = now();
+  overload_.before_step();
+  stepper_.step(t);
+  overload_.after_step(now() - start);
+}
+
 void SceneRun::step(double t) {
   using bristle::DeadlineMonitor;
   const double cpu = DeadlineMonitor::cpu_now();
   const double wall = DeadlineMonitor::wall_now();
-  stepper_.step(t);
+  step_within_budget(t);
   const double wall_time = DeadlineMonitor::wall_now() - wall;
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
 }
@@ -163,6 +177,7 @@ void SceneRun::finish() {
                               body.highest_speed(),
                               body.statistics()});
   }
+  if (overload_.is_on()) result_.overload = overload_.finish();
   result_.isa = stepper_.batch().isa();
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
@@ -218,7 +233,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     const double t = time_of(k);
     const double cpu = DeadlineMonitor::cpu_now();
     const double start = DeadlineMonitor::wall_now();
-    stepper_.step(t);
+    step_within_budget(t);
     end = DeadlineMonitor::wall_now();
     end_cpu = DeadlineMonitor::cpu_now();
     step_cpu = end_cpu - cpu;

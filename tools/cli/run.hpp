@@ -10,6 +10,7 @@
 #include <bristle/patch.hpp>
 
 #include "tools/cli/body_motion.hpp"
+#include "tools/cli/overload.hpp"
 #include "tools/cli/realtime.hpp"
 #include "tools/cli/scene.hpp"
 
@@ -27,6 +28,7 @@ struct RunOptions {
   std::optional<RealtimeOptions> realtime;  ///< against the clock; none: back to back
   std::string restore_state;  ///< state file to go on from; empty: the scene's beginning
   std::string save_state;     ///< state file to write at the end; empty: none
+  OverloadOptions overload;
 };
 
 /// Sum, square sum and extremes of a force component, N.
@@ -80,6 +82,7 @@ struct RunResult {
   std::vector<PatchResult> patches;
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
+  std::optional<OverloadResult> overload;  ///< where there was a budget, or a replay of one
 };
 
 /// Another time step, one over the rate; a deadline that would be longer becomes as long.

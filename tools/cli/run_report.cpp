@@ -65,6 +65,15 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   line("deadline",
        fmt::format("{}: {} late ({} ours, {} the machine's)", time_text(m.deadline()), count_text(m.misses()),
                    count_text(m.misses_ours()), count_text(m.misses_machine())));
+  if (r.overload) {
+    const OverloadResult& o = *r.overload;
+    line("overload",
+         fmt::format(
+             "{}: {} changes of detail; {} bristles left out at most (force noise x {:.2f}), {} at the end",
+             o.replayed ? std::string("decisions replayed") : "budget " + time_text(o.budget_s),
+             count_text(o.decisions), count_text(o.most_bristles), 1.0 / std::sqrt(o.least_share),
+             count_text(o.bristles)));
+  }
   for (const ScenePatch& patch : scene.patches) {
     if (!patch.motion || patch.motion->type != MotionType::trace) continue;
     const PrescribedMotion& motion = *patch.motion;
@@ -228,6 +237,19 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
                         {"misses_ours", m.misses_ours()},
                         {"misses_machine", m.misses_machine()}};
   if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
+  if (r.overload) {
+    const OverloadResult& o = *r.overload;
+    report["overload"] = {{"budget_s", o.replayed ? Json(nullptr) : Json(o.budget_s)},
+                          {"replayed", o.replayed},
+                          {"changes", o.decisions},
+                          {"steps_over_budget", o.replayed ? Json(nullptr) : Json(o.late_steps)},
+                          {"most_bristles_left_out", o.most_bristles},
+                          {"least_share", o.least_share},
+                          {"noise_growth", 1.0 / std::sqrt(o.least_share)},
+                          {"bristles_left_out", o.bristles},
+                          {"patches_with_less", o.patches},
+                          {"bristle_s", o.replayed ? Json(nullptr) : Json(o.rate_s)}};
+  }
   report["bristles"] = r.bristles;
   report["patch_count"] = scene.patch_count();
   report["memory_bytes"] = r.memory_bytes;

@@ -146,7 +146,7 @@ ScenePatch read_patch(SceneTable table, const Scene& scene) {
   patch.name = table.name();
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
-               "sampling", "seed", "count"});
+               "sampling", "seed", "count", "priority", "least_bristles"});
   patch.material = find_name(scene.materials, table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
@@ -166,6 +166,9 @@ ScenePatch read_patch(SceneTable table, const Scene& scene) {
   o.sampling = static_cast<bristle::Sampling>(table.choice("sampling", {"stratified", "random"}, 0));
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 1'000'000, 1));
+  patch.priority = static_cast<int>(table.integer("priority", -1000, 1000, 0));
+  patch.least_bristles =
+      static_cast<std::uint32_t>(table.integer("least_bristles", 1, bristle::max_bristles_per_patch, 64));
   return patch;
 }
 
@@ -353,11 +356,12 @@ SceneBody read_body(SceneTable table, Scene& scene) {
 
 void read_scene_table(SceneTable table, Scene& scene) {
   scene.name = table.name();
-  table.allow({"name", "description", "dt", "duration", "deadline", "threads", "out_patches"});
+  table.allow({"name", "description", "dt", "duration", "deadline", "budget", "threads", "out_patches"});
   scene.description = table.text("description", "");
   scene.dt = table.number("dt", {0.0, 1.0, true, "s"});
   if (table.has("duration")) scene.duration = table.number("duration", {0.0, 1e6, true, "s"});
   scene.deadline = table.number("deadline", {0.0, 1e3, true, "s"}, scene.dt);
+  if (table.has("budget")) scene.budget = table.number("budget", {0.0, 1e3, true, "s"});
   scene.threads = static_cast<int>(table.integer("threads", 0, 1024, 1));
   scene.out_patches = static_cast<std::uint32_t>(table.integer("out_patches", 0, 1'000'000, 8));
 }

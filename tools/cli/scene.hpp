@@ -25,7 +25,9 @@ struct ScenePatch {
   std::string name;
   std::size_t material = 0;  ///< index into Scene::materials
   bristle::PatchOptions options;
-  std::uint32_t count = 1;   ///< copies; copy i has seed + i and the name "name.i"
+  std::uint32_t count = 1;            ///< copies; copy i has seed + i and the name "name.i"
+  int priority = 0;                   ///< under a budget: the lowest gives bristles first
+  std::uint32_t least_bristles = 64;  ///< and keeps so many
   std::uint32_t stride = 1;  ///< only every so manyth copy: the k-th of `count` is then copy k stride
   std::string where;         ///< "file:line: [[patch]] 'name'", for messages
   std::optional<PrescribedMotion> motion;
@@ -68,6 +70,7 @@ struct Scene {
   double dt = 1e-3;                ///< s
   std::optional<double> duration;  ///< s; without one, as long as the longest trace
   double deadline = 1e-3;          ///< s
+  std::optional<double> budget;    ///< s per step, beyond which bristles are left out
   int threads = 1;
   std::uint32_t out_patches = 8;  ///< patches that the force file holds
   std::vector<SceneMaterial> materials;

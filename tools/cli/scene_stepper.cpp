@@ -132,7 +132,8 @@ void SceneStepper::set_places(bristle::Span<const double> places) {
 
 void SceneStepper::step(double t) {
   for (BodyMotion& body : bodies_) body.solve(batch_, t, scene_.dt, motions_);
-  batch_.step(scene_.dt, {motions_.data(), motions_.size()}, {responses_.data(), responses_.size()});
+  report_ =
+      batch_.step(scene_.dt, {motions_.data(), motions_.size()}, {responses_.data(), responses_.size()});
   for (BodyMotion& body : bodies_) body.finish(scene_.dt, responses_);
 }
 

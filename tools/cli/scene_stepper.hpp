@@ -51,6 +51,7 @@ class SceneStepper {
   std::vector<bristle::Motion>& motions() { return motions_; }
   const std::vector<bristle::Response>& responses() const { return responses_; }
   const std::vector<BodyMotion>& bodies() const { return bodies_; }
+  const bristle::StepReport& report() const { return report_; }  ///< of the last step
 
  private:
   void add_patches();
@@ -63,6 +64,7 @@ class SceneStepper {
   std::vector<bristle::Motion> motions_;
   std::vector<bristle::Response> responses_;
   std::vector<BodyMotion> bodies_;
+  bristle::StepReport report_;
 };
 
 }  // namespace cli

@@ -1,7 +1,8 @@
 // What the haptic loop and the graphic loop tell each other: plain data, copied whole (exchange.hpp).
 //
-// World axes: x along the floor (the way the block is pushed), y to the left, z up; the origin is the middle
-// of the floor, which slopes about y. SI units.
+// Axes are the room's: x along the floor (the way the block is pushed), y to the left, z off the floor; the
+// origin is the middle of the floor. A slope tilts the whole room about y, so that in these axes gravity is
+// g (sin slope, 0, -cos slope): a positive slope lets the block slide towards the wall at +x. SI units.
 #pragma once
 
 #include <cstddef>
@@ -24,12 +25,20 @@ struct Settings {
   std::uint32_t bristles = 4096;       ///< representatives of one patch under the block
   double mass = 0.25;                  ///< kg, of the block
   double extra_load = 0.0;             ///< N, pressed down on the block beside its weight
-  double slope = 0.0;                  ///< rad, of the floor about y
+  double slope = 0.0;                  ///< rad, of the room about y; positive: down towards +x
   double tapping = 0.0;                ///< N, amplitude of a disturbance along the slope
   double hand_stiffness = 400.0;       ///< N/m, virtual spring between device and tool
   double hand_damping = 2.0;           ///< N s/m
 };
 
+/// The mouse as a device: where the person drags the tool to.
+struct MouseHand {
+  bool holds = false;              ///< the button is down: the spring pulls; else the tool is let go
+  double position[3] = {0, 0, 0};  ///< m
+  double press = 0.0;              ///< N, down on the tool (the wheel)
+};
+
+/// `record` and `replay` begin with a reset, so that a replay gives the same bits.
 enum class Act : unsigned char { none, pause, run, single_step, reset, record, stop_recording, replay };
 
 inline constexpr std::size_t most_contacts = 32;

@@ -7,6 +7,7 @@
 #include "bristle/error.hpp"
 #include "bristle/export.hpp"
 #include "bristle/keyed_patches.hpp"
+#include "bristle/load_shedder.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"

@@ -145,9 +145,11 @@ struct Response {
 struct PatchInfo {
   std::uint64_t key = 0;
   std::uint32_t bristles = 0;      ///< n, representatives allocated
-  double weight = 0.0;             ///< w = zeta_max / n, physical bristles per representative
+  std::uint32_t detail = 0;        ///< representatives in use, at most n: see PatchBatch::set_detail
+  double weight = 0.0;             ///< w = zeta_max / detail, physical bristles per representative
   double active = 0.0;             ///< representatives in contact, with the fraction
   double normal_load = 0.0;        ///< N, of the last step
+  double max_normal_load = 0.0;    ///< N, of the options
   std::uint64_t memory_bytes = 0;  ///< state of this patch
   std::uint32_t bytes_per_bristle = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, mean, single"; lives for ever

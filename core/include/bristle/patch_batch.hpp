@@ -55,8 +55,8 @@ struct StepReport {
 
 /// Contact patches of the brush model.
 ///
-/// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, info,
-/// stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
+/// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, set_detail,
+/// info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
 /// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
 /// once, the change takes effect at the stepping thread's next call. threads() and isa() may be called by
 /// anyone. A batch that was moved from may only be destroyed or assigned to. All memory is taken and freed by
@@ -105,6 +105,14 @@ class BRISTLE_API PatchBatch {
 
   /// The response to a trial motion, state unchanged: what step would give. For implicit solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
+
+  /// The patch goes on with `bristles` representatives (1 to its n) of weight zeta_max / bristles, from now
+  /// on: less work and a noisier force, or back again. Forces stay as they are, at rest and in sliding;
+  /// nothing snaps. The energy that the change takes (or, negative, brings) is in the next `contact_loss`.
+  /// Costs 3 to 5 ns for each bristle that stays (fewer) or that comes back (more), once. Neither throws nor
+  /// allocates. Status::unknown_id or bad_input: nothing changed. See core/MODEL.md,
+  /// "Detail".
+  Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 
   /// An unknown id gives zeros, here and below.
   PatchInfo info(PatchId id) const noexcept;

@@ -1,0 +1,300 @@
+#include "bristle/load_shedder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "bristle/error.hpp"
+#include "range_check.hpp"
+#include "sharing.hpp"
+
+namespace bristle {
+
+using namespace detail;
+
+namespace {
+
+/// Below this share of the budget a step says little about the time per bristle.
+constexpr double telling_share = 0.05;
+/// A gift is at most this share of what a patch has, and at least that, or it waits.
+constexpr double largest_gift = 1.0 / 8.0;
+constexpr double smallest_gift = 1.0 / 64.0;
+/// A gift that has to be taken back within so many waits was a mistake.
+constexpr std::uint64_t regret_waits = 4;
+constexpr int longest_wait = 64;  ///< in terms of the first
+
+}  // namespace
+
+struct LoadShedder::Impl {
+  struct Entry {
+    PatchId id;
+    int priority = 0;
+    std::uint32_t least = 1;
+    // --- of the last survey
+    std::uint64_t survey = 0;
+    double active = 0.0;  ///< representatives in contact of a patch that moves; else 0
+    std::uint32_t detail = 0, bristles = 0, wanted = 0;
+  };
+
+  LoadShedderOptions options;
+  std::vector<Entry> entries;                ///< by priority, lowest first
+  std::vector<std::uint32_t> entry_of_slot;  ///< 1 + index; 0 = none
+  std::vector<DetailDecision> record;
+  double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
+  double rate = 0.0;       ///< s per bristle or its like
+  double last_rate = 0.0;  ///< of the last telling step
+  std::uint64_t steps = 0, surveys = 0, late = 0, decided = 0, lost = 0;
+  std::uint64_t last_gift = 0, last_change = 0, wait = 0;
+  int late_in_row = 0;
+
+  Entry* find(PatchId id) noexcept {
+    const auto slot = static_cast<std::uint32_t>(id.value);
+    if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return nullptr;
+    Entry& entry = entries[entry_of_slot[slot] - 1];
+    return entry.id == id ? &entry : nullptr;
+  }
+
+  void index_entries() noexcept {
+    std::fill(entry_of_slot.begin(), entry_of_slot.end(), 0u);
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      entry_of_slot[static_cast<std::uint32_t>(entries[i].id.value)] = static_cast<std::uint32_t>(i) + 1;
+  }
+
+  /// The entry in the slot of `id`, if there is one.
+  void erase(PatchId id) noexcept {
+    const auto slot = static_cast<std::uint32_t>(id.value);
+    if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return;
+    entries.erase(entries.begin() + (entry_of_slot[slot] - 1));
+    index_entries();
+  }
+
+  /// Looks at all motions: what they may cost if every bristle of a patch that moves is visited, in bristles.
+  double survey(const PatchBatch& batch, Span<const Motion> in) noexcept {
+    ++surveys;
+    double units = 0.0;
+    for (const Motion& motion : in) {
+      const PatchInfo info = batch.info(motion.id);
+      if (info.bristles == 0) continue;
+      units += patch_overhead;
+      const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
+      const double share = std::min(motion.normal_load / info.max_normal_load, 1.0);
+      const double active = moves && share > 0.0 ? share * info.detail : 0.0;
+      units += active;
+      Entry* entry = find(motion.id);
+      if (entry == nullptr) continue;
+      entry->survey = surveys;
+      entry->active = active;
+      entry->detail = entry->wanted = info.detail;
+      entry->bristles = info.bristles;
+    }
+    return units;
+  }
+
+  bool is_here(const Entry& entry) const noexcept { return entry.survey == surveys && entry.active > 0.0; }
+
+  /// A step's time per bristle. Upwards only what two telling steps in a row show, downwards slowly: a step
+  /// that was disturbed once says nothing, and a quiet second does not let the next slip be late.
+  void learn(double time_s, const StepReport& report) noexcept {
+    const double units =
+        static_cast<double>(report.bristles_visited) + patch_overhead * report.patches_stepped;
+    if (report.bristles_visited == 0) return;
+    const double seen = time_s / units;
+    if (rate == 0.0) {
+      rate = last_rate = seen;
+      return;
+    }
+    if (units * rate < telling_share * options.budget_s && time_s < telling_share * options.budget_s) return;
+    const double sure = std::min(seen, last_rate);
+    last_rate = seen;
+    if (sure > rate) rate = sure;
+    if (seen < rate) rate += (seen - rate) / 256.0;
+  }
+
+  void decide(PatchBatch& batch, Entry& entry) noexcept {
+    if (batch.set_detail(entry.id, entry.wanted) != Status::ok) return;
+    entry.active *= static_cast<double>(entry.wanted) / entry.detail;
+    entry.detail = entry.wanted;
+    ++decided;
+    last_change = steps;
+    if (record.size() < record.capacity())
+      record.push_back({steps, entry.id, entry.wanted});
+    else
+      ++lost;
+  }
+
+  /// Takes `excess` bristles from those that move, lowest priority first, alike within a priority.
+  int shed(PatchBatch& batch, double excess) noexcept {
+    for (std::size_t first = 0, last = 0; first < entries.size() && excess > 0.0; first = last) {
+      while (last < entries.size() && entries[last].priority == entries[first].priority) ++last;
+      // Those at their least leave the rest to the others.
+      for (int round = 0; round < 8 && excess > 0.5; ++round) {
+        double can = 0.0;
+        for (std::size_t i = first; i < last; ++i)
+          if (is_here(entries[i]) && entries[i].wanted > entries[i].least) can += contact(entries[i]);
+        if (can <= 0.0) break;
+        const double keep = std::max(1.0 - excess / can, 0.0);
+        for (std::size_t i = first; i < last; ++i) {
+          Entry& entry = entries[i];
+          if (!is_here(entry) || entry.wanted <= entry.least) continue;
+          const double before = contact(entry);
+          const double wanted = std::floor(keep * entry.wanted);
+          entry.wanted = std::max(entry.least, static_cast<std::uint32_t>(wanted));
+          excess -= before - contact(entry);
+        }
+      }
+    }
+    int changed = 0;
+    for (Entry& entry : entries) {
+      if (!is_here(entry) || entry.wanted == entry.detail) continue;
+      decide(batch, entry);
+      ++changed;
+    }
+    if (changed > 0 && last_gift != 0 && steps - last_gift < regret_waits * wait)
+      wait = std::min<std::uint64_t>(2 * wait, static_cast<std::uint64_t>(longest_wait) *
+                                                   static_cast<std::uint64_t>(options.wait_steps));
+    return changed;
+  }
+
+  static double contact(const Entry& entry) noexcept { return entry.active * entry.wanted / entry.detail; }
+
+  /// Gives bristles back to one patch, of the highest priority among those that lack some.
+  int give(PatchBatch& batch, double units) noexcept {
+    Entry* chosen = nullptr;
+    const auto share = [](const Entry& e) { return static_cast<double>(e.detail) / e.bristles; };
+    for (Entry& entry : entries) {
+      if (!is_here(entry) || entry.detail >= entry.bristles) continue;
+      if (chosen == nullptr || entry.priority > chosen->priority || share(entry) < share(*chosen))
+        chosen = &entry;
+    }
+    if (chosen == nullptr) return 0;
+    // What they cost in every step, and their coming back in this one.
+    const double room = options.restore_to * options.budget_s - rate * units;
+    const double most = room / (rate + options.change_s) / chosen->active * chosen->detail;
+    const double lacking = chosen->bristles - chosen->detail;
+    const double gift = std::min({most, largest_gift * chosen->detail + 1.0, lacking});
+    if (gift < 1.0 || gift < std::min(smallest_gift * chosen->detail, lacking)) return 0;
+    chosen->wanted = chosen->detail + static_cast<std::uint32_t>(gift);
+    decide(batch, *chosen);
+    // The last one was kept: no longer so careful.
+    if (last_gift != 0 && steps - last_gift >= regret_waits * wait)
+      wait = std::max<std::uint64_t>(wait / 2, static_cast<std::uint64_t>(options.wait_steps));
+    last_gift = steps;
+    return 1;
+  }
+};
+
+LoadShedder::LoadShedder(const LoadShedderOptions& options) : impl_(std::make_unique<Impl>()) {
+  constexpr const char* where = "LoadShedderOptions";
+  require_within(where, "budget_s", options.budget_s, 1e-9, 1e3, "s");
+  require_within(where, "shed_above", options.shed_above, 0.01, 1.0, "");
+  require_within(where, "shed_to", options.shed_to, 0.01, options.shed_above, "");
+  require_within(where, "restore_to", options.restore_to, 0.01, options.shed_above, "");
+  if (options.late_steps < 1) refuse(where, "late_steps", options.late_steps, "1 or more");
+  if (options.wait_steps < 1) refuse(where, "wait_steps", options.wait_steps, "1 or more");
+  require_within(where, "rate_s", options.rate_s, 0.0, 1.0, "s");
+  require_within(where, "change_s", options.change_s, 0.0, 1.0, "s");
+  impl_->options = options;
+  impl_->rate = impl_->last_rate = options.rate_s;
+  impl_->wait = static_cast<std::uint64_t>(options.wait_steps);
+  impl_->record.reserve(options.record);
+}
+
+LoadShedder::~LoadShedder() = default;
+LoadShedder::LoadShedder(LoadShedder&&) noexcept = default;
+LoadShedder& LoadShedder::operator=(LoadShedder&&) noexcept = default;
+
+void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles) {
+  if (!patch) throw Error("LoadShedder: patch id 0 names no patch");
+  if (least_bristles == 0) refuse("LoadShedder", "least_bristles", least_bristles, "1 or more");
+  Impl& impl = *impl_;
+  impl.erase(patch);  // or the removed patch whose slot this one took
+  const auto slot = static_cast<std::uint32_t>(patch.value);
+  if (slot >= impl.entry_of_slot.size()) impl.entry_of_slot.resize(std::size_t{slot} + 1, 0u);
+  Impl::Entry entry;
+  entry.id = patch;
+  entry.priority = priority;
+  entry.least = least_bristles;
+  const auto at = std::upper_bound(impl.entries.begin(), impl.entries.end(), priority,
+                                   [](int p, const Impl::Entry& e) { return p < e.priority; });
+  impl.entries.insert(at, entry);
+  impl.index_entries();
+}
+
+void LoadShedder::remove(PatchId patch) noexcept {
+  if (impl_->find(patch) != nullptr) impl_->erase(patch);
+}
+
+int LoadShedder::before_step(PatchBatch& batch, Span<const Motion> in) noexcept {
+  Impl& impl = *impl_;
+  if (impl.rate <= 0.0 || impl.entries.empty()) return 0;
+  const double units = impl.survey(batch, in);
+  const double budget = impl.options.budget_s;
+  if (!(impl.rate * units > impl.options.shed_above * budget)) return 0;
+  return impl.shed(batch, units - impl.options.shed_to * budget / impl.rate);
+}
+
+int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double step_time_s,
+                            const StepReport& report) noexcept {
+  Impl& impl = *impl_;
+  ++impl.steps;
+  if (!(step_time_s > 0.0) || !std::isfinite(step_time_s)) return 0;
+  const double budget = impl.options.budget_s;
+  if (step_time_s > budget) ++impl.late;
+  impl.learn(step_time_s, report);
+  if (step_time_s > impl.options.shed_above * budget) {
+    if (++impl.late_in_row < impl.options.late_steps) return 0;
+    double keep = impl.options.shed_to * budget / step_time_s;
+    // The first one may be an accident: not more than half for it.
+    if (impl.late_in_row == impl.options.late_steps) keep = std::max(keep, 0.5);
+    return impl.shed(batch, (1.0 - keep) * impl.survey(batch, in));
+  }
+  impl.late_in_row = 0;
+  if (impl.decided == 0 || impl.rate <= 0.0 || impl.steps - impl.last_change < impl.wait) return 0;
+  const double units = impl.survey(batch, in);
+  const int given = impl.give(batch, units);
+  // Nothing to give or no room: looked at again after a while, not at each step.
+  if (given == 0) impl.last_change = impl.steps;
+  return given;
+}
+
+Span<const DetailDecision> LoadShedder::decisions() const noexcept {
+  return {impl_->record.data(), impl_->record.size()};
+}
+void LoadShedder::clear_decisions() noexcept { impl_->record.clear(); }
+std::uint64_t LoadShedder::steps() const noexcept { return impl_->steps; }
+
+ShedReport LoadShedder::report(const PatchBatch& batch) const noexcept {
+  ShedReport report;
+  for (const Impl::Entry& entry : impl_->entries) {
+    const PatchInfo info = batch.info(entry.id);
+    if (info.detail >= info.bristles) continue;
+    ++report.patches;
+    report.bristles += info.bristles - info.detail;
+    report.least_share = std::min(report.least_share, static_cast<double>(info.detail) / info.bristles);
+  }
+  report.noise_growth = 1.0 / std::sqrt(report.least_share);
+  report.rate_s = impl_->rate;
+  report.late_steps = impl_->late;
+  report.decisions = impl_->decided;
+  report.decisions_lost = impl_->lost;
+  return report;
+}
+
+std::size_t apply_decisions(PatchBatch& batch, Span<const DetailDecision> decisions,
+                            std::uint64_t step) noexcept {
+  std::size_t count = 0;
+  for (; count < decisions.size() && decisions[count].step <= step; ++count)
+    batch.set_detail(decisions[count].patch, decisions[count].bristles);
+  return count;
+}
+
+double sliding_noise(const Material& material, double active) noexcept {
+  const SnapLength& law = material.snap_length;
+  const double m1 = law.moment(1), m2 = law.moment(2), m3 = law.moment(3);
+  const double one = material.snap_rule == SnapRule::keep
+                         ? std::sqrt(m2 / 12.0) / (0.5 * m1)
+                         : std::sqrt(m3 / (3.0 * m1) - m2 * m2 / (4.0 * m1 * m1)) / (0.5 * m2 / m1);
+  return one / std::sqrt(active);
+}
+
+}  // namespace bristle

@@ -1,0 +1,660 @@
+// The virtual room without its window: what the block does, what passes between the loops, what happens when
+// something fails. By the virtual clock, but where threads are the matter.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tools/cli/user_error.hpp"
+#include "tools/virtual_room/haptic_loop.hpp"
+#include "tools/virtual_room/parameters.hpp"
+#include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/udp_device.hpp"
+
+namespace {
+
+using namespace room;
+
+constexpr double g = 9.80665;
+constexpr double pi = 3.14159265358979323846;
+
+Settings few_bristles() {
+  Settings s;
+  s.bristles = 512;
+  return s;
+}
+
+HandRow at_place(double t, double x, double y, double z) { return {t, {true, {x, y, z}, {0, 0, 0}}}; }
+/// No spring: the tool is pushed with a force.
+HandRow with_force(double t, double fx, double fy, double fz) {
+  return {t, {false, {0, 0, 0}, {fx, fy, fz}}};
+}
+
+/// A room with a scripted hand, by the virtual clock.
+class Run {
+ public:
+  explicit Run(const Settings& settings, std::vector<HandRow> hand = {}, double lost_at = 1e300)
+      : loop_(options(settings),
+              std::make_unique<PlayedHand>("script", HandMotion{std::move(hand)}, lost_at)) {}
+
+  const Snapshot& until(double time) {
+    while (ticks_ < std::llround(1e3 * time)) tick();
+    return now();
+  }
+  const Snapshot& tick() {
+    loop_.advance(1);
+    ++ticks_;
+    loop_.exchange().room.refresh();
+    PlotPoint point;
+    while (loop_.exchange().plot.pop(point)) continue;
+    return now();
+  }
+  const Snapshot& now() { return loop_.exchange().room.latest(); }
+  HapticLoop& loop() { return loop_; }
+
+ private:
+  static LoopOptions options(const Settings& settings) {
+    LoopOptions o;
+    o.settings = settings;
+    o.record_to =
+        (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
+    return o;
+  }
+  HapticLoop loop_;
+  long ticks_ = 0;
+};
+
+double load_of(const Snapshot& s, Between between) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < s.contacts; ++i)
+    sum += s.contact[i].between == between ? s.contact[i].load : 0.0;
+  return sum;
+}
+double friction_of(const Snapshot& s, Between between, int axis) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < s.contacts; ++i) {
+    sum += s.contact[i].between == between ? s.contact[i].friction[axis] : 0.0;
+  }
+  return sum;
+}
+/// Angle of the turn about one of the room's axes, for turns about that axis alone.
+double turn_about(const Snapshot& s, int axis) {
+  const double* q = s.block_orientation;
+  return 2.0 * std::atan2(q[1 + axis], q[0]);
+}
+double speed(const Snapshot& s) {
+  return std::hypot(s.block_velocity[0], s.block_velocity[1], s.block_velocity[2]);
+}
+bool is_finite(const Snapshot& s) {
+  double sum = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    sum += s.block_position[i] + s.block_velocity[i] + s.block_spin[i] + s.tool[i] + s.device_force[i];
+  }
+  return std::isfinite(sum);
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------------- the exchange
+
+TEST_CASE("A triple buffer gives whole values, newest last, while both sides run", "[room][exchange]") {
+  struct Value {
+    std::uint64_t word[64] = {};
+  };
+  constexpr std::uint64_t last = 20000;
+  TripleBuffer<Value> buffer;
+  CHECK_FALSE(buffer.refresh());
+  std::thread writer([&] {
+    for (std::uint64_t k = 1; k <= last; ++k) {
+      for (std::uint64_t& word : buffer.draft().word) word = k;
+      buffer.publish();
+    }
+  });
+  bool whole = true, ascending = true;
+  std::uint64_t seen = 0;
+  while (seen < last) {
+    if (!buffer.refresh()) {
+      std::this_thread::yield();
+      continue;
+    }
+    const Value& value = buffer.latest();
+    for (const std::uint64_t word : value.word) whole = whole && word == value.word[0];
+    ascending = ascending && value.word[0] > seen;
+    seen = value.word[0];
+  }
+  writer.join();
+  CHECK(whole);
+  CHECK(ascending);
+  CHECK_FALSE(buffer.refresh());
+}
+
+TEST_CASE("A ring keeps the order, and counts what finds no room", "[room][exchange]") {
+  SpscRing<int, 4> small;
+  for (int k = 0; k < 7; ++k) CHECK(small.push(k) == (k < 4));
+  CHECK(small.dropped() == 3);
+  int value = -1;
+  for (int k = 0; k < 4; ++k) {
+    REQUIRE(small.pop(value));
+    CHECK(value == k);
+  }
+  CHECK_FALSE(small.pop(value));
+
+  SpscRing<int, 64> ring;
+  constexpr int last = 20000;
+  std::thread writer([&] {
+    for (int k = 1; k <= last;) {
+      if (ring.push(k)) {
+        ++k;
+      } else {
+        std::this_thread::yield();
+      }
+    }
+  });
+  bool in_order = true;
+  for (int expected = 1; expected <= last;) {
+    if (!ring.pop(value)) {
+      std::this_thread::yield();
+      continue;
+    }
+    in_order = in_order && value == expected++;
+  }
+  writer.join();
+  CHECK(in_order);
+}
+
+// -------------------------------------------------------------------------------------------- the block
+
+TEST_CASE("A block at rest presses with its weight and does not stir", "[room]") {
+  Settings settings = few_bristles();
+  settings.extra_load = 1.5;
+  Run run(settings);
+  const Snapshot first = run.until(0.5);
+  CHECK(first.contacts == 4);
+  CHECK(load_of(first, Between::block_floor) == Approx(settings.mass * g + 1.5).epsilon(1e-9));
+  double highest = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    const Snapshot& s = run.tick();
+    for (int i = 0; i < 3; ++i) {
+      highest = std::max(highest, std::fabs(s.block_position[i] - first.block_position[i]));
+    }
+  }
+  CHECK(highest < 1e-12);
+  CHECK(speed(run.now()) < 1e-12);
+}
+
+TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinetic friction, and stops",
+          "[room]") {
+  Settings settings = few_bristles();
+  settings.bristles = 4096;
+  settings.kinetic = 0.3;
+  settings.peak = 0.42;
+  settings.presliding_length = 50e-6;
+  settings.hand_damping = 20.0;
+  const double weight = settings.mass * g;
+  // Low, so that the push hardly shifts load between the corners: 30 mm/s through a spring of 40 N/m.
+  settings.hand_stiffness = 40.0;
+  Run run(settings,
+          {at_place(0.0, -0.0581, 0, 0.009), at_place(2.0, 0.0019, 0, 0.009), at_place(2.2, -0.1, 0, 0.009)});
+  double highest = 0.0, highest_limit = 0.0, stuck_way = 0.0;
+  while (run.now().time < 1.0) {
+    const Snapshot& s = run.tick();
+    highest = std::max(highest, -s.friction[0]);
+    if (s.applied[0] < 0.5 * settings.kinetic * weight) stuck_way = std::max(stuck_way, s.block_position[0]);
+    double limit = 0.0;
+    for (std::size_t i = 0; i < s.contacts; ++i) {
+      if (s.contact[i].between == Between::block_floor) limit += s.contact[i].limit;
+    }
+    highest_limit = std::max(highest_limit, limit);
+  }
+  CHECK(highest_limit == Approx(settings.peak * weight).epsilon(0.01));
+  CHECK(highest <= 1.02 * settings.peak * weight);
+  CHECK(highest > 0.5 * (settings.kinetic + settings.peak) * weight);
+  double sum = 0.0;
+  int count = 0;
+  while (run.now().time < 2.0) {
+    const Snapshot& s = run.tick();
+    if (s.block_velocity[0] < 0.01) continue;
+    sum += -s.friction[0];
+    ++count;
+  }
+  REQUIRE(count > 300);
+  CHECK(sum / count == Approx(settings.kinetic * weight).epsilon(0.03));
+  CHECK(run.now().block_position[0] > 0.02);
+  run.until(4.0);
+  CHECK(speed(run.now()) < 1e-3);
+  CHECK(stuck_way < settings.presliding_length);
+}
+
+TEST_CASE("A block let go with a speed stops where kinetic friction says", "[room]") {
+  // A shove: the tool pushes for 0.1 s, then is drawn back.
+  Settings settings = few_bristles();
+  settings.presliding_length = 20e-6;
+  Run run(settings,
+          {at_place(0.0, -0.06, 0, 0.012), at_place(0.2, 0.06, 0, 0.012), at_place(0.25, -0.2, 0, 0.012)});
+  run.until(0.2);
+  while (load_of(run.now(), Between::block_tool) > 0.0) run.tick();
+  const double from = run.now().block_position[0], v = run.now().block_velocity[0];
+  REQUIRE(v > 0.3);
+  run.until(run.now().time + 1.0);
+  CHECK(speed(run.now()) < 1e-3);
+  CHECK(run.now().block_position[0] - from == Approx(v * v / (2.0 * settings.kinetic * g)).epsilon(0.05));
+}
+
+TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
+  Settings settings = few_bristles();
+  // To the wall, then pressed on it with 5 N and aside with more than the floor alone can hold.
+  const double aside = 1.4 * settings.peak * settings.mass * g;
+  std::vector<HandRow> hand = {at_place(0.0, -0.06, 0, 0.03), at_place(1.5, 0.195, 0, 0.03),
+                               with_force(1.501, 5.0, 0, 0), with_force(2.5, 5.0, 0, 0),
+                               with_force(3.0, 5.0, aside, 0)};
+  Run run(settings, hand);
+  run.until(2.5);
+  CHECK(run.now().block_position[0] == Approx(0.25).margin(2e-4));
+  const double y = run.now().block_position[1];
+  run.until(4.5);
+  const Snapshot& s = run.now();
+  CHECK(load_of(s, Between::block_wall) == Approx(5.0).epsilon(0.1));
+  CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) > 0.2);
+  CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) <
+        1.01 * settings.peak * load_of(s, Between::block_wall));
+  CHECK(std::fabs(s.block_position[1] - y) < 3.0 * settings.presliding_length);
+  CHECK(speed(s) < 1e-3);
+}
+
+TEST_CASE("A block pushed beside its middle turns away, to either side", "[room]") {
+  for (const double side : {1.0, -1.0}) {
+    INFO("at y = " << 25 * side << " mm");
+    Run run(few_bristles(),
+            {at_place(0.0, -0.065, 0.025 * side, 0.03), at_place(1.0, -0.005, 0.025 * side, 0.03)});
+    run.until(1.2);
+    // A push along x at +y turns clockwise, seen from above.
+    CHECK(side * turn_about(run.now(), 2) < -0.2);
+    CHECK(std::fabs(run.now().block_position[2] - 0.03) < 1e-4);
+  }
+}
+
+TEST_CASE("A block pushed high on a rough floor tips, pushed lower it holds, pushed harder it slides",
+          "[room]") {
+  Settings settings = few_bristles();
+  settings.kinetic = 1.2;
+  settings.peak = 1.3;
+  // Less than the floor holds; m g / 2 times the block's length over the height tips it.
+  const double push = 2.6;
+  REQUIRE(push < settings.kinetic * settings.mass * g);
+  REQUIRE(push * 0.055 > settings.mass * g * 0.05);
+  REQUIRE(push * 0.04 < settings.mass * g * 0.05);
+  const auto pushed_at = [&](double z) {
+    return std::vector<HandRow>{at_place(0.0, -0.06, 0, z), with_force(0.01, push, 0, 0)};
+  };
+  Run high(settings, pushed_at(0.055));
+  Run low(settings, pushed_at(0.04));
+  double highest_tilt = 0.0, low_tilt = 0.0;
+  while (high.now().time < 1.0) {
+    highest_tilt = std::max(highest_tilt, turn_about(high.tick(), 1));
+    low_tilt = std::max(low_tilt, std::fabs(turn_about(low.tick(), 1)));
+  }
+  CHECK(highest_tilt > 0.3);
+  CHECK(low_tilt < 5e-3);
+  CHECK(speed(low.now()) < 0.01);
+  Run sliding(few_bristles(), pushed_at(0.04));
+  sliding.until(0.3);
+  CHECK(std::fabs(turn_about(sliding.now(), 1)) < 5e-3);
+  CHECK(sliding.now().block_velocity[0] > 0.3);
+}
+
+TEST_CASE("A tipped block that is let go falls back and lies still, without a bounce", "[room]") {
+  Settings settings = few_bristles();
+  settings.kinetic = 1.2;
+  settings.peak = 1.3;
+  Run run(settings, {at_place(0.0, -0.06, 0, 0.055), with_force(0.01, 2.6, 0, 0), with_force(0.2, 2.6, 0, 0),
+                     with_force(0.201, -1.0, 0, 0)});
+  run.until(0.2);
+  const double tilt = turn_about(run.now(), 1);
+  REQUIRE(tilt > 0.1);
+  REQUIRE(tilt < 0.8);  // not past the balance
+  while (turn_about(run.now(), 1) > 1e-4 && run.now().time < 2.0) run.tick();
+  const double landed = run.now().time;
+  double rebound = 0.0;
+  while (run.now().time < landed + 0.5) rebound = std::max(rebound, turn_about(run.tick(), 1));
+  CHECK(rebound < 0.05 * tilt);
+  run.until(landed + 3.0);
+  CHECK(load_of(run.now(), Between::block_floor) == Approx(settings.mass * g).epsilon(1e-6));
+  CHECK(std::fabs(run.now().block_spin[1]) < 1e-4);
+}
+
+TEST_CASE("On a slope under taps the brush holds, LuGre and Coulomb creep down", "[room]") {
+  Settings settings = few_bristles();
+  settings.slope = 10.0 * pi / 180.0;
+  settings.tapping = 0.3;
+  // Over whole periods of the taps (0.5 s), when all has settled: m.
+  const auto creep = [&](FrictionModel model) {
+    settings.model = model;
+    Run run(settings);
+    const double before = run.until(6.0).block_position[0];
+    return run.until(12.0).block_position[0] - before;
+  };
+  const double brush = creep(FrictionModel::brush);
+  INFO("brush " << 1e6 * brush << " um");
+  CHECK(std::fabs(brush) < 0.05e-6);
+  CHECK(creep(FrictionModel::lugre) > 100e-6);
+  CHECK(creep(FrictionModel::coulomb) > 10e-6);
+}
+
+TEST_CASE("A slope steeper than the friction lets the block slide as the inclined plane says", "[room]") {
+  for (const FrictionModel model : {FrictionModel::brush, FrictionModel::lugre, FrictionModel::coulomb}) {
+    INFO("model " << static_cast<int>(model));
+    Settings settings = few_bristles();
+    settings.model = model;
+    settings.kinetic = 0.2;
+    settings.peak = 0.21;
+    settings.presliding_length = 20e-6;
+    settings.slope = 0.35;
+    Run run(settings);
+    run.until(0.1);
+    const double v0 = run.now().block_velocity[0], t0 = run.now().time;
+    run.until(0.3);
+    const double acceleration = (run.now().block_velocity[0] - v0) / (run.now().time - t0);
+    CHECK(acceleration == Approx(g * (std::sin(0.35) - 0.2 * std::cos(0.35))).epsilon(0.02));
+  }
+}
+
+// --------------------------------------------------------------------------------- the same bits, and files
+
+TEST_CASE("The same script gives the same bits, another one others", "[room]") {
+  const auto hash = [](double end) {
+    Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, end, 0.01, 0.02)});
+    run.until(1.0);
+    return run.loop().state_hash();
+  };
+  CHECK(hash(0.0) == hash(0.0));
+  CHECK(hash(0.0) != hash(0.0001));
+}
+
+TEST_CASE("A recording is played again to the same bits, changes of the settings included", "[room]") {
+  Settings settings = few_bristles();
+  Run run(settings, {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)});
+  run.until(0.137);
+  REQUIRE(run.loop().exchange().acts.push(Act::record));
+  run.tick();
+  run.tick();
+  REQUIRE(run.now().recording);
+  REQUIRE(run.now().time == Approx(1e-3));  // began anew
+  for (int k = 0; k < 300; ++k) run.tick();
+  settings.kinetic = 0.2;
+  settings.peak = 0.25;
+  settings.extra_load = 0.7;
+  run.loop().exchange().settings.write(settings);
+  for (int k = 0; k < 400; ++k) run.tick();
+  const double end = run.now().time;
+  const std::uint64_t hash = run.loop().state_hash();
+  REQUIRE(run.loop().exchange().acts.push(Act::stop_recording));
+  for (int k = 0; k < 5; ++k) run.tick();
+  REQUIRE_FALSE(run.now().recording);
+
+  REQUIRE(run.loop().exchange().acts.push(Act::replay));
+  run.tick();
+  run.tick();
+  while (run.now().time < end - 5e-4) run.tick();
+  CHECK(run.loop().state_hash() == hash);
+
+  // The files are a script like any other.
+  const std::string base =
+      (std::filesystem::temp_directory_path() / ("room_test_" + std::to_string(getpid()))).string();
+  const Script script = read_script(base + ".toml", RoomMeasures{});
+  CHECK(script.changes.size() == 1);
+  LoopOptions options;
+  options.settings = script.settings;
+  options.changes = script.changes;
+  HapticLoop again(options, std::make_unique<PlayedHand>("script", script.hand));
+  again.advance(static_cast<std::uint64_t>(std::llround(1e3 * end)));
+  CHECK(again.state_hash() == hash);
+  for (const char* ending : {".toml", ".csv", ".hand.csv"}) {
+    CHECK(std::filesystem::remove(base + ending));
+  }
+}
+
+TEST_CASE("Pause holds the world, a single step moves it by one tick, reset begins anew", "[room]") {
+  Run run(few_bristles(), {at_place(0.0, -0.06, 0, 0.03), at_place(1.0, 0.06, 0, 0.03)});
+  run.until(0.5);
+  auto& acts = run.loop().exchange().acts;
+  acts.push(Act::pause);
+  run.tick();
+  const double paused_at = run.now().time;
+  const std::uint64_t hash = run.loop().state_hash();
+  CHECK(run.now().paused);
+  for (int k = 0; k < 50; ++k) run.tick();
+  CHECK(run.now().time == paused_at);
+  CHECK(run.loop().state_hash() == hash);
+  acts.push(Act::single_step);
+  run.tick();
+  CHECK(run.now().time == Approx(paused_at + 1e-3));
+  acts.push(Act::run);
+  acts.push(Act::reset);
+  run.tick();
+  run.tick();
+  CHECK(run.now().time == Approx(1e-3));
+  CHECK(run.now().block_position[0] == 0.0);
+}
+
+TEST_CASE("A script that is wrong says where", "[room]") {
+  const auto message = [](const std::string& text) -> std::string {
+    try {
+      parse_script(text, "push.toml", RoomMeasures{});
+    } catch (const cli::UserError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  CHECK_THAT(message("[settings]\nkinetic = 7.0\n"),
+             Catch::Contains("push.toml:2") && Catch::Contains("kinetic"));
+  CHECK_THAT(message("[settings]\nbristle = 7\n"),
+             Catch::Contains("push.toml:2") && Catch::Contains("unknown key"));
+  CHECK_THAT(message("[[hand]]\nt = 1.0\nposition = [0, 0]\n"), Catch::Contains("three numbers"));
+  CHECK_THAT(message("[[hand]]\nt = 1.0\n[[hand]]\nt = 0.5\n"), Catch::Contains("push.toml:4"));
+  CHECK_THAT(message("[settings]\nkinetic = 0.3\npeak = 0.2\n"), Catch::Contains("peak"));
+  CHECK_THAT(message("[settings\n"), Catch::Contains("push.toml:1"));
+}
+
+// ------------------------------------------------------------------------------------------------ faults
+
+TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line", "[room]") {
+  Settings settings = few_bristles();
+  settings.kinetic = 1.0;  // the block holds: the spring pushes steadily
+  settings.peak = 1.1;
+  Run run(settings, {at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}, 0.8);
+  run.until(0.8);
+  const double before = run.now().device_force[0];
+  REQUIRE(before < -0.5);
+  CHECK_FALSE(run.now().device_lost);
+  double last = before, largest_jump = 0.0;
+  while (run.now().time < 0.9) {
+    const double force = run.tick().device_force[0];
+    largest_jump = std::max(largest_jump, std::fabs(force - last));
+    last = force;
+  }
+  CHECK(largest_jump < 0.1 * std::fabs(before));
+  CHECK(last == 0.0);
+  CHECK(run.now().device_lost);
+  CHECK_THAT(run.now().message, Catch::Contains("device script lost"));
+  CHECK(speed(run.until(1.5)) < 0.01);
+}
+
+TEST_CASE("Absurd settings are clamped or refused, and the block stays finite", "[room]") {
+  std::mt19937_64 random(7);
+  const double absurd[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 1e-300, 0.0, -1.0, 1e9, 1.0, 0.3};
+  const auto any = [&] { return absurd[random() % std::size(absurd)]; };
+  Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(2.0, 0.2, 0.01, 0.02)});
+  int messages = 0;
+  for (int round = 0; round < 24; ++round) {
+    Settings s = few_bristles();
+    for (const SettingRange& range : setting_ranges) {
+      if (random() % 3 == 0) s.*range.member = any();
+    }
+    if (random() % 4 == 0) s.bristles = random() % 2 ? 0 : 100;
+    s.keep = random() % 2;
+    s.model = static_cast<FrictionModel>(random() % 3);
+    run.loop().exchange().settings.write(s);
+    for (int k = 0; k < 20; ++k) run.tick();
+    const Snapshot& now = run.now();
+    REQUIRE(is_finite(now));
+    messages += now.message[0] != '\0';
+    for (const SettingRange& range : setting_ranges) {
+      INFO(range.name);
+      CHECK(now.settings.*range.member >= range.min);
+      CHECK(now.settings.*range.member <= range.max);
+    }
+  }
+  CHECK(messages > 12);
+  run.loop().exchange().settings.write(few_bristles());
+  CHECK(is_finite(run.until(run.now().time + 1.0)));
+}
+
+TEST_CASE("A hand that jumps or is no number leaves the world finite", "[room]") {
+  std::vector<HandRow> hand;
+  for (int k = 0; k < 40; ++k) {
+    const double far = k % 4 == 0 ? 1e300 : k % 4 == 1 ? NAN : k % 4 == 2 ? -5.0 : 0.0;
+    hand.push_back(at_place(0.02 * k, far, k % 3 - 1.0, 0.02));
+  }
+  Run run(few_bristles(), hand);
+  while (run.now().time < 1.0) REQUIRE(is_finite(run.tick()));
+}
+
+// ----------------------------------------------------------------------------------- the network device
+
+namespace {
+
+/// A device server on the same machine.
+class Sender {
+ public:
+  explicit Sender(int port) {
+    socket_ = socket(AF_INET, SOCK_DGRAM, 0);
+    to_.sin_family = AF_INET;
+    to_.sin_port = htons(static_cast<std::uint16_t>(port));
+    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    timeval patience{2, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+  ~Sender() { close(socket_); }
+  void send(const void* bytes, std::size_t size) {
+    sendto(socket_, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
+  }
+  void send(const HandPacket& packet) {
+    unsigned char bytes[hand_packet_size];
+    encode(packet, bytes);
+    send(bytes, sizeof bytes);
+  }
+  bool receive(ForcePacket& packet) {
+    unsigned char bytes[200];
+    const ssize_t got = recv(socket_, bytes, sizeof bytes, 0);
+    return got > 0 && decode(bytes, static_cast<std::size_t>(got), packet);
+  }
+
+ private:
+  int socket_;
+  sockaddr_in to_{};
+};
+
+}  // namespace
+
+TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
+          "[room]") {
+  UdpDevice device(0);
+  Sender sender(device.port());
+  Hand hand;
+  CHECK_FALSE(device.read(0.0, hand));
+  // Loopback delivers at once, but not by contract.
+  const auto read = [&](double x) {
+    for (int k = 0; k < 200; ++k) {
+      if (device.read(0.0, hand) && hand.position[0] == x) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  sender.send({7, {true, {0.01, 0.02, 0.03}, {0, 0, -1.0}}});
+  REQUIRE(read(0.01));
+  CHECK(hand.holds);
+  CHECK(hand.position[2] == 0.03);
+  CHECK(hand.force[2] == -1.0);
+  device.write({1.0, -2.0, 0.5});
+  ForcePacket force;
+  REQUIRE(sender.receive(force));
+  CHECK(force.sequence == 7);
+  CHECK(force.force[1] == -2.0);
+
+  sender.send("hello", 5);
+  unsigned char long_packet[hand_packet_size + 8] = {};
+  sender.send(long_packet, sizeof long_packet);
+  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // late
+  sender.send({8, {true, {NAN, 0, 0}, {0, 0, 0}}});
+  sender.send({9, {false, {0.04, 0, 0}, {0, 0, 0}}});
+  REQUIRE(read(0.04));
+  CHECK(device.refused() == 4);
+  CHECK_FALSE(hand.holds);
+
+  std::this_thread::sleep_for(std::chrono::milliseconds(150));
+  CHECK_FALSE(device.read(0.0, hand));                // silence
+  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server began anew
+  CHECK(read(0.05));
+}
+
+// ------------------------------------------------------------------------------------------- two threads
+
+TEST_CASE("The loops run beside each other: settings arrive, acts are served, a stalled screen delays nobody",
+          "[room][threads]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  HapticLoop loop(options);
+  Exchange& exchange = loop.exchange();
+  loop.start();
+  const auto wait_for = [&](auto&& condition) {
+    for (int k = 0; k < 5000; ++k) {
+      exchange.room.refresh();
+      if (condition(exchange.room.latest())) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  CHECK(wait_for([](const Snapshot& s) { return s.time > 0.05; }));
+  Settings settings = few_bristles();
+  settings.kinetic = 0.2;
+  settings.peak = 0.24;
+  settings.bristles = 1024;
+  exchange.settings.write(settings);
+  CHECK(wait_for([](const Snapshot& s) { return s.settings.bristles == 1024 && s.settings.kinetic == 0.2; }));
+  MouseHand mouse;
+  mouse.holds = true;
+  for (int k = 0; k <= 300; ++k) {
+    mouse.position[0] = -0.1 + 0.0005 * k;
+    mouse.position[2] = 0.03;
+    exchange.mouse.write(mouse);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
+  exchange.acts.push(Act::reset);
+  CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
+  exchange.acts.push(Act::pause);
+  CHECK(wait_for([](const Snapshot& s) { return s.paused; }));
+  exchange.acts.push(Act::run);
+  CHECK(wait_for([](const Snapshot& s) { return !s.paused; }));
+
+  exchange.room.refresh();
+  const double before = exchange.room.latest().time;
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // nobody looks
+  exchange.room.refresh();
+  CHECK(exchange.room.latest().time - before > 0.05);
+  loop.stop();
+  loop.start();
+  CHECK(wait_for([&](const Snapshot& s) { return s.time > before; }));
+  loop.stop();
+}

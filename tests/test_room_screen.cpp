@@ -1,0 +1,282 @@
+// What the virtual room shows, apart from its window: geometry, the glass, plots' memory, the mouse, and
+// pictures of states set up by hand. The window itself: room_window_test.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "tests/made_up_room.hpp"
+#include "tools/cli/user_error.hpp"
+#include "tools/virtual_room/bristle_glass.hpp"
+#include "tools/virtual_room/camera.hpp"
+#include "tools/virtual_room/history.hpp"
+#include "tools/virtual_room/mouse_control.hpp"
+#include "tools/virtual_room/offscreen.hpp"
+#include "tools/virtual_room/quantity_text.hpp"
+
+using Eigen::Vector3f;
+using room::Area;
+using room::Camera;
+using room::RoomMeasures;
+using room::Snapshot;
+
+namespace {
+
+// Null, and one line printed, on a machine without OpenGL.
+std::unique_ptr<room::OffscreenRoom> try_offscreen(int width, int height) {
+  try {
+    return std::make_unique<room::OffscreenRoom>(RoomMeasures{}, width, height, 1.0f, 1);
+  } catch (const cli::UserError& error) {
+    std::printf("skipped: %s\n", error.what());
+    return nullptr;
+  }
+}
+
+struct Pixel {
+  int r, g, b;
+};
+
+Pixel pixel(const room::PixelImage& image, int x, int y) {
+  const std::size_t at =
+      3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
+  return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
+}
+
+bool is_wood(Pixel p) {
+  return p.r > 70 && 1.18 * p.g < p.r && p.r < 1.75 * p.g && 1.2 * p.b < p.g && p.g < 2.6 * p.b;
+}
+
+template <class Wanted>
+int count(const room::PixelImage& image, Wanted wanted, double* middle_x = nullptr) {
+  int found = 0;
+  double sum = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (!wanted(pixel(image, x, y))) continue;
+      ++found;
+      sum += x;
+    }
+  }
+  if (middle_x) *middle_x = sum / std::max(found, 1);
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("A camera sees its target in the middle and offsets by the rules of perspective", "[room]") {
+  Camera camera;
+  camera.target = Vector3f(0.1f, -0.2f, 0.05f);
+  camera.distance = 2.0f;
+  camera.azimuth = -1.5707963f;  // the eye looks along +y: right is +x, up is +z
+  camera.elevation = 0.0f;
+  camera.field_of_view = 2 * std::atan(0.5f);
+  const Area area{100, 50, 800, 400};
+  float x = 0, y = 0;
+  REQUIRE(camera.find_pixel(area, camera.target, x, y));
+  CHECK(x == Approx(500).margin(0.01));
+  CHECK(y == Approx(250).margin(0.01));
+  // At the target the picture is 2 m * 2 * 0.5 = 2 m high: 200 pixels a metre.
+  REQUIRE(camera.find_pixel(area, camera.target + Vector3f(0.5f, 0, 0.25f), x, y));
+  CHECK(x == Approx(600).margin(0.02));
+  CHECK(y == Approx(200).margin(0.02));
+  // Half as far from the eye, twice as large.
+  REQUIRE(camera.find_pixel(area, camera.target + Vector3f(0.5f, -1.0f, 0), x, y));
+  CHECK(x == Approx(700).margin(0.02));
+  CHECK_FALSE(camera.find_pixel(area, camera.target + Vector3f(0, -2.5f, 0), x, y));
+}
+
+TEST_CASE("The ray through a pixel meets the point that is seen there", "[room]") {
+  Camera camera;
+  const Area area{312, 46, 968, 546};
+  for (const Vector3f& point :
+       {Vector3f(0, 0, 0), Vector3f(0.2f, -0.1f, 0.02f), Vector3f(-0.28f, 0.17f, 0.25f)}) {
+    float x = 0, y = 0;
+    REQUIRE(camera.find_pixel(area, point, x, y));
+    const room::Ray ray = camera.ray(area, x, y);
+    CHECK(ray.along.cross(point - ray.from).norm() < 1e-5f);
+  }
+}
+
+TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, on a slope too", "[room]") {
+  for (const double slope : {0.0, 0.3}) {
+    Camera camera;
+    const Area area{0, 0, 900, 600};
+    Snapshot room;
+    room.settings.slope = slope;
+    const RoomMeasures measures;
+    room::MouseControl mouse;
+    const Vector3f wanted(-0.12f, 0.05f, 0.02f);  // in the room's axes
+    float x = 0, y = 0;
+    REQUIRE(camera.find_pixel(area, room::room_tilt(slope) * wanted, x, y));
+    mouse.move(x, y, {true, false, false}, area, camera, room, measures);
+    REQUIRE(mouse.hand_changed());
+    CHECK(mouse.hand().holds);
+    for (int axis = 0; axis < 3; ++axis)
+      CHECK(mouse.hand().position[axis] == Approx(wanted[axis]).margin(1e-5));
+
+    // The wheel raises it by 2 mm a notch, and with control presses it by 0.1 N; it stays in the room.
+    mouse.turn_wheel(3, false, camera, measures);
+    CHECK(mouse.hand().position[2] == Approx(0.026));
+    mouse.turn_wheel(-2, true, camera, measures);
+    CHECK(mouse.hand().press == Approx(0.2));
+    mouse.turn_wheel(1e6f, false, camera, measures);
+    CHECK(mouse.hand().position[2] == Approx(measures.height - measures.tool_radius));
+    mouse.move(1e5f, 300, {true, false, false}, area, camera, room, measures);
+    CHECK(std::fabs(mouse.hand().position[0]) <= measures.length / 2);
+
+    mouse.move(1e5f, 300, {}, area, camera, room, measures);
+    CHECK(mouse.hand_changed());
+    CHECK_FALSE(mouse.hand().holds);
+    CHECK_FALSE(mouse.hand_changed());
+  }
+}
+
+TEST_CASE("A drag that begins on the panels never moves the tool", "[room]") {
+  Camera camera;
+  room::MouseControl mouse;
+  mouse.move(10, 10, {true, false, false}, {300, 0, 600, 600}, camera, Snapshot{}, RoomMeasures{});
+  mouse.move(400, 300, {true, false, false}, {300, 0, 600, 600}, camera, Snapshot{}, RoomMeasures{});
+  CHECK_FALSE(mouse.hand_changed());
+  CHECK_FALSE(mouse.hand().holds);
+}
+
+TEST_CASE("The glass bends every hair as far as its bristle and tells who has snapped", "[room]") {
+  room::BristleGlass glass;
+  Snapshot room = made_up::room_with_block_at(0, 1, 0.3);
+  glass.update(room, 0.02f);
+  REQUIRE(glass.hairs().size() == room::bristles_shown);
+  const auto mean = static_cast<float>(room.presliding_length);
+  for (std::size_t i = 0; i < 400; i += 37) {
+    CHECK(glass.hairs()[i].lean[0] ==
+          Approx(room::BristleGlass::lean_per_length * room.bristles.zx[i] / mean));
+    CHECK(glass.hairs()[i].bent == Approx(room.bristles.zx[i] / room.bristles.snap_length[i]));
+    CHECK(std::hypot(glass.hairs()[i].root[0], glass.hairs()[i].root[1]) < room::BristleGlass::reach);
+  }
+
+  // The block moves on by 0.2 mean lengths: nothing snaps, whatever its sign.
+  for (const float step : {0.2f, -0.4f, 0.3f}) {
+    for (float& z : room.bristles.zx) z += step * mean;
+    glass.update(room, 0.02f);
+    CHECK(glass.snaps() == 0);
+  }
+  // Three snap, one of which draws a new length.
+  for (float& z : room.bristles.zx) z += 0.05f * mean;
+  for (const std::size_t i : {3u, 50u, 399u}) room.bristles.zx[i] = 0.02f * mean;
+  room.bristles.snap_length[50] *= 1.5f;
+  glass.update(room, 0.02f);
+  CHECK(glass.snaps() == 3);
+  CHECK(glass.hairs()[50].flash == 1.0f);
+  CHECK(glass.hairs()[51].flash == 0.0f);
+  glass.update(room, 1.0f);
+  CHECK(glass.snaps() == 0);
+  CHECK(glass.hairs()[50].flash == 0.0f);
+}
+
+TEST_CASE("The plots' memory keeps the newest points in order and begins anew when time goes back",
+          "[room]") {
+  room::History history;
+  const std::size_t pushed = room::History::capacity + 1000;
+  for (std::size_t i = 0; i < pushed; ++i) history.add({static_cast<float>(i), 0, 0, 0, 0});
+  REQUIRE(history.size() == room::History::capacity);
+  CHECK(history[0].time == static_cast<float>(1000));
+  CHECK(history.newest().time == static_cast<float>(pushed - 1));
+  CHECK(history.size() - history.first_of_last(10.5f) == 11);
+  history.add({1.0f, 0, 0, 0, 0});
+  CHECK(history.size() == 1);
+}
+
+TEST_CASE("The histogram counts a time in the class that holds it", "[room]") {
+  room::TimeHistogram times;
+  for (const double t : {0.0, -1.0, std::nan("")}) times.add(t);
+  CHECK(times.total() == 0);
+  for (const double t : {1e-9, 3.3e-6, 0.99e-3, 1.01e-3, 5.0}) times.add(t);
+  CHECK(times.total() == 5);
+  CHECK(times.count(0) == 1);
+  CHECK(times.count(room::TimeHistogram::classes - 1) == 1);
+  int inside = 0;
+  for (int i = 0; i < room::TimeHistogram::classes; ++i) {
+    for (const double t : {3.3e-6, 0.99e-3, 1.01e-3}) {
+      if (room::TimeHistogram::begin_of(i) <= t && t < room::TimeHistogram::begin_of(i + 1)) {
+        inside += times.count(i) > 0;
+      }
+    }
+  }
+  CHECK(inside == 3);
+}
+
+TEST_CASE("Quantities are written with the prefix that fits", "[room]") {
+  CHECK(room::with_unit(1.32e-3, "m") == "1.32 mm");
+  CHECK(room::with_unit(0.00012345, "s") == "123 µs");
+  CHECK(room::with_unit(-42.04, "N") == "-42.0 N");
+  CHECK(room::with_unit(0.99999, "N") == "1.00 N");
+  CHECK(room::with_unit(1234.0, "N/m") == "1.23 kN/m");
+  CHECK(room::with_unit(0.0, "N") == "0 N");
+  CHECK(room::with_unit(std::nan(""), "N") == "– N");
+  CHECK(room::with_commas(1234567) == "1,234,567");
+  CHECK(room::with_commas(999) == "999");
+}
+
+TEST_CASE("A picture shows the block where perspective puts it, its arrows, and bristles by their bending",
+          "[room]") {
+  const auto offscreen = try_offscreen(700, 520);
+  if (!offscreen) return;
+  room::RoomView& view = offscreen->view();
+  view.panels = view.glass_shown = false;
+  const auto is_friction = [](Pixel p) { return p.r > 205 && p.g < 140 && p.b < 75; };
+
+  double seen[2], expected[2];
+  int arrow[2];
+  for (int i = 0; i < 2; ++i) {
+    const double x = i == 0 ? -0.1 : 0.1;
+    const room::PixelImage image =
+        offscreen->draw(made_up::room_with_block_at(x, i == 0 ? 0.0 : 1.5, 0), 0.02f);
+    REQUIRE(count(image, is_wood, &seen[i]) > 1000);
+    float px = 0, py = 0;
+    view.camera.find_pixel(view.layout().picture.scene, Vector3f(static_cast<float>(x), 0, 0.03f), px, py);
+    expected[i] = static_cast<double>(px);
+    arrow[i] = count(image, is_friction);
+  }
+  CHECK(seen[0] == Approx(expected[0]).margin(8));
+  CHECK(seen[1] == Approx(expected[1]).margin(8));
+  CHECK(arrow[0] == 0);
+  CHECK(arrow[1] > 300);
+
+  // Straight bristles are blue; bent to nine tenths of their snap lengths, red.
+  view.glass_shown = true;
+  const auto is_blue = [](Pixel p) { return p.b > p.r + 50 && p.b > p.g + 10; };
+  const auto is_red = [](Pixel p) { return p.r > p.g + 60 && p.r > p.b + 60 && p.r < 250; };
+  Snapshot room = made_up::room_with_block_at(0, 0, 0);
+  const room::PixelImage straight = offscreen->draw(room, 0.02f);
+  for (std::size_t i = 0; i < room.bristles.count; ++i)
+    room.bristles.zx[i] = 0.9f * room.bristles.snap_length[i];
+  room.bristles.key = 2;  // another patch: nobody has snapped
+  const room::PixelImage bent = offscreen->draw(room, 0.02f);
+  CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
+  CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
+}
+
+TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {
+  const auto offscreen = try_offscreen(320, 240);
+  if (!offscreen) return;
+  const double inf = INFINITY, nan = std::nan("");
+  for (const double bad : {nan, inf, 1e30, -1e300}) {
+    Snapshot room = made_up::room_with_block_at(0, 1, 0.5);
+    room.block_position[0] = room.tool[1] = room.device[2] = bad;
+    room.applied[0] = room.friction[1] = room.time = room.settings.slope = bad;
+    room.loop.p99 = room.loop.max = room.loop.deadline = room.kinetic_coefficient = bad;
+    room.contacts = 1000;
+    room.bristles.count = 1000;
+    room.bristles.zx[0] = static_cast<float>(nan);
+    const auto point = static_cast<float>(nan);
+    offscreen->view().add({point, point, point, point, point});
+    offscreen->view().add({1, 1e30f, -1e30f, 1e30f, 1e30f});
+    CHECK(offscreen->draw(room, 0.02f).rgb.size() == 3u * 320 * 240);
+  }
+  Snapshot empty;
+  empty.block_orientation[0] = 0;
+  empty.presliding_length = 0;
+  CHECK(offscreen->draw(empty, 0.0f).rgb.size() == 3u * 320 * 240);
+}

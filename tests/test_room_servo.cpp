@@ -1,0 +1,64 @@
+// What a tick of the virtual room may not do on the haptic thread.
+#include <catch2/catch.hpp>
+
+#include <sys/syscall.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "servo_watch.hpp"
+#include "tools/virtual_room/hand_motion.hpp"
+#include "tools/virtual_room/haptic_loop.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+/// Along the floor, off centre, along the end wall, and over the top.
+room::HandMotion busy_hand() {
+  const auto at = [](double t, double x, double y, double z) {
+    return room::HandRow{t, {true, {x, y, z}, {0, 0, -1.0}}};
+  };
+  return {{at(0.0, -0.07, 0.02, 0.03), at(1.0, 0.19, 0.03, 0.05), at(1.5, 0.1, 0.1, 0.1),
+           at(2.0, 0.22, -0.1, 0.04), at(2.5, 0.28, -0.18, 0.02)}};
+}
+
+}  // namespace
+
+TEST_CASE("A tick of the virtual room takes no memory and no lock, and asks the system for the time alone",
+          "[servo][room]") {
+  if (!can_watch()) {
+    std::printf("skipped: this build's malloc and locks cannot be counted\n");
+    return;
+  }
+  for (const room::FrictionModel model :
+       {room::FrictionModel::brush, room::FrictionModel::lugre, room::FrictionModel::coulomb}) {
+    INFO("model " << static_cast<int>(model));
+    std::unique_ptr<room::HapticLoop> loop;
+    const Sighting seen = watch(
+        [&] {
+          room::LoopOptions options;
+          options.settings.model = model;
+          options.settings.bristles = 256;
+          options.settings.kinetic = 0.8;
+          options.settings.peak = 0.9;
+          loop = std::make_unique<room::HapticLoop>(
+              options, std::make_unique<room::PlayedHand>("script", busy_hand()));
+        },
+        [&] {
+          loop->advance(3000);
+          loop->exchange().room.refresh();
+          return static_cast<long>(1e6 * loop->exchange().room.latest().block_position[0]);
+        },
+        {SYS_clock_gettime});
+    REQUIRE(seen.finished);
+    CHECK(seen.value > 100000);  // um: the block came far
+    CHECK(seen.counts.allocations == 0);
+    CHECK(seen.counts.locks == 0);
+    CHECK(seen.counts.exceptions == 0);
+    for (const int number : seen.system_calls) {
+      INFO("system call " << system_call_name(number));
+      CHECK(false);
+    }
+  }
+}

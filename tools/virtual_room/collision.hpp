@@ -1,0 +1,73 @@
+// Who touches whom: the block, the tool and the room's five surfaces.
+//
+// Bullet says which pairs are close. Its manifolds gather their points over several ticks, and the points
+// jump from place to place while the block rests; a bristle wants to be bent at one place. So the points of a
+// close pair are features that stay: the block's eight corners against a flat surface, the closest point
+// against the tool. Between flat surfaces and a box no other points can touch.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "tools/virtual_room/room_state.hpp"
+
+namespace room {
+
+using Vector3 = Eigen::Matrix<double, 3, 1, Eigen::DontAlign>;
+using Rotation = Eigen::Quaternion<double, Eigen::DontAlign>;
+
+inline constexpr int corners = 8;
+
+enum class Surface : unsigned char { floor, end_wall, left_wall, right_wall, roof };
+inline constexpr int surfaces = 5;
+
+/// A place where two bodies touch or nearly do.
+struct Touch {
+  enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
+  Surface surface = Surface::floor;  ///< where a surface is one of the two
+  int corner = 0;                    ///< of the block, for block_surface
+  Vector3 point = Vector3::Zero();   ///< m, on the body that is not the room's; on the block against the tool
+  Vector3 normal = Vector3::UnitZ();  ///< unit: out of the other body, into the block (or the tool)
+  double gap = 0.0;                   ///< m; negative: they overlap by so much
+
+  /// Names the place for as long as it touches.
+  int key() const noexcept {
+    if (pair == Pair::block_tool) return surfaces * corners;
+    return pair == Pair::block_surface ? static_cast<int>(surface) * corners + corner
+                                       : surfaces * corners + 1 + static_cast<int>(surface);
+  }
+};
+inline constexpr int touch_keys = surfaces * corners + 1 + surfaces;
+
+/// Touches of one tick, in an order that depends on the poses alone.
+struct Touches {
+  std::array<Touch, touch_keys> list;
+  std::size_t count = 0;
+};
+
+struct Pose {
+  Vector3 position = Vector3::Zero();           ///< m, of the block's centre of mass
+  Rotation orientation = Rotation::Identity();  ///< of the block
+};
+
+/// Corner i of the block in its own axes: bit 0, 1, 2 of i set = +x, +y, +z.
+Vector3 corner_of(const RoomMeasures& measures, int i) noexcept;
+
+class Collision {
+ public:
+  explicit Collision(const RoomMeasures& measures);
+  ~Collision();
+  /// Everything closer than a millimetre (the tool: a tenth). Does not allocate after the first calls.
+  void find(const Pose& block, const Vector3& tool, Touches& touches);
+
+ private:
+  struct Bullet;
+  RoomMeasures measures_;
+  std::unique_ptr<Bullet> bullet_;
+};
+
+}  // namespace room

@@ -1,0 +1,74 @@
+// Friction of every contact of a tick, and the motion that block and tool make under it.
+//
+// Both move as one body of nine velocities: the block's (three along, three about), the tool's three. A
+// contact sees them by two rows, in its tangent plane. Normal forces and the hand's spring stand in the mass
+// matrix and in the external force already (world.cpp), so that all of it is implicit.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <bristle/bristle.hpp>
+#include <bristle/coupling.hpp>
+
+#include "tools/rivals/rival.hpp"
+#include "tools/virtual_room/parameters.hpp"
+
+namespace room {
+
+inline constexpr int velocities = 9;
+using Body = bristle::MovingBody<velocities>;
+using Velocity = bristle::BodyVector<velocities>;
+using TangentRows = Eigen::Matrix<double, 2, velocities, Eigen::DontAlign>;
+
+/// A contact that has a patch.
+struct PatchContact {
+  std::size_t patch = 0;  ///< 0 to patch_count - 1
+  TangentRows rows = TangentRows::Zero();
+  double load = 0.0;         ///< N; 0: the patch forgets
+  double force[2] = {0, 0};  ///< N, on the block: this and the rest filled in by step()
+  bristle::Status status = bristle::Status::ok;
+  double limit = 0.0;  ///< N, highest elastic force
+};
+
+class Friction {
+ public:
+  explicit Friction(bristle::PatchBatch& batch) : batch_(batch) {}
+
+  /// Haptic thread. A change of the model begins with nothing bent.
+  void take(const Parameters& parameters) noexcept;
+
+  /// The mean velocity over a step in which friction acts beside `external`, stable for any stiffness.
+  /// Remembers the displacements for step(). At most patch_count contacts, each with a patch of its own.
+  Velocity find_motion(double dt_s, const Body& body, const Velocity& external,
+                       bristle::Span<const PatchContact> contacts) noexcept;
+  /// Moves the patches by these displacements, and gives `body` the velocity of the forces that acted.
+  void step(double dt_s, Body& body, const Velocity& external, bristle::Span<PatchContact> contacts) noexcept;
+
+  bristle::PatchId patch(std::size_t i) const noexcept { return ids_[i]; }
+  /// Representatives in contact, with the fraction; 0 for a rival.
+  double active_bristles(std::size_t i) const noexcept {
+    return model_ == FrictionModel::brush ? batch_.info(ids_[i]).active : 0.0;
+  }
+  std::uint64_t state_hash() const noexcept;  ///< of the brush's patches, or of the rival's states
+
+ private:
+  // Nine velocities, two to a contact without a patch: the displacements of these bring the solution out.
+  static constexpr std::size_t probes = (velocities + 1) / 2;
+
+  Velocity find_brush_motion(double dt_s, const Body& body, const Velocity& external,
+                             bristle::Span<const PatchContact> contacts) noexcept;
+  Velocity find_rival_motion(double dt_s, const Body& body, const Velocity& external,
+                             bristle::Span<const PatchContact> contacts) noexcept;
+
+  bristle::PatchBatch& batch_;
+  FrictionModel model_ = FrictionModel::brush;
+  PatchIds ids_{};
+  std::array<rivals::Rival, patch_count> rivals_{};
+  std::array<bristle::BodyContact<velocities>, patch_count + probes> feet_{};
+  std::array<bristle::Motion, patch_count + probes> motions_{};
+  std::array<bristle::Response, patch_count> responses_{};
+};
+
+}  // namespace room

@@ -1,0 +1,40 @@
+// A linked pair of shaders and its uniforms.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <Eigen/Dense>
+
+namespace room {
+
+/// Lives while its context is current.
+class Program {
+ public:
+  /// Throws std::runtime_error with the driver's log.
+  Program(const char* vertex_source, const char* fragment_source);
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+  ~Program() { glDeleteProgram(id_); }
+
+  void use() const { glUseProgram(id_); }
+  /// @name Uniforms of the program in use; names it does not have are ignored
+  ///@{
+  void set(const char* name, int value) const { glUniform1i(at(name), value); }
+  void set(const char* name, float value) const { glUniform1f(at(name), value); }
+  void set(const char* name, const Eigen::Vector3f& v) const { glUniform3fv(at(name), 1, v.data()); }
+  void set(const char* name, const Eigen::Vector4f& v) const { glUniform4fv(at(name), 1, v.data()); }
+  void set(const char* name, const Eigen::Matrix3f& m) const {
+    glUniformMatrix3fv(at(name), 1, GL_FALSE, m.data());
+  }
+  void set(const char* name, const Eigen::Matrix4f& m) const {
+    glUniformMatrix4fv(at(name), 1, GL_FALSE, m.data());
+  }
+  ///@}
+
+ private:
+  GLint at(const char* name) const { return glGetUniformLocation(id_, name); }
+
+  GLuint id_ = 0;
+};
+
+}  // namespace room

@@ -1,0 +1,51 @@
+// A hand whose motion is known beforehand: rows of time with position or force. Scripts, recordings and
+// motion files all become this.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/virtual_room/device.hpp"
+#include "tools/virtual_room/room_state.hpp"
+
+namespace room {
+
+struct HandRow {
+  double t = 0.0;  ///< s, not descending
+  Hand hand;
+};
+
+/// Linear between rows, constant before the first and after the last. A row with a position and one without
+/// do not mix: the earlier one holds up to the later.
+struct HandMotion {
+  std::vector<HandRow> rows;
+  Hand at(double t) const noexcept;  ///< does not allocate
+  double end() const noexcept { return rows.empty() ? 0.0 : rows.back().t; }
+};
+
+/// A recording (columns t,x,y,z,holds,fx,fy,fz: the room's axes), or a motion file as `bristle run` takes it
+/// (t,x,y,load, no z): the tool lies on the middle of the block's top, follows x, y from there, and presses
+/// with the load. Throws cli::UserError naming file, line and column.
+HandMotion read_hand_file(const std::string& path, const RoomMeasures& measures);
+
+/// Plays a motion; `lost_at` and `back_at` (s) make it fail for a while, to see what happens then.
+class PlayedHand final : public Device {
+ public:
+  PlayedHand(const char* name, HandMotion motion, double lost_at = 1e300, double back_at = 1e300)
+      : name_(name), motion_(std::move(motion)), lost_at_(lost_at), back_at_(back_at) {}
+  const char* name() const noexcept override { return name_; }
+  DeviceLimits limits() const noexcept override { return {}; }
+  bool read(double time_s, Hand& hand) noexcept override {
+    if (time_s >= lost_at_ && time_s < back_at_) return false;
+    hand = motion_.at(time_s);
+    return true;
+  }
+  void write(const double (&)[3]) noexcept override {}
+
+ private:
+  const char* name_;
+  HandMotion motion_;
+  double lost_at_, back_at_;
+};
+
+}  // namespace room

@@ -1,0 +1,509 @@
+// Two threads when the clock is real: the haptic thread ticks; the desk does what takes memory, files or time
+// (materials, patches, scripts, recordings) and hands over the result as an order. With the virtual clock the
+// caller's thread does both in turn, so that all happens at the same tick every time.
+#include "tools/virtual_room/haptic_loop.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <deque>
+#include <limits>
+#include <thread>
+
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <time.h>
+
+#include <bristle/bristle.hpp>
+
+#include "tools/cli/user_error.hpp"
+#include "tools/virtual_room/hand_motion.hpp"
+#include "tools/virtual_room/mouse_device.hpp"
+#include "tools/virtual_room/parameters.hpp"
+#include "tools/virtual_room/recorder.hpp"
+#include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/world.hpp"
+
+namespace room {
+namespace {
+
+constexpr double fade_time = 0.05;      // s: the hand's force comes and goes over this
+constexpr double message_time = 6.0;    // s: how long a line stands
+constexpr double farthest_hand = 10.0;  // m, in each axis
+constexpr double strongest_hand = 1e3;  // N, in each axis
+constexpr auto desk_pause = std::chrono::milliseconds(2);
+constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
+
+struct Message {
+  char text[128] = {};
+};
+
+Message to_message(const std::string& line) {
+  Message m;
+  line.copy(m.text, sizeof m.text - 1);
+  return m;
+}
+
+enum class Recording : unsigned char { as_it_is, begin, end };
+
+/// From the desk to the haptic thread. One at a time: the desk waits until it was taken.
+struct Order {
+  bool has_parameters = false;
+  Parameters parameters;
+  std::uint64_t revision = 0;
+  bool reset = false;
+  Device* device = nullptr;  ///< null: the one there is
+  Recording recording = Recording::as_it_is;
+  Message message;
+};
+
+/// Sleeps up to ticks that lie on a grid of absolute times.
+class Pacer {
+ public:
+  explicit Pacer(double period_s) : period_ns_(std::llround(1e9 * period_s)) {
+    prctl(PR_SET_TIMERSLACK, 1UL);
+    clock_gettime(CLOCK_MONOTONIC, &next_);
+  }
+  void wait() noexcept {
+    next_.tv_nsec += period_ns_;
+    while (next_.tv_nsec >= second_ns) {
+      next_.tv_nsec -= second_ns;
+      ++next_.tv_sec;
+    }
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next_, nullptr);
+    // More than a period late: the grid begins anew, nobody catches up.
+    timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    due_ = seconds(next_);
+    if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;
+  }
+  double due() const noexcept { return due_; }  ///< s, monotonic: when this tick should have begun
+
+ private:
+  static constexpr long second_ns = 1000000000;
+  static double seconds(const timespec& t) noexcept {
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  }
+  long period_ns_;
+  timespec next_;
+  double due_ = 0.0;
+};
+
+Hand within_reach(const Hand& hand, bool& sane) {
+  Hand h = hand;
+  for (int i = 0; i < 3; ++i) {
+    sane = sane && std::isfinite(h.position[i]) && std::isfinite(h.force[i]);
+    h.position[i] = std::clamp(h.position[i], -farthest_hand, farthest_hand);
+    h.force[i] = std::clamp(h.force[i], -strongest_hand, strongest_hand);
+  }
+  return h;
+}
+
+}  // namespace
+
+struct HapticLoop::Impl {
+  Impl(const LoopOptions& given, std::unique_ptr<Device> given_device)
+      : options(given),
+        dt(1.0 / given.rate_hz),
+        world(given.measures, batch),
+        maker(batch),
+        own_device(std::move(given_device)),
+        computing(dt),
+        ending(dt),
+        period(dt) {
+    if (!(given.rate_hz >= 1000.0 && given.rate_hz <= 10000.0)) {
+      throw cli::UserError(fmt::format("rate {:g} Hz; allowed: 1000 to 10000 Hz", given.rate_hz));
+    }
+    if (!own_device) own_device = std::make_unique<MouseDevice>(exchange);
+    device = own_device.get();
+    changes.assign(given.changes.begin(), given.changes.end());
+    const Parameters first = maker.make(given.settings, true);
+    settings = first.settings;
+    batch.warm_up();
+    world.take(first);
+    world.reset();
+    remember(first.message);
+    if (!given.forces_csv.empty()) recorder.start_forces(given.forces_csv);
+    recording = recorder.is_open();
+  }
+
+  // ------------------------------------------------------------------------------------ haptic thread
+
+  void tick(double due_s) noexcept {
+    const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
+    take_order();
+    take_acts();
+    if (!paused || steps_wanted > 0) {
+      if (paused) --steps_wanted;
+      step();
+    }
+    const double step_time = bristle::DeadlineMonitor::wall_now() - begin;
+    exchange.plot.push(plot_point(step_time));
+    publish();
+    const double end = bristle::DeadlineMonitor::wall_now();
+    const double own = bristle::DeadlineMonitor::cpu_now() - cpu;
+    computing.record(end - begin, own);
+    ending.record(end - (due_s > 0.0 ? due_s : begin), own);
+    if (due_s > 0.0 && last_begin > 0.0) period.record(begin - last_begin, own);
+    last_begin = begin;
+    if (++ticks % ticks_between_statistics == 1) refresh_statistics();
+  }
+
+  void step() noexcept {
+    Hand now = hand;
+    bool there = device->read(world.time(), now);
+    now = within_reach(now, there);
+    if (there) hand = now;
+    note_device(there);
+    device_seen = device_seen || there;
+    // Fades: a device that is lost and a hand that lets go leave no jump.
+    const double change = dt / fade_time;
+    presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
+    grip = std::clamp(grip + (there && hand.holds ? change : -change), 0.0, 1.0);
+    Hand felt = hand;
+    felt.holds = grip > 0.0;
+    for (double& force : felt.force) force *= presence;
+    record(felt, there);
+    world.step(dt, felt, grip, device->limits().force);
+    if (!world.is_sound()) {
+      remember("the block left the room: put back");
+      requests.push(Act::reset);
+      world.reset();
+    }
+    double force[3];
+    for (int i = 0; i < 3; ++i) force[i] = world.device_force()[i];
+    device->write(force);
+    simulated.store(world.time(), std::memory_order_release);
+  }
+
+  void note_device(bool there) noexcept {
+    if (there == device_there) return;
+    device_there = there;
+    char line[sizeof message.text];
+    const char* what = there         ? "is there"
+                       : device_seen ? "lost: its force fades to zero"
+                                     : "is not there yet";
+    std::snprintf(line, sizeof line, "device %s %s", device->name(), what);
+    remember(line);
+  }
+
+  void take_order() noexcept {
+    Order& order = order_taken;
+    if (!orders.pop(order)) return;
+    if (order.has_parameters) {
+      world.take(order.parameters);
+      revision = order.revision;
+    }
+    if (order.device) {
+      device = order.device;
+      device_there = true;
+      device_seen = false;
+    }
+    if (order.reset) {
+      world.reset();
+      device->restart();
+      grip = 0.0;
+      presence = 1.0;
+      simulated.store(0.0, std::memory_order_release);
+    }
+    if (order.recording != Recording::as_it_is) recording = order.recording == Recording::begin;
+    if (order.message.text[0]) remember(order.message.text);
+    orders_taken.fetch_add(1, std::memory_order_release);
+  }
+
+  void take_acts() noexcept {
+    Act act = Act::none;
+    while (exchange.acts.pop(act)) {
+      switch (act) {
+        case Act::none:
+          break;
+        case Act::pause:
+          paused = true;
+          break;
+        case Act::run:
+          paused = false;
+          break;
+        case Act::single_step:
+          paused = true;
+          ++steps_wanted;
+          break;
+        case Act::reset:
+        case Act::record:
+        case Act::stop_recording:
+        case Act::replay:
+          requests.push(act);
+          break;
+      }
+    }
+  }
+
+  void record(const Hand& felt, bool there) noexcept {
+    if (!recording) return;
+    row.time = world.time();
+    row.dt = dt;
+    row.hand = felt;
+    row.hand.holds = hand.holds;
+    row.device_there = there;
+    row.revision = revision;
+    row_waits = true;
+  }
+  // The forces of the step stand in the row of the step.
+  void finish_row() noexcept {
+    if (!row_waits) return;
+    row.patches = world.patch_forces(row.patch);
+    recorder.push(row);
+    row_waits = false;
+  }
+
+  PlotPoint plot_point(double step_time) noexcept {
+    finish_row();
+    return {static_cast<float>(world.time()), static_cast<float>(world.block_position().x()),
+            static_cast<float>(world.friction().x()), static_cast<float>(world.applied().x()),
+            static_cast<float>(step_time)};
+  }
+
+  void publish() noexcept {
+    if (ticks % ticks_between_bristles == 0) world.show_bristles(bristles);
+    Snapshot& s = exchange.room.draft();
+    world.show(s);
+    s.tick = ticks;
+    s.paused = paused;
+    s.recording = recording;
+    for (int i = 0; i < 3; ++i) s.device[i] = hand.position[i];
+    s.device_lost = !device_there;
+    s.bristles = bristles;
+    const bool stands = !device_there || message_left > 0;
+    if (message_left > 0) --message_left;
+    std::memcpy(s.message, stands ? message.text : Message{}.text, sizeof s.message);
+    s.loop = statistics;
+    exchange.room.publish();
+  }
+
+  void remember(const char* line) noexcept {
+    if (!line[0]) return;
+    std::snprintf(message.text, sizeof message.text, "%s", line);
+    message_left = static_cast<long>(message_time / dt);
+  }
+  void remember(const std::string& line) noexcept { remember(line.c_str()); }
+
+  void refresh_statistics() noexcept {
+    statistics = {ticks,           ending.misses_ours(), ending.misses_machine(), dt,
+                  computing.p50(), computing.p99(),      computing.max(),         period.p50(),
+                  period.p99(),    period.max()};
+  }
+
+  void run() noexcept {
+    Pacer pacer(dt);
+    last_begin = 0.0;
+    while (running.load(std::memory_order_acquire)) {
+      pacer.wait();
+      tick(pacer.due());
+    }
+  }
+
+  // --------------------------------------------------------------------------------------- the desk
+
+  bool order_waits() const noexcept { return orders_taken.load(std::memory_order_acquire) != orders_given; }
+
+  void give(const Order& order) {
+    ++orders_given;
+    orders.push(order);
+  }
+
+  Order parameters_order(const Settings& wanted, bool anew) {
+    Order order;
+    order.parameters = maker.make(wanted, anew);
+    order.has_parameters = true;
+    order.revision = ++revisions;
+    order.message = to_message(order.parameters.message);
+    recorder.know(revisions, order.parameters.settings);
+    settings = order.parameters.settings;
+    return order;
+  }
+
+  // What an order replaced is no longer used once it was taken.
+  void clear_up() {
+    maker.remove_old();
+    leaving_device.reset();
+    if (closing) {
+      const std::uint64_t rows = finish_recorder();
+      closing = false;
+      Order order;
+      const std::uint64_t lost = recorder.lost();
+      order.message = to_message(
+          lost == 0 ? fmt::format("recorded {} ticks", rows)
+                    : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
+      give(order);
+    }
+  }
+
+  std::uint64_t finish_recorder() {
+    recorder.drain();
+    const std::uint64_t rows = recorder.rows_written();
+    recorder.finish();
+    return rows;
+  }
+
+  void desk() {
+    if (recorder.is_open()) recorder.drain();
+    if (order_waits()) return;
+    clear_up();
+    if (order_waits()) return;
+    Act act = Act::none;
+    if (requests.pop(act)) {
+      serve(act);
+    } else if (exchange.settings.refresh()) {
+      give(parameters_order(exchange.settings.latest(), false));
+    } else if (!changes.empty() && simulated.load(std::memory_order_acquire) >= changes.front().t) {
+      give(parameters_order(changes.front().settings, false));
+      changes.pop_front();
+    } else if (replay_device && simulated.load(std::memory_order_acquire) >= replay_end) {
+      end_replay();
+    }
+  }
+
+  void serve(Act act) {
+    Order order;
+    try {
+      switch (act) {
+        case Act::reset:
+          order = parameters_order(settings, true);
+          order.reset = true;
+          if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
+          break;
+        case Act::record:
+          order = parameters_order(settings, true);
+          order.reset = true;
+          order.recording = Recording::begin;
+          recorder.start_all(options.record_to, settings, revisions);
+          order.message = to_message(fmt::format("recording to {}.csv", options.record_to));
+          break;
+        case Act::stop_recording:
+          order.recording = Recording::end;
+          closing = recorder.is_open();
+          break;
+        case Act::replay:
+          order = begin_replay();
+          break;
+        default:
+          return;
+      }
+    } catch (const std::exception& error) {  // a file that cannot be read or written: a line, and go on
+      order = {};
+      order.message = to_message(error.what());
+    }
+    give(order);
+  }
+
+  Order begin_replay() {
+    Script script = read_script(options.record_to + ".toml", options.measures);
+    settings_before_replay = settings;
+    Order order = parameters_order(script.settings, true);
+    order.reset = true;
+    leaving_device = std::move(replay_device);
+    replay_device = std::make_unique<PlayedHand>("replay", std::move(script.hand));
+    order.device = replay_device.get();
+    replay_end = script.seconds;
+    changes.assign(script.changes.begin(), script.changes.end());
+    order.message = to_message(fmt::format("replay of {}.toml, {:.3g} s", options.record_to, replay_end));
+    return order;
+  }
+
+  void end_replay() {
+    Order order = parameters_order(settings_before_replay, false);
+    order.device = own_device.get();
+    leaving_device = std::move(replay_device);
+    order.message = to_message("replay has ended");
+    give(order);
+  }
+
+  void run_desk() {
+    while (running.load(std::memory_order_acquire)) {
+      try {
+        desk();
+      } catch (const std::exception& error) {  // the disk is full, memory is short
+        std::fprintf(stderr, "bristle-room: %s\n", error.what());
+        recorder.abandon();
+      }
+      std::this_thread::sleep_for(desk_pause);
+    }
+  }
+
+  LoopOptions options;
+  double dt;
+  Exchange exchange;
+  bristle::PatchBatch batch;
+  World world;
+  PatchMaker maker;
+
+  std::unique_ptr<Device> own_device, replay_device, leaving_device;
+
+  // Haptic thread.
+  Device* device = nullptr;
+  Hand hand;
+  bool device_there = true, device_seen = false, paused = false, recording = false, row_waits = false;
+  double grip = 0.0, presence = 1.0, last_begin = 0.0;
+  std::uint64_t ticks = 0, revision = 0;
+  long steps_wanted = 0, message_left = 0;
+  Message message;
+  BristleView bristles;
+  RecordRow row;
+  Order order_taken;
+  bristle::DeadlineMonitor computing, ending, period;
+  LoopStatistics statistics;
+
+  // Between the two.
+  SpscRing<Order, 4> orders;
+  SpscRing<Act, 64> requests;
+  std::atomic<std::uint64_t> orders_taken{0};
+  std::atomic<double> simulated{0.0};
+  std::atomic<bool> running{false};
+  Recorder recorder;
+
+  // Desk.
+  std::uint64_t orders_given = 0, revisions = 0;
+  Settings settings, settings_before_replay;
+  std::deque<Change> changes;
+  double replay_end = 0.0;
+  bool closing = false;
+
+  std::thread haptic_thread, desk_thread;
+};
+
+HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<Device> device)
+    : impl_(std::make_unique<Impl>(options, std::move(device))) {}
+
+HapticLoop::~HapticLoop() { stop(); }
+
+void HapticLoop::start() {
+  if (impl_->running.exchange(true)) return;
+  impl_->haptic_thread = std::thread([this] { impl_->run(); });
+  impl_->desk_thread = std::thread([this] { impl_->run_desk(); });
+}
+
+void HapticLoop::stop() {
+  if (!impl_->running.exchange(false)) return;
+  impl_->haptic_thread.join();
+  impl_->desk_thread.join();
+}
+
+void HapticLoop::advance(std::uint64_t ticks) {
+  for (std::uint64_t k = 0; k < ticks; ++k) {
+    impl_->desk();
+    impl_->tick(0.0);
+  }
+}
+
+void HapticLoop::finish_recording() { impl_->recorder.finish(); }
+Exchange& HapticLoop::exchange() noexcept { return impl_->exchange; }
+double HapticLoop::rate_hz() const noexcept { return impl_->options.rate_hz; }
+LoopStatistics HapticLoop::statistics() const noexcept {
+  impl_->refresh_statistics();
+  return impl_->statistics;
+}
+std::uint64_t HapticLoop::state_hash() const noexcept { return impl_->world.state_hash(); }
+
+}  // namespace room

@@ -1,0 +1,47 @@
+#include "tools/virtual_room/history.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+
+namespace room {
+
+void History::add(const PlotPoint& point) {
+  for (const float value : {point.time, point.displacement, point.friction, point.applied}) {
+    if (!std::isfinite(value)) return;
+  }
+  if (size_ > 0 && point.time < newest().time) clear();
+  points_[next_] = point;
+  next_ = (next_ + 1) % capacity;
+  size_ = std::min(size_ + 1, capacity);
+}
+
+void History::clear() { next_ = size_ = 0; }
+
+std::size_t History::first_of_last(float seconds) const {
+  if (size_ == 0) return 0;
+  const float begin = newest().time - seconds;
+  std::size_t low = 0, high = size_;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if ((*this)[middle].time < begin) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+void TimeHistogram::add(double seconds) {
+  if (!(seconds > 0)) return;
+  const double which = std::floor(per_decade * std::log10(seconds / least));
+  ++counts_[static_cast<std::size_t>(std::clamp(which, 0.0, classes - 1.0))];
+  ++total_;
+}
+
+double TimeHistogram::begin_of(int which) {
+  return least * std::pow(10.0, static_cast<double>(which) / per_decade);
+}
+
+}  // namespace room

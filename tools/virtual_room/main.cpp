@@ -1,0 +1,144 @@
+// bristle-room: the paper's virtual room, in a window or without one.
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/cli/user_error.hpp"
+#include "tools/virtual_room/haptic_loop.hpp"
+#include "tools/virtual_room/headless.hpp"
+#include "tools/virtual_room/run_options.hpp"
+#include "tools/virtual_room/screen.hpp"
+#include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/udp_device.hpp"
+
+namespace {
+
+using room::RunOptions;
+
+// The option --device, to see whether it was given.
+CLI::Option* add_options(CLI::App& app, RunOptions& o) {
+  const std::map<std::string, room::DeviceKind> devices = {{"mouse", room::DeviceKind::mouse},
+                                                           {"script", room::DeviceKind::script},
+                                                           {"file", room::DeviceKind::file},
+                                                           {"udp", room::DeviceKind::udp}};
+  const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
+  app.add_flag("--headless", o.headless, "no window");
+  app.add_option("--script", o.script, "TOML: settings and the motion of a scripted hand")
+      ->check(CLI::ExistingFile);
+  CLI::Option* device =
+      app.add_option("--device", o.device, "what moves the tool: mouse, script, file or udp")
+          ->transform(CLI::CheckedTransformer(devices, CLI::ignore_case));
+  app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
+  app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+  app.add_option("--clock", o.virtual_clock, "real, or virtual: step without waiting (headless)")
+      ->transform(CLI::CheckedTransformer(clocks, CLI::ignore_case));
+  app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(CLI::Range(1000.0, 10000.0));
+  app.add_option("--seconds", o.seconds, "of the simulation; 0 = to the end of the script")
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--csv", o.csv, "forces, position and loads, a row per tick and patch");
+  app.add_option("--record", o.loop.record_to, "name of the files that the button 'record' writes, no ending")
+      ->capture_default_str();
+  app.add_option("--frames", o.frames, "folder for pictures (headless)");
+  app.add_option("--fps", o.frames_per_second, "pictures a second of the simulation")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  return device;
+}
+
+void add_picture_options(CLI::App& app, RunOptions& o) {
+  app.add_option("--width", o.picture.width, "of window and pictures, pixels")
+      ->check(CLI::Range(320, 7680))
+      ->capture_default_str();
+  app.add_option("--height", o.picture.height, "pixels")->check(CLI::Range(240, 4320))->capture_default_str();
+  app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
+      ->check(CLI::Range(0.0, 4.0));
+  app.add_option("--eye", o.picture.eye,
+                 "azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
+      ->expected(6);
+  app.add_flag("!--no-panels", o.picture.panels, "pictures of the room alone");
+  app.add_option("--stall-graphics", o.stall_graphics_ms,
+                 "ms that the graphic loop stands still, once a second")
+      ->check(CLI::Range(0.0, 10000.0))
+      ->group("");  // for tests
+}
+
+std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& script) {
+  switch (o.device) {
+    case room::DeviceKind::mouse:
+      return nullptr;  // the loop's own
+    case room::DeviceKind::script:
+      if (o.script.empty()) throw cli::UserError("--device script needs --script FILE");
+      return std::make_unique<room::PlayedHand>("script", std::move(script.hand), script.lost_at,
+                                                script.back_at);
+    case room::DeviceKind::file:
+      if (o.motion.empty()) throw cli::UserError("--device file needs --motion FILE");
+      return std::make_unique<room::PlayedHand>("file", room::read_hand_file(o.motion, o.loop.measures));
+    case room::DeviceKind::udp:
+      return std::make_unique<room::UdpDevice>(o.udp_port);
+  }
+  return nullptr;
+}
+
+int run(RunOptions options) {
+  room::Script script;
+  if (!options.script.empty()) {
+    script = room::read_script(options.script, options.loop.measures);
+    options.loop.settings = script.settings;
+    options.loop.changes = script.changes;
+    if (options.seconds == 0.0 && options.headless) options.seconds = script.seconds;
+  }
+  options.loop.forces_csv = options.csv;
+  room::HapticLoop loop(options.loop, make_device(options, script));
+  if (!options.headless) {
+#if BRISTLE_ROOM_SCREEN
+    const int code = room::show_window(options, loop);
+    loop.finish_recording();
+    return code;
+#else
+    throw cli::UserError("this build has no window; run with --headless");
+#endif
+  }
+  room::DrawFrame draw;
+  if (!options.frames.empty()) {
+#if BRISTLE_ROOM_SCREEN
+    draw = room::draw_into(options);
+#else
+    throw cli::UserError("--frames: this build draws no pictures");
+#endif
+  }
+  room::run_headless(options, loop, draw);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("The virtual room: a block, a hand, and friction by bristles", "bristle-room");
+  RunOptions options;
+  const CLI::Option* device = add_options(app, options);
+  add_picture_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
+    return 2;
+  }
+  // What was given says what moves the tool.
+  if (device->count() == 0 && !options.script.empty()) options.device = room::DeviceKind::script;
+  if (device->count() == 0 && !options.motion.empty()) options.device = room::DeviceKind::file;
+  try {
+    return run(options);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "bristle-room: %s\n", e.what());
+    return 2;
+  }
+}

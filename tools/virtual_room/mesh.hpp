@@ -1,0 +1,48 @@
+// Shapes as triangles, and their place in the graphics memory.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Dense>
+
+namespace room {
+
+struct Vertex {
+  Eigen::Vector3f position, normal;
+};
+
+struct Triangles {
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;  ///< three a triangle, anticlockwise seen from outside
+};
+
+/// Half as long as `half` tells on each axis, edges rounded.
+Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
+Triangles make_sphere(int around);                 ///< radius 1
+Triangles make_rod(int around, float end_radius);  ///< z from 0 to 1, radius 1 below and end_radius above
+Triangles make_rectangle();                        ///< x and y from -1 to 1, normal z
+Triangles make_coil(const Eigen::Vector3f& from, const Eigen::Vector3f& to, int turns, float radius,
+                    float thickness);
+
+/// A shape in the graphics memory. Lives while its context is current.
+class Mesh {
+ public:
+  explicit Mesh(const Triangles& shape);
+  Mesh(const Mesh&) = delete;
+  Mesh& operator=(const Mesh&) = delete;
+  ~Mesh();
+
+  void replace(const Triangles& shape);
+  void draw() const;
+  void draw_many(GLsizei instances) const;
+  GLuint vertex_array() const { return array_; }
+
+ private:
+  GLuint array_ = 0, vertices_ = 0, indices_ = 0;
+  GLsizei count_ = 0;
+};
+
+}  // namespace room

@@ -1,0 +1,42 @@
+// What the mouse means: the left button holds the tool, the others turn and move the view.
+#pragma once
+
+#include <string>
+
+#include "tools/virtual_room/camera.hpp"
+#include "tools/virtual_room/room_state.hpp"
+
+namespace room {
+
+struct MouseButtons {
+  bool left = false, right = false, middle = false;
+};
+
+class MouseControl {
+ public:
+  /// The pointer is at this pixel with these buttons down. A drag belongs to where it began: `scene`, or not
+  /// to us.
+  void move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera, const Snapshot& room,
+            const RoomMeasures& measures);
+  /// Zooms; while the tool is held raises it, with `control` presses it down. Returns what to tell the
+  /// person, or nothing.
+  std::string turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures);
+
+  /// A drag goes on: the panels must not see it.
+  bool busy() const { return drag_ != Drag::none; }
+  /// True once after the hand changed.
+  bool hand_changed();
+  const MouseHand& hand() const { return hand_; }
+
+ private:
+  enum class Drag : unsigned char { none, hand, turn, shift, elsewhere };
+  void hold(const Ray& ray, const Snapshot& room, const RoomMeasures& measures);
+
+  Drag drag_ = Drag::none;
+  MouseHand hand_;
+  bool changed_ = false;
+  float last_x_ = 0, last_y_ = 0;
+  double height_ = 0.02;  ///< m, of the hand over the floor
+};
+
+}  // namespace room

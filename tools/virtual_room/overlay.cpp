@@ -1,0 +1,196 @@
+#include "tools/virtual_room/overlay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/virtual_room/quantity_text.hpp"
+
+namespace room {
+
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr ImU32 plate = IM_COL32(14, 16, 20, 205);
+
+struct Pen {
+  ImDrawList& draw;
+  const Fonts& fonts;
+  float scale;
+
+  ImVec2 size(ImFont* font, const std::string& text) const {
+    return font->CalcTextSizeA(font->FontSize, 1e4f, 0, text.c_str());
+  }
+  // Text on a dark plate; x by the anchor (0 left, 0.5 middle, 1 right), y its middle.
+  void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font) const {
+    const ImVec2 s = size(font, text);
+    const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
+    draw.AddRectFilled({left - pad, top - 0.5f * pad}, {left + s.x + pad, top + s.y + 0.5f * pad}, plate,
+                       4 * scale);
+    draw.AddText(font, font->FontSize, {left, top}, colour, text.c_str());
+  }
+};
+
+void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
+                  const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
+  const ForceArrows arrows = place_arrows(room, measures);
+  const auto label = [&](const Vector3f& from, const Vector3f& to, const double(&force)[3], ImU32 colour,
+                         const char* name, float drop) {
+    float x, y, x0, y0;
+    if (!camera.find_pixel(layout.picture.scene, tilt * to, x, y)) return;
+    if (!camera.find_pixel(layout.picture.scene, tilt * from, x0, y0)) return;
+    const float ahead = x >= x0 ? 1.0f : -1.0f;
+    const std::string text = fmt::format("{} {:.2f} N", name, to_vector(force).norm());
+    pen.tag(x + ahead * 10 * layout.scale, y + drop * layout.scale, x >= x0 ? 0.0f : 1.0f, colour, text,
+            pen.fonts.bold);
+  };
+  if (arrows.friction) {
+    label(arrows.friction_from, arrows.friction_to, room.friction, colours::friction, "friction", 8);
+  }
+  if (arrows.applied) {
+    label(arrows.applied_to, arrows.applied_from, room.applied, colours::applied, "applied", -8);
+  }
+}
+
+void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, const RoomMeasures& measures,
+                 const Eigen::Matrix3f& tilt) {
+  const auto wide = static_cast<float>(measures.width / 2), end = static_cast<float>(measures.length / 2);
+  // On the side that is nearer.
+  const float side = camera.eye().y() <= 0 ? -wide - 0.014f : wide + 0.014f;
+  for (float x = -std::floor(end * 10) / 10; x <= end + 1e-4f; x += 0.1f) {
+    float px, py;
+    if (!camera.find_pixel(layout.picture.scene, tilt * Vector3f(x, side, 0), px, py)) continue;
+    if (!layout.picture.scene.holds(px, py)) continue;
+    const int centimetres = static_cast<int>(std::lround(100 * x));
+    const std::string text = centimetres == 0 ? "0 cm" : fmt::format("{}", centimetres);
+    const ImVec2 s = pen.size(pen.fonts.small, text);
+    pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
+                     {std::round(px - 0.5f * s.x), std::round(py - 0.5f * s.y)}, IM_COL32(150, 160, 175, 220),
+                     text.c_str());
+  }
+}
+
+// The angle between the floor and the level, at the room's open lower edge.
+void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
+                 const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
+  const double slope = room.settings.slope;
+  if (std::abs(slope) < 1e-4) return;
+  const float wide = static_cast<float>(measures.width / 2);
+  const float side = camera.eye().y() <= 0 ? -wide : wide;
+  const float down = slope > 0 ? 1.0f : -1.0f;
+  const Vector3f foot = tilt * Vector3f(down * static_cast<float>(measures.length / 2), side, -0.012f);
+  const float reach = 0.26f;
+  ImVec2 points[17];
+  int count = 0;
+  float px, py;
+  if (!camera.find_pixel(layout.picture.scene, foot, px, py)) return;
+  const ImVec2 corner{px, py};
+  if (!camera.find_pixel(layout.picture.scene, foot - Vector3f(down * reach, 0, 0), px, py)) return;
+  pen.draw.AddLine(corner, {px, py}, colours::faint_text, 1.2f * pen.scale);
+  for (int i = 0; i <= 16; ++i) {
+    const float a = static_cast<float>(std::abs(slope)) * static_cast<float>(i) / 16;
+    const Vector3f at = foot + 0.85f * reach * Vector3f(-down * std::cos(a), 0, std::sin(a));
+    if (camera.find_pixel(layout.picture.scene, at, px, py)) points[count++] = {px, py};
+  }
+  pen.draw.AddPolyline(points, count, colours::text, 0, 1.5f * pen.scale);
+  if (count) {
+    const ImVec2 m = points[count / 2];
+    const std::string text = fmt::format("{:.1f}°", std::abs(slope) * 180 / 3.14159265358979);
+    pen.tag(m.x - down * 8 * pen.scale, m.y, slope > 0 ? 1.0f : 0.0f, colours::text, text, pen.fonts.bold);
+  }
+}
+
+// A round mark of the colours of hairs: from straight to about to snap.
+void draw_scale(const Pen& pen, float x, float y, float width) {
+  static constexpr ImU32 stops[] = {IM_COL32(111, 172, 211, 255), IM_COL32(90, 211, 202, 255),
+                                    IM_COL32(247, 222, 123, 255), IM_COL32(243, 123, 90, 255)};
+  static constexpr float at[] = {0, 0.4f, 0.75f, 1};
+  const float high = 5 * pen.scale;
+  for (int i = 0; i < 3; ++i) {
+    pen.draw.AddRectFilledMultiColor({x + width * at[i], y}, {x + width * at[i + 1], y + high}, stops[i],
+                                     stops[i + 1], stops[i + 1], stops[i]);
+  }
+}
+
+void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, const BristleGlass& glass,
+                    const Camera& camera, const Eigen::Matrix3f& tilt) {
+  const Picture& p = layout.picture;
+  if (p.glass_radius < 1) return;
+  const ImVec2 centre{p.glass_x, p.glass_y};
+  const ImU32 rim = IM_COL32(176, 186, 200, 255);
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    if (room.contact[i].key != room.bristles.key || room.bristles.key == 0) continue;
+    float px, py;
+    if (!camera.find_pixel(p.scene, tilt * to_vector(room.contact[i].point), px, py)) continue;
+    const float dx = px - centre.x, dy = py - centre.y, away = std::sqrt(dx * dx + dy * dy);
+    if (away < p.glass_radius + 8) continue;
+    const float rx = dx / away, ry = dy / away, small = 9 * pen.scale;
+    pen.draw.AddLine({centre.x + rx * (p.glass_radius + 2), centre.y + ry * (p.glass_radius + 2)},
+                     {px - rx * small, py - ry * small}, IM_COL32(176, 186, 200, 150), 1.5f * pen.scale);
+    pen.draw.AddCircle({px, py}, small, rim, 32, 1.8f * pen.scale);
+  }
+  pen.draw.AddCircle(centre, p.glass_radius + 1.5f * pen.scale, IM_COL32(10, 12, 15, 255), 96, 6 * pen.scale);
+  pen.draw.AddCircle(centre, p.glass_radius, rim, 96, 2.5f * pen.scale);
+
+  const auto words = [&](float y, ImU32 colour, const std::string& text, ImFont* font) {
+    const ImVec2 s = pen.size(font, text);
+    pen.draw.AddText(font, font->FontSize, {std::round(centre.x - 0.5f * s.x), std::round(y)}, colour,
+                     text.c_str());
+  };
+  float y = centre.y + p.glass_radius + 8 * pen.scale;
+  if (glass.hairs().empty()) {
+    const bool brush = room.settings.model == FrictionModel::brush;
+    words(centre.y - 8 * pen.scale, colours::text, brush ? "no contact" : "this model has no bristles",
+          pen.fonts.text);
+    return;
+  }
+  // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
+  const std::string shown = fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()),
+                                        with_commas(room.settings.bristles));
+  const float half =
+      std::max(0.5f * pen.size(pen.fonts.small, shown).x,
+               0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) +
+      8 * pen.scale;
+  pen.draw.AddRectFilled({centre.x - half, y - 4 * pen.scale},
+                         {centre.x + half, y + 2 * pen.fonts.small->FontSize + 11 * pen.scale}, plate,
+                         5 * pen.scale);
+  words(y, colours::text, shown, pen.fonts.small);
+  y += pen.fonts.small->FontSize + 5 * pen.scale;
+  const float wide = 0.9f * p.glass_radius;
+  draw_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
+  const auto beside = [&](float x, float anchor, const char* text) {
+    const ImVec2 s = pen.size(pen.fonts.small, text);
+    pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
+                     {std::round(x - anchor * s.x), std::round(y)}, colours::faint_text, text);
+  };
+  beside(centre.x - 0.5f * wide - 7 * pen.scale, 1, "straight");
+  beside(centre.x + 0.5f * wide + 7 * pen.scale, 0, "snaps");
+}
+
+}  // namespace
+
+void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
+                  const Camera& camera, const RoomMeasures& measures, const std::string& notice) {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  const Pen pen{draw, fonts, layout.scale};
+  const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
+  const Area& s = layout.picture.scene;
+  draw.PushClipRect({s.x, s.y}, {s.x + s.width, s.y + s.height});
+  label_floor(pen, layout, camera, measures, tilt);
+  label_slope(pen, layout, room, camera, measures, tilt);
+  label_arrows(pen, layout, room, camera, measures, tilt);
+  draw_glass_rim(pen, layout, room, glass, camera, tilt);
+  float y = s.y + s.height - 22 * layout.scale;
+  const auto say = [&](const std::string& line, ImU32 colour) {
+    if (line.empty()) return;
+    pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
+    y -= 28 * layout.scale;
+  };
+  say(notice, colours::text);
+  say(room.message, colours::warning);
+  draw.PopClipRect();
+}
+
+}  // namespace room

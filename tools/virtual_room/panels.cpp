@@ -1,0 +1,329 @@
+#include "tools/virtual_room/panels.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+
+#include "tools/virtual_room/presets.hpp"
+#include "tools/virtual_room/quantity_text.hpp"
+
+namespace room {
+
+namespace {
+
+constexpr double pi = 3.14159265358979;
+constexpr std::uint32_t most_bristles = 4'000'000;
+
+struct Panel {
+  const Fonts& fonts;
+  float scale;
+  bool changed = false;
+
+  void heading(const char* text) const {
+    ImGui::Dummy(ImVec2(0, 3 * scale));
+    ImGui::PushFont(fonts.bold);
+    ImGui::TextUnformatted(text);
+    ImGui::PopFont();
+  }
+
+  // Label on the left, slider on the right; the value is shown and typed in `unit` (value / unit_size).
+  void slider(const char* label, double& value, double unit_size, double low, double high, const char* format,
+              bool logarithmic, const char* says) {
+    double shown = value / unit_size;
+    begin_row(label, says);
+    const ImGuiSliderFlags flags =
+        ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+    if (ImGui::SliderScalar("##value", ImGuiDataType_Double, &shown, &low, &high, format, flags)) {
+      // A typed "nan" passes every clamp.
+      if (std::isfinite(shown)) {
+        value = std::clamp(shown, low, high) * unit_size;
+        changed = true;
+      }
+    }
+    ImGui::PopID();
+  }
+
+  void begin_row(const char* label, const char* says) const {
+    ImGui::PushID(label);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(label);
+    if (says && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", says);
+    ImGui::SameLine(112 * scale);
+    ImGui::SetNextItemWidth(-FLT_MIN);
+  }
+
+  void readout(const char* label, const std::string& value, ImU32 colour = colours::text) const {
+    ImGui::PushFont(fonts.small);
+    ImGui::TextDisabled("%s", label);
+    const float width = ImGui::CalcTextSize(value.c_str()).x;
+    ImGui::SameLine(ImGui::GetContentRegionMax().x - width);
+    ImGui::PushStyleColor(ImGuiCol_Text, colour);
+    ImGui::TextUnformatted(value.c_str());
+    ImGui::PopStyleColor();
+    ImGui::PopFont();
+  }
+
+  // Buttons of equal width in one row; the one pressed, or -1.
+  int choice(const char* const* names, const char* const* says, int count, int chosen) const {
+    const float gap = 4 * scale;
+    const float wide =
+        (ImGui::GetContentRegionAvail().x - gap * static_cast<float>(count - 1)) / static_cast<float>(count);
+    int pressed = -1;
+    for (int i = 0; i < count; ++i) {
+      if (i) ImGui::SameLine(0, gap);
+      const bool on = i == chosen;
+      if (on) {
+        ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
+        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, IM_COL32(34, 112, 172, 255));
+      }
+      if (ImGui::Button(names[i], ImVec2(wide, 0))) pressed = i;
+      if (on) ImGui::PopStyleColor(2);
+      if (says && says[i] && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", says[i]);
+    }
+    return pressed;
+  }
+};
+
+bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
+  ImGui::SetNextWindowPos(ImVec2(area.x, area.y));
+  ImGui::SetNextWindowSize(ImVec2(area.width, area.height));
+  ImGuiWindowFlags flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                           ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                           ImGuiWindowFlags_NoNav;
+  if (scrolls) flags &= ~ImGuiWindowFlags_NoScrollbar;
+  return ImGui::Begin(name, nullptr, flags);
+}
+
+void surface(Panel& panel, const Snapshot& room, Settings& s) {
+  panel.heading("Surface");
+  double ratio = std::clamp(s.peak / std::max(s.kinetic, 1e-9), 1.01, 2.0);
+  const double kinetic_before = s.kinetic, ratio_before = ratio;
+  panel.slider("kinetic µ", s.kinetic, 1, 0.01, 1.5, "%.3f", false, "friction over load in slow sliding");
+  panel.slider("peak / kinetic", ratio, 1, 1.01, 2.0, "%.2f", false,
+               "highest friction at first loading over that in sliding");
+  if (s.kinetic != kinetic_before || ratio != ratio_before) s.peak = s.kinetic * ratio;
+  panel.slider("bristle length", s.presliding_length, 1e-6, 1, 10000, "%.0f µm", true,
+               "presliding length: the mean deflection at which a bristle snaps");
+  panel.slider("damping", s.damping_per_newton, 1, 0, 10, "%.2f s/m", false,
+               "of all bristles, over the load, while they stick");
+  panel.slider("lubrication", s.viscous_friction, 1, 0, 20, "%.2f N s/m", false,
+               "viscous friction of the whole patch");
+  panel.slider("Stribeck speed", s.stribeck_velocity, 1e-3, 0.01, 1000, "%.2f mm/s", true,
+               "above it the dampers of the bristles fade");
+  panel.begin_row("after a snap", "redraw: another bristle with another snap length; keep: the same again");
+  ImGui::PopID();
+  static constexpr const char* rules[] = {"redraw", "keep"};
+  if (const int rule = panel.choice(rules, nullptr, 2, s.keep ? 1 : 0); rule >= 0) {
+    s.keep = rule == 1;
+    panel.changed = true;
+  }
+  double load = 0;
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
+  }
+  panel.readout("kinetic friction, as it follows",
+                fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient, load,
+                            room.kinetic_coefficient * load));
+  panel.readout("stiffness in presliding, as it follows",
+                room.presliding_length > 0
+                    ? with_unit(2 * room.kinetic_coefficient * load / room.presliding_length, "N/m")
+                    : "–");
+}
+
+void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
+  const double used = loop.deadline > 0 ? loop.p99 / loop.deadline : 0,
+               worst = loop.deadline > 0 ? loop.max / loop.deadline : 0;
+  const ImU32 colour = used >= 1 ? colours::bad : used > 0.7 ? colours::warning : colours::good;
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float wide = ImGui::GetContentRegionAvail().x, high = 9 * panel.scale;
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  draw.AddRectFilled(at, {at.x + wide, at.y + high}, IM_COL32(39, 44, 52, 255), 3);
+  draw.AddRectFilled(at, {at.x + wide * static_cast<float>(std::clamp(used, 0.004, 1.0)), at.y + high},
+                     colour, 3);
+  const float mark = at.x + wide * static_cast<float>(std::clamp(worst, 0.0, 1.0));
+  draw.AddLine({mark, at.y - 1}, {mark, at.y + high + 1}, worst >= 1 ? colours::bad : colours::text, 1.5f);
+  ImGui::Dummy(ImVec2(wide, high + 2));
+  panel.readout(
+      "p99 of the deadline",
+      fmt::format("{} of {}: {:.1f} %", with_unit(loop.p99, "s"), with_unit(loop.deadline, "s"), 100 * used),
+      used >= 0.7 ? colour : colours::text);
+}
+
+void bristles(Panel& panel, const Snapshot& room, Settings& s) {
+  panel.heading("Bristles");
+  panel.begin_row("in a patch", "representatives of each patch under the block");
+  static constexpr std::uint32_t low = 16, high = most_bristles;
+  const std::string shown = with_commas(s.bristles);
+  std::uint32_t value = s.bristles;
+  if (ImGui::SliderScalar("##value", ImGuiDataType_U32, &value, &low, &high, "%u",
+                          ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp)) {
+    s.bristles = std::clamp(value, low, high);
+    panel.changed = true;
+  }
+  ImGui::PopID();
+  panel.readout("in all patches", with_commas(room.bristles_total));
+  deadline_bar(panel, room.loop);
+}
+
+void loop_table(const Panel& panel, const LoopStatistics& loop) {
+  panel.heading("Haptic loop");
+  panel.readout("computing p50 / max", with_unit(loop.p50, "s") + " / " + with_unit(loop.max, "s"));
+  panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " +
+                                                              with_unit(loop.period_p99, "s")
+                                                        : "not paced");
+  panel.readout("late ticks of ours", with_commas(loop.late_ours),
+                loop.late_ours ? colours::bad : colours::good);
+  panel.readout("late by the machine", with_commas(loop.late_machine),
+                loop.late_machine ? colours::warning : colours::text);
+}
+
+}  // namespace
+
+Layout make_layout(int width, int height, float scale, bool panels, bool glass) {
+  Layout layout;
+  layout.scale = scale;
+  const auto w = static_cast<float>(width), h = static_cast<float>(height);
+  const float left = panels ? std::min(std::round(312 * scale), 0.5f * w) : 0;
+  const float above = panels ? std::round(46 * scale) : 0;
+  const float below =
+      panels ? std::min(std::round(std::clamp(0.26f * h, 150 * scale, 300 * scale)), 0.5f * h) : 0;
+  layout.picture.width = width;
+  layout.picture.height = height;
+  layout.picture.scene = {left, above, std::max(w - left, 1.0f), std::max(h - above - below, 1.0f)};
+  layout.settings = {0, 0, left, h};
+  layout.bar = {left, 0, w - left, above};
+  layout.plots = {left, h - below, w - left, below};
+  if (glass) {
+    const Area& s = layout.picture.scene;
+    layout.picture.glass_radius = std::floor(0.215f * std::min(s.width, s.height));
+    layout.picture.glass_x = std::round(s.x + s.width - layout.picture.glass_radius - 26 * scale);
+    layout.picture.glass_y = std::round(s.y + layout.picture.glass_radius + 20 * scale);
+  }
+  return layout;
+}
+
+void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
+                   Wishes& wishes) {
+  if (layout.settings.width < 1) return;
+  begin_panel("settings", layout.settings, true);
+  Panel panel{fonts, layout.scale};
+  Settings& s = state.settings;
+
+  static constexpr const char* models[] = {"Brush", "LuGre", "Coulomb"};
+  static constexpr const char* says[] = {"bristles that stick, bend and snap: at rest it holds",
+                                         "one mean deflection: creeps under a wavering load",
+                                         "stick or slip, no presliding"};
+  panel.heading("Friction model");
+  if (const int model = panel.choice(models, says, 3, static_cast<int>(s.model)); model >= 0) {
+    s.model = static_cast<FrictionModel>(model);
+    panel.changed = true;
+  }
+  const char* names[presets.size()];
+  const char* sources[presets.size()];
+  for (std::size_t i = 0; i < presets.size(); ++i) {
+    names[i] = presets[i].name;
+    sources[i] = presets[i].says;
+  }
+  if (const int preset = panel.choice(names, sources, static_cast<int>(presets.size()), -1); preset >= 0) {
+    apply(presets[static_cast<std::size_t>(preset)], s);
+    panel.changed = true;
+  }
+  surface(panel, room, s);
+  bristles(panel, room, s);
+
+  panel.heading("Block and floor");
+  panel.slider("mass", s.mass, 1, 0.02, 5, "%.3f kg", true, "of the block");
+  panel.slider("extra load", s.extra_load, 1, 0, 20, "%.1f N", false,
+               "pressed down on the block beside its weight");
+  panel.slider("slope", s.slope, pi / 180, 0, 40, "%.1f°", false, "of the whole room, down to the right");
+  panel.slider("tapping", s.tapping, 1, 0, 5, "%.2f N", false,
+               "a disturbance along the slope, against drift");
+
+  panel.heading("Hand");
+  panel.slider("spring", s.hand_stiffness, 1, 20, 2000, "%.0f N/m", true, "between the hand and the tool");
+  panel.slider("damper", s.hand_damping, 1, 0, 20, "%.1f N s/m", false, "beside the spring");
+
+  loop_table(panel, room.loop);
+  wishes.settings = wishes.settings || panel.changed;
+  ImGui::End();
+}
+
+void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
+              Wishes& wishes) {
+  if (layout.bar.height < 1) return;
+  begin_panel("bar", layout.bar);
+  const float scale = layout.scale;
+  const auto button = [&](const char* label, const char* says) {
+    const bool pressed = ImGui::Button(label);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", says);
+    ImGui::SameLine(0, 5 * scale);
+    return pressed;
+  };
+  if (button(room.paused ? "Run###pause" : "Pause###pause", "space"))
+    wishes.act = room.paused ? Act::run : Act::pause;
+  if (button("Step", "full stop: one tick while it pauses")) wishes.act = Act::single_step;
+  if (button("Reset", "R: the block back to the middle")) wishes.act = Act::reset;
+  ImGui::Dummy(ImVec2(8 * scale, 0));
+  ImGui::SameLine(0, 5 * scale);
+  if (room.recording) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(150, 36, 30, 255));
+  if (button(room.recording ? "Stop recording###record" : "Record###record",
+             "C: hand and forces as CSV; begins with a reset")) {
+    wishes.act = room.recording ? Act::stop_recording : Act::record;
+  }
+  if (room.recording) ImGui::PopStyleColor();
+  if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
+  ImGui::Dummy(ImVec2(8 * scale, 0));
+  ImGui::SameLine(0, 5 * scale);
+  if (button("Screenshot", "F12: this window as PNG")) wishes.screenshot = true;
+  if (button("Glass", "G: the magnifying glass")) wishes.toggle_glass = true;
+  if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
+
+  const std::string time = fmt::format("{:.2f} s", room.time);
+  const char* what = room.device_lost ? "device lost"
+                     : room.paused    ? "paused"
+                     : room.recording ? "recording"
+                                      : "";
+  const ImU32 colour = room.device_lost || room.recording ? colours::bad : colours::warning;
+  const float wide = ImGui::CalcTextSize(time.c_str()).x;
+  const float right = ImGui::GetContentRegionMax().x;
+  ImGui::AlignTextToFramePadding();
+  if (*what) {
+    ImGui::SameLine(right - wide - ImGui::CalcTextSize(what).x - 16 * scale);
+    ImGui::PushStyleColor(ImGuiCol_Text, colour);
+    ImGui::TextUnformatted(what);
+    ImGui::PopStyleColor();
+  }
+  ImGui::SameLine(right - std::max(wide, 60 * scale));
+  ImGui::PushFont(fonts.bold);
+  ImGui::TextUnformatted(time.c_str());
+  ImGui::PopFont();
+  ImGui::End();
+  (void)state;
+}
+
+void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, const History& history,
+                const TimeHistogram& times, GuiState& state, float elapsed) {
+  if (layout.plots.height < 1) return;
+  begin_panel("plots", layout.plots);
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const float gap = 12 * layout.scale;
+  const Area& p = layout.plots;
+  const float inner = p.width - 4 * gap, high = p.height - 1.7f * gap, top = p.y + gap;
+  const Area first{p.x + gap, top, 0.40f * inner, high};
+  const Area second{first.x + first.width + gap, top, 0.32f * inner, high};
+  const Area third{second.x + second.width + gap, top, 0.28f * inner, high};
+  double load = 0;
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
+  }
+  plot_force_over_time(draw, fonts, first, history, state.plot_seconds, room.kinetic_coefficient * load,
+                       state.ranges, elapsed);
+  plot_hysteresis(draw, fonts, second, history, state.plot_seconds, room.presliding_length, state.ranges,
+                  elapsed);
+  plot_deadline(draw, fonts, third, times, room.loop);
+  ImGui::End();
+}
+
+}  // namespace room

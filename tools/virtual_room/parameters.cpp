@@ -1,0 +1,141 @@
+#include "tools/virtual_room/parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace room {
+namespace {
+
+// N: a load with all representatives in contact; above it their forces grow instead of their number.
+constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
+// Walls and roof are touched now and then; of many bristles most would be memory only.
+constexpr std::uint32_t most_wall_bristles = 16384;
+
+constexpr double least_peak_over_kinetic = 1.001;
+
+bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
+  const bool floor = patch < 4, tool = patch == tool_patch;
+  return bristle::PatchOptions{}
+      .with_max_normal_load(floor  ? floor_load
+                            : tool ? tool_load
+                                   : wall_load)
+      .with_bristles(bristles_of(s, patch))
+      .with_seed(static_cast<std::uint32_t>(patch + 1))
+      .with_key(patch);
+}
+
+// Stiffness and damping for models with one bristle: those of the brush under the load of one corner at rest.
+// LuGre's own damper is half of critical there, as in its source.
+rivals::Surface surface_of(const Settings& s, const bristle::Material& material) {
+  const double load = 0.25 * (s.mass * 9.80665 + s.extra_load);
+  rivals::Surface surface;
+  surface.kinetic_coefficient = s.kinetic;
+  surface.static_coefficient = s.peak;
+  surface.stiffness = std::max(material.bristles_in_contact(load) * material.bristle_stiffness, 1.0);
+  surface.damping = std::sqrt(surface.stiffness * 0.25 * s.mass) + s.damping_per_newton * load;
+  surface.viscous_friction = s.viscous_friction;
+  surface.stribeck_velocity = std::max(s.stribeck_velocity, 1e-6);
+  return surface;
+}
+
+bool same_material(const Settings& a, const Settings& b) {
+  return a.kinetic == b.kinetic && a.peak == b.peak && a.presliding_length == b.presliding_length &&
+         a.damping_per_newton == b.damping_per_newton && a.viscous_friction == b.viscous_friction &&
+         a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep;
+}
+
+}  // namespace
+
+std::uint32_t bristles_of(const Settings& s, std::size_t patch) noexcept {
+  return patch < 4 || patch == tool_patch ? s.bristles : std::min(s.bristles, most_wall_bristles);
+}
+
+Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message) {
+  Settings s = wanted;
+  message.clear();
+  const auto say = [&](const std::string& text) {
+    if (message.empty()) message = text;
+  };
+  for (const SettingRange& range : setting_ranges) {
+    double& value = s.*range.member;
+    if (!std::isfinite(value)) {
+      value = before.*range.member;
+      say(fmt::format("{} is not a number: {:g} stays", range.name, value));
+    } else if (value < range.min || value > range.max) {
+      const double given = value;
+      value = std::clamp(value, range.min, range.max);
+      say(fmt::format("{} {:g} is out of range: {:g} taken", range.name, given, value));
+    }
+  }
+  if (static_cast<unsigned>(s.model) > static_cast<unsigned>(FrictionModel::coulomb)) s.model = before.model;
+  if (s.bristles < fewest_bristles || s.bristles > most_bristles) {
+    const std::uint32_t given = s.bristles;
+    s.bristles = std::clamp(given, fewest_bristles, most_bristles);
+    say(fmt::format("bristles {} is out of range: {} taken", given, s.bristles));
+  }
+  if (s.peak < least_peak_over_kinetic * s.kinetic) {
+    s.peak = least_peak_over_kinetic * s.kinetic;
+    if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
+  }
+  if (same_material(s, before)) return s;
+  try {
+    (void)material_of(s);
+  } catch (const bristle::Error& error) {
+    say(error.what());
+    s.kinetic = before.kinetic;
+    s.peak = before.peak;
+    s.presliding_length = before.presliding_length;
+    s.keep = before.keep;
+  }
+  return s;
+}
+
+bristle::Material material_of(const Settings& s) {
+  return bristle::Material::from_coefficients(
+      bristle::Coefficients{}
+          .with_kinetic(s.kinetic)
+          .with_peak(s.peak)
+          .with_presliding_length(s.presliding_length)
+          .with_rule(s.keep ? bristle::SnapRule::keep : bristle::SnapRule::redraw)
+          .with_damping_per_newton(s.damping_per_newton)
+          .with_viscous_friction(s.viscous_friction)
+          .with_stribeck_velocity(s.stribeck_velocity));
+}
+
+Parameters PatchMaker::make(const Settings& wanted, bool anew) {
+  std::string message;
+  Parameters next = now_;
+  next.settings = checked_settings(wanted, now_.settings, message);
+  const bool same = now_.patches[0] && same_material(next.settings, now_.settings);
+  const bristle::Material material = same ? material_ : material_of(next.settings);
+  next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles;
+  if (next.new_patches) {
+    old_ = now_.patches;
+    for (std::size_t p = 0; p < patch_count; ++p) {
+      next.patches[p] = batch_.add(material, options_of(next.settings, p));
+    }
+  } else if (material != material_) {
+    for (const bristle::PatchId id : next.patches) batch_.set_material(id, material);
+  }
+  material_ = material;
+  next.surface = surface_of(next.settings, material);
+  if (!same) {
+    next.kinetic = material.kinetic_coefficient();
+    next.peak = material.peak_coefficient();
+  }
+  next.presliding_length = material.snap_length.mean();
+  message.copy(next.message, sizeof next.message - 1);
+  next.message[std::min(message.size(), sizeof next.message - 1)] = '\0';
+  return now_ = next;
+}
+
+void PatchMaker::remove_old() {
+  for (bristle::PatchId& id : old_) {
+    if (id) batch_.remove(id);
+    id = {};
+  }
+}
+
+}  // namespace room

@@ -1,0 +1,79 @@
+// Settings made safe, and what follows from them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+
+#include <bristle/bristle.hpp>
+
+#include "tools/rivals/pair.hpp"
+#include "tools/virtual_room/room_state.hpp"
+
+namespace room {
+
+/// A number of Settings: its range, for sliders, scripts and the check of what comes in.
+struct SettingRange {
+  const char* name;
+  double Settings::*member;
+  double min, max;
+  const char* unit;
+};
+inline constexpr std::array<SettingRange, 12> setting_ranges = {{
+    {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
+    {"peak", &Settings::peak, 0.01, 3.0, ""},
+    {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
+    {"damping_per_newton", &Settings::damping_per_newton, 0.0, 100.0, "s/m"},
+    {"viscous_friction", &Settings::viscous_friction, 0.0, 100.0, "N s/m"},
+    {"stribeck_velocity", &Settings::stribeck_velocity, 0.0, 10.0, "m/s"},
+    {"mass", &Settings::mass, 0.02, 5.0, "kg"},
+    {"extra_load", &Settings::extra_load, 0.0, 50.0, "N"},
+    {"slope", &Settings::slope, -0.8, 0.8, "rad"},
+    {"tapping", &Settings::tapping, 0.0, 20.0, "N"},
+    {"hand_stiffness", &Settings::hand_stiffness, 0.0, 5000.0, "N/m"},
+    {"hand_damping", &Settings::hand_damping, 0.0, 50.0, "N s/m"},
+}};
+inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
+
+/// Patches are made before the loop runs and wait for contacts: four for the floor, as many corners as can
+/// rest on it; four each for the end wall, the side walls and the roof; one for the tool.
+inline constexpr std::size_t patch_count = 17, tool_patch = 16;
+/// Representatives of one of them: walls and roof, touched now and then, have fewer.
+std::uint32_t bristles_of(const Settings& settings, std::size_t patch) noexcept;
+using PatchIds = std::array<bristle::PatchId, patch_count>;
+
+/// What the haptic loop works with. Plain data.
+struct Parameters {
+  Settings settings;
+  PatchIds patches;
+  bool new_patches = false;          ///< they hold nothing yet
+  rivals::Surface surface;           ///< for LuGre and Coulomb
+  double kinetic = 0.0, peak = 0.0;  ///< friction over load, as they follow from the bristles
+  double presliding_length = 0.0;    ///< m
+  char message[128] = {};
+};
+
+/// `wanted` with every number in its range. What is no number, and a combination that no material has, keeps
+/// the value of `before`. `message`: what was changed, or empty.
+Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message);
+
+bristle::Material material_of(const Settings& settings);
+
+/// Makes and changes patches for one batch. Not on the haptic thread: takes memory and time.
+class PatchMaker {
+ public:
+  explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
+  /// Parameters of checked settings; the materials of the patches change at once. New patches where the
+  /// number of bristles changed or `anew`; the old ones stay until remove_old().
+  Parameters make(const Settings& wanted, bool anew);
+  /// When the haptic loop no longer uses the patches of before.
+  void remove_old();
+
+ private:
+  bristle::PatchBatch& batch_;
+  Parameters now_;
+  bristle::Material material_;
+  PatchIds old_{};
+};
+
+}  // namespace room

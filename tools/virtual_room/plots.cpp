@@ -1,0 +1,280 @@
+#include "tools/virtual_room/plots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tools/virtual_room/quantity_text.hpp"
+
+namespace room {
+
+namespace {
+
+constexpr ImU32 plot_ground = IM_COL32(15, 17, 21, 255);
+
+struct Axis {
+  double low = 0, high = 1;
+  double at(double value) const { return (value - low) / (high - low); }
+};
+
+// Width of a curve, with the display's scale.
+float stroke(const Fonts& fonts) { return 1.5f * fonts.small->FontSize / 13; }
+
+// A frame with ticks; values to pixels.
+class Frame {
+ public:
+  Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
+      : draw_(draw), fonts_(fonts), x_(x), y_(y) {
+    const float line = fonts.small->FontSize;
+    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, area.width - 3.9f * line,
+              area.height - 3.0f * line};
+    inner_.width = std::max(inner_.width, 20.0f);
+    inner_.height = std::max(inner_.height, 20.0f);
+    draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height},
+                        plot_ground, 2);
+    draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
+                  title);
+    draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
+  }
+  ~Frame() { draw_.PopClipRect(); }
+  Frame(const Frame&) = delete;
+  Frame& operator=(const Frame&) = delete;
+
+  ImVec2 at(double x, double y) const {
+    return {inner_.x + inner_.width * static_cast<float>(x_.at(x)),
+            inner_.y + inner_.height * (1 - static_cast<float>(y_.at(y)))};
+  }
+  const Area& inner() const { return inner_; }
+  void clip() const {
+    draw_.PushClipRect({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, true);
+  }
+  void unclip() const { draw_.PopClipRect(); }
+
+  void label(float x, float y, ImU32 colour, const std::string& text, float anchor) const {
+    const ImVec2 size = fonts_.small->CalcTextSizeA(fonts_.small->FontSize, 1e4f, 0, text.c_str());
+    draw_.AddText(fonts_.small, fonts_.small->FontSize, {std::round(x - anchor * size.x), std::round(y)},
+                  colour, text.c_str());
+  }
+
+  void grid_x(double scale, int wanted) const {
+    const double step = find_step((x_.high - x_.low) / scale, wanted) * scale;
+    const float below = inner_.y + inner_.height;
+    for (double v = std::ceil(x_.low / step) * step; v <= x_.high + 1e-9 * step; v += step) {
+      const float x = at(v, y_.low).x;
+      draw_.AddLine({x, inner_.y}, {x, below}, colours::faint_line);
+      label(x, below + 2, colours::faint_text, number(v / scale, step / scale), 0.5f);
+    }
+  }
+  void grid_y(double scale, int wanted) const {
+    const double step = find_step((y_.high - y_.low) / scale, wanted) * scale;
+    for (double v = std::ceil(y_.low / step) * step; v <= y_.high + 1e-9 * step; v += step) {
+      const float y = at(x_.low, v).y;
+      const bool zero = std::abs(v) < 1e-9 * step;
+      draw_.AddLine({inner_.x, y}, {inner_.x + inner_.width, y},
+                    zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
+      label(inner_.x - 5, y - 0.5f * fonts_.small->FontSize, colours::faint_text,
+            number(v / scale, step / scale), 1.0f);
+    }
+  }
+  void dashed(double y, ImU32 colour) const {
+    const float py = at(x_.low, y).y;
+    for (float x = inner_.x; x < inner_.x + inner_.width; x += 9) draw_.AddLine({x, py}, {x + 5, py}, colour);
+  }
+
+ private:
+  static double find_step(double span, int wanted) {
+    const double rough = span / std::max(wanted, 1);
+    const double power = std::pow(10.0, std::floor(std::log10(std::max(rough, 1e-300))));
+    const double r = rough / power;
+    return power * (r <= 1 ? 1 : r <= 2 ? 2 : r <= 5 ? 5 : 10);
+  }
+  static std::string number(double v, double step) {
+    const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
+    return fmt::format("{:.{}f}", std::abs(v) < 1e-9 * step ? 0.0 : v, decimals);
+  }
+
+  ImDrawList& draw_;
+  const Fonts& fonts_;
+  Axis x_, y_;
+  Area inner_;
+};
+
+// Least and greatest value in each column of pixels: a curve of any number of points.
+template <class Value>
+void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, std::size_t first, ImU32 colour,
+                float thickness, Value value) {
+  const Area& in = frame.inner();
+  ImVec2 last{};
+  bool any = false;
+  std::size_t i = first;
+  while (i < history.size()) {
+    const float column = std::floor(frame.at(history[i].time, 0).x);
+    double low = value(history[i]), high = low, end = low;
+    for (; i < history.size() && std::floor(frame.at(history[i].time, 0).x) == column; ++i) {
+      end = value(history[i]);
+      low = std::min(low, end);
+      high = std::max(high, end);
+    }
+    const float x = column + 0.5f;
+    const ImVec2 top{x, frame.at(0, high).y}, bottom{x, frame.at(0, low).y}, at{x, frame.at(0, end).y};
+    if (any) draw.AddLine(last, bottom.y - last.y < last.y - top.y ? bottom : top, colour, thickness);
+    if (bottom.y - top.y > 1) draw.AddLine(top, bottom, colour, thickness);
+    last = at;
+    any = true;
+  }
+  if (any && last.x < in.x + in.width + 1) draw.AddCircleFilled(last, 1.8f * thickness, colour);
+}
+
+void legend(const Frame& frame, ImDrawList& draw, const Fonts& fonts, float right, float y, ImU32 colour,
+            const std::string& text, float& used) {
+  const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str());
+  const float x = right - used - size.x, middle = y + 0.55f * fonts.small->FontSize;
+  frame.label(x, y, colours::text, text, 0);
+  draw.AddLine({x - 18, middle}, {x - 6, middle}, colour, 1.7f * stroke(fonts));
+  used += size.x + 32;
+}
+
+}  // namespace
+
+void FollowingRange::follow(double data_low, double data_high, double least_span, float elapsed) {
+  const double middle = 0.5 * (data_low + data_high);
+  const double half = std::max(0.5 * least_span, 0.56 * (data_high - data_low));
+  const double wanted_low = middle - half, wanted_high = middle + half;
+  if (!set) {
+    low = wanted_low;
+    high = wanted_high;
+    set = true;
+    return;
+  }
+  const double ease = 1 - std::exp(-1.5 * static_cast<double>(elapsed));
+  low = wanted_low < low ? wanted_low : low + ease * (wanted_low - low);
+  high = wanted_high > high ? wanted_high : high + ease * (wanted_high - high);
+}
+
+void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+                          float seconds, double level, PlotRanges& ranges, float elapsed) {
+  const std::size_t first = history.first_of_last(seconds);
+  double low = -0.05, high = std::max(0.2, 1.2 * level);
+  // Means of some milliseconds: a knock of one tick does not flatten the rest.
+  constexpr std::size_t together = 16;
+  for (std::size_t i = first; i + together <= history.size(); i += together) {
+    double friction = 0, applied = 0;
+    for (std::size_t j = i; j < i + together; ++j) {
+      friction -= static_cast<double>(history[j].friction) / together;
+      applied += static_cast<double>(history[j].applied) / together;
+    }
+    low = std::min({low, friction, applied});
+    high = std::max({high, friction, applied});
+  }
+  ranges.force.follow(low, high, 0.1, elapsed);
+  const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
+  const Frame frame(draw, fonts, area, "Force, N, over time, s", {end - seconds, end},
+                    {ranges.force.low, ranges.force.high});
+  frame.grid_x(1, 5);
+  frame.grid_y(1, 4);
+  frame.clip();
+  if (level > 0) {
+    frame.dashed(level, IM_COL32(255, 133, 64, 130));
+    frame.dashed(-level, IM_COL32(255, 133, 64, 130));
+  }
+  draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
+             [](const PlotPoint& p) { return p.applied; });
+  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
+             [](const PlotPoint& p) { return -p.friction; });
+  frame.unclip();
+  float used = 0;
+  const float right = frame.inner().x + frame.inner().width;
+  legend(frame, draw, fonts, right, area.y, colours::applied, "applied", used);
+  legend(frame, draw, fonts, right, area.y, colours::friction, "friction", used);
+}
+
+void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+                     float seconds, double presliding_length, PlotRanges& ranges, float elapsed) {
+  const std::size_t first = history.first_of_last(seconds);
+  double x_low = 0, x_high = 0, y_low = 0, y_high = 0;
+  for (std::size_t i = first; i < history.size(); ++i) {
+    const PlotPoint& p = history[i];
+    const double x = p.displacement, y = -p.friction;
+    if (i == first) {
+      x_low = x_high = x;
+      y_low = y_high = y;
+    }
+    x_low = std::min(x_low, x);
+    x_high = std::max(x_high, x);
+    y_low = std::min(y_low, y);
+    y_high = std::max(y_high, y);
+  }
+  ranges.displacement.follow(x_low, x_high, std::max(1e-8, 0.5 * presliding_length), elapsed);
+  ranges.loop_force.follow(y_low, y_high, 0.1, elapsed);
+  const FollowingRange& r = ranges.displacement;
+  const double size = std::max(std::abs(r.low), std::abs(r.high));
+  const double scale = size >= 1e-3 ? 1e-3 : size >= 1e-6 ? 1e-6 : 1e-9;
+  const char* unit = scale == 1e-3 ? "mm" : scale == 1e-6 ? "µm" : "nm";
+  const std::string title = fmt::format("Friction, N, over displacement, {}", unit);
+  const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high},
+                    {ranges.loop_force.low, ranges.loop_force.high});
+  frame.grid_x(scale, 4);
+  frame.grid_y(1, 4);
+  frame.clip();
+  if (history.size()) {
+    ImVec2 last = frame.at(history[first].displacement, -history[first].friction);
+    for (std::size_t i = first + 1; i < history.size(); ++i) {
+      const ImVec2 next = frame.at(history[i].displacement, -history[i].friction);
+      const float dx = next.x - last.x, dy = next.y - last.y;
+      if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
+      const float age = (history.newest().time - history[i].time) / seconds;
+      draw.AddLine(last, next,
+                   (colours::friction & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
+                   stroke(fonts));
+      last = next;
+    }
+    draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
+  }
+  frame.unclip();
+}
+
+void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
+                   const LoopStatistics& loop) {
+  constexpr double decades_low = -6.0, decades_high = -2.0;  // 1 us to 10 ms
+  double most = 1;
+  for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
+  const double high = std::ceil(std::log10(most) + 0.3);
+  const Frame frame(draw, fonts, area, "Ticks by computing time", {decades_low, decades_high}, {0, high});
+  const float below = frame.inner().y + frame.inner().height;
+  static constexpr const char* names[] = {"1 µs", "10 µs", "100 µs", "1 ms", "10 ms"};
+  for (int d = 0; d < 5; ++d) {
+    const float x = frame.at(decades_low + d, 0).x;
+    draw.AddLine({x, frame.inner().y}, {x, below}, colours::faint_line);
+    frame.label(x, below + 2, colours::faint_text, names[d], d == 4 ? 0.8f : 0.5f);
+  }
+  for (int d = 0; d <= static_cast<int>(high); ++d) {
+    const float y = frame.at(decades_low, d).y;
+    draw.AddLine({frame.inner().x, y}, {frame.inner().x + frame.inner().width, y}, colours::faint_line);
+    static constexpr const char* counts[] = {"1", "10", "100", "1k", "10k", "100k", "1M", "10M", "100M"};
+    if (d < 9)
+      frame.label(frame.inner().x - 5, y - 0.5f * fonts.small->FontSize, colours::faint_text, counts[d],
+                  1.0f);
+  }
+  frame.clip();
+  for (int i = 0; i < TimeHistogram::classes; ++i) {
+    if (!times.count(i)) continue;
+    const double begin = TimeHistogram::begin_of(i), end = TimeHistogram::begin_of(i + 1);
+    const ImU32 colour = begin >= loop.deadline      ? colours::bad
+                         : end > 0.7 * loop.deadline ? colours::warning
+                                                     : colours::good;
+    // A class of one tick still stands a little above the axis.
+    const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
+    const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);
+    draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);
+  }
+  const float line = frame.at(std::log10(loop.deadline), 0).x;
+  draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
+  frame.unclip();
+  frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
+  const std::string text = fmt::format("p99 {}", with_unit(loop.p99, "s"));
+  frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
+}
+
+}  // namespace room

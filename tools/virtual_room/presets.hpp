@@ -1,0 +1,45 @@
+// Pairs of surfaces to begin from.
+#pragma once
+
+#include <array>
+
+#include "tools/virtual_room/room_state.hpp"
+
+namespace room {
+
+struct Preset {
+  const char* name;
+  const char* says;  ///< where its figures come from
+  double kinetic, peak_over_kinetic, presliding_length, damping_per_newton, viscous_friction,
+      stribeck_velocity;
+  bool keep;
+  unsigned bristles;
+};
+
+/// Coefficients are the middle of what handbooks give for dry wood, rubber on a smooth dry floor, and
+/// ice near freezing. Presliding lengths are as large as a hand can feel: real wood slides after tens of
+/// micrometres. The last is a demonstration in the spirit of Zhang and Phillips: 900 bristles that keep
+/// their snap lengths.
+inline constexpr std::array<Preset, 4> presets = {{
+    {"Wood", "wood on wood, dry: 0.40; presliding enlarged to 1 mm", 0.40, 1.15, 1e-3, 0.0, 0.0, 1e-3, false,
+     4096},
+    {"Rubber", "rubber on a smooth floor: 0.90; long, damped presliding of 4 mm", 0.90, 1.30, 4e-3, 1.5, 0.0,
+     5e-2, false, 4096},
+    {"Ice", "ice near freezing: 0.03, with a film of water", 0.03, 1.40, 0.3e-3, 0.0, 0.20, 1e-2, false,
+     4096},
+    {"Paper", "900 bristles that keep their snap lengths, the number of Zhang and Phillips (2004)", 0.40,
+     1.50, 2e-3, 0.5, 0.0, 1e-2, true, 900},
+}};
+
+inline void apply(const Preset& p, Settings& s) {
+  s.kinetic = p.kinetic;
+  s.peak = p.kinetic * p.peak_over_kinetic;
+  s.presliding_length = p.presliding_length;
+  s.damping_per_newton = p.damping_per_newton;
+  s.viscous_friction = p.viscous_friction;
+  s.stribeck_velocity = p.stribeck_velocity;
+  s.keep = p.keep;
+  s.bristles = p.bristles;
+}
+
+}  // namespace room

@@ -1,0 +1,55 @@
+// The whole picture, room and panels, into any frame buffer: the window's or one without a window.
+#pragma once
+
+#include <string>
+
+#include "tools/virtual_room/bristle_glass.hpp"
+#include "tools/virtual_room/overlay.hpp"
+#include "tools/virtual_room/panels.hpp"
+#include "tools/virtual_room/renderer.hpp"
+
+namespace room {
+
+/// Owns the ImGui context and its OpenGL side. Needs a current context, always on one thread.
+class RoomView {
+ public:
+  RoomView(const RoomMeasures& measures, int samples, float scale);
+  RoomView(const RoomView&) = delete;
+  RoomView& operator=(const RoomView&) = delete;
+  ~RoomView();
+
+  /// @name What is shown
+  ///@{
+  Camera camera;
+  GuiState gui;
+  bool panels = true, glass_shown = true;
+  std::string notice;  ///< one line for the person, or empty
+  ///@}
+
+  /// Each tick once, in order.
+  void add(const PlotPoint& point);
+  void forget();
+
+  /// For displays of another scale (1 = 96 dots an inch).
+  void set_scale(float scale);
+
+  /// Between ImGui's platform part of a new frame and the next: draws and returns what the person asked for.
+  /// `elapsed`: s since the last picture.
+  Wishes draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target);
+
+  /// Of the last picture.
+  const Layout& layout() const { return layout_; }
+  const RoomMeasures& measures() const { return measures_; }
+
+ private:
+  RoomMeasures measures_;
+  Renderer renderer_;
+  BristleGlass glass_;
+  History history_;
+  TimeHistogram times_;
+  Fonts fonts_;
+  Layout layout_;
+  float scale_ = 1;
+};
+
+}  // namespace room

@@ -1,0 +1,131 @@
+#include "tools/virtual_room/script.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tools/cli/scene_table.hpp"
+#include "tools/cli/text_file.hpp"
+#include "tools/cli/user_error.hpp"
+#include "tools/virtual_room/parameters.hpp"
+
+namespace room {
+namespace {
+
+using cli::Range;
+using cli::SceneTable;
+
+constexpr double degree = 3.14159265358979323846 / 180.0;
+constexpr Range seconds_range{0.0, 1e6, false, "s"};
+constexpr const char* model_names[] = {"brush", "lugre", "coulomb"};
+
+void read_settings(const SceneTable& table, Settings& s) {
+  s.model = static_cast<FrictionModel>(table.choice("model", {model_names[0], model_names[1], model_names[2]},
+                                                    static_cast<std::size_t>(s.model)));
+  s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
+  s.bristles =
+      static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
+  for (const SettingRange& r : setting_ranges) {
+    s.*r.member = table.number(r.name, {r.min, r.max, false, r.unit}, s.*r.member);
+  }
+  if (table.has("slope_deg")) s.slope = degree * table.number("slope_deg", {-45.0, 45.0, false, "degrees"});
+  std::string message;
+  checked_settings(s, Settings{}, message);
+  if (!message.empty()) table.fail(message);
+}
+
+void allow_settings(const SceneTable& table, bool with_time) {
+  table.allow({"t", "model", "rule", "bristles", "kinetic", "peak", "presliding_length", "damping_per_newton",
+               "viscous_friction", "stribeck_velocity", "mass", "extra_load", "slope", "slope_deg", "tapping",
+               "hand_stiffness", "hand_damping"});
+  if (!with_time && table.has("t")) table.fail("t", "belongs into [[change]]");
+}
+
+bool read_vector(const SceneTable& table, std::string_view key, const Range& range, double (&to)[3]) {
+  if (!table.has(key)) return false;
+  const std::vector<double> numbers = table.numbers(key, range);
+  if (numbers.size() != 3) table.fail(key, "needs three numbers: x, y, z");
+  std::copy(numbers.begin(), numbers.end(), to);
+  return true;
+}
+
+HandRow read_hand_row(const SceneTable& table) {
+  table.allow({"t", "position", "force"});
+  HandRow row;
+  row.t = table.number("t", seconds_range);
+  row.hand.holds = read_vector(table, "position", {-10.0, 10.0, false, "m"}, row.hand.position);
+  read_vector(table, "force", {-1000.0, 1000.0, false, "N"}, row.hand.force);
+  return row;
+}
+
+void read_room(const SceneTable& table, const std::string& path, const RoomMeasures& measures,
+               Script& script) {
+  table.allow({"seconds", "hand_file", "lost_at", "back_at"});
+  script.seconds = table.number("seconds", seconds_range, 0.0);
+  script.lost_at = table.number("lost_at", seconds_range, script.lost_at);
+  script.back_at = table.number("back_at", seconds_range, script.back_at);
+  if (table.has("hand_file")) {
+    const auto folder = std::filesystem::path(path).parent_path();
+    script.hand = read_hand_file((folder / table.text("hand_file")).string(), measures);
+  }
+}
+
+}  // namespace
+
+Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures) {
+  toml::table parsed;
+  try {
+    parsed = toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    throw cli::UserError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
+  }
+  const SceneTable root(path, parsed, "the script");
+  root.allow({"room", "settings", "change", "hand"});
+  Script script;
+  if (root.has("room")) read_room(root.table("room"), path, measures, script);
+  if (root.has("settings")) {
+    const SceneTable table = root.table("settings");
+    allow_settings(table, false);
+    read_settings(table, script.settings);
+  }
+  Settings settings = script.settings;
+  for (const SceneTable& table : root.tables("change")) {
+    allow_settings(table, true);
+    const double t = table.number("t", seconds_range);
+    if (!script.changes.empty() && t < script.changes.back().t)
+      table.fail("t", "is before that of the last change");
+    read_settings(table, settings);
+    script.changes.push_back({t, settings});
+  }
+  const auto rows = root.tables("hand");
+  if (!rows.empty() && !script.hand.rows.empty()) root.fail("has both hand_file and [[hand]] rows: give one");
+  for (const SceneTable& table : rows) {
+    const HandRow row = read_hand_row(table);
+    if (!script.hand.rows.empty() && row.t < script.hand.end())
+      table.fail("t", "is before that of the last row");
+    script.hand.rows.push_back(row);
+  }
+  if (script.seconds == 0.0) {
+    script.seconds = std::max(script.hand.end(), script.changes.empty() ? 0.0 : script.changes.back().t);
+  }
+  return script;
+}
+
+Script read_script(const std::string& path, const RoomMeasures& measures) {
+  return parse_script(cli::read_text_file(path), path, measures);
+}
+
+std::string settings_as_toml(const Settings& s) {
+  std::string text =
+      fmt::format("model = \"{}\"\nrule = \"{}\"\nbristles = {}\n",
+                  model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw", s.bristles);
+  for (const SettingRange& r : setting_ranges) {
+    // TOML wants a point or an exponent in a float; {:e} has both.
+    text += fmt::format("{} = {:.17e}\n", r.name, s.*r.member);
+  }
+  return text;
+}
+
+}  // namespace room

@@ -1,0 +1,317 @@
+// The window: GLFW, the mouse as a hand, keys.
+#define GLFW_INCLUDE_NONE  // epoxy brings OpenGL
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <epoxy/gl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "tools/cli/user_error.hpp"
+#include "tools/virtual_room/mouse_control.hpp"
+#include "tools/virtual_room/png_file.hpp"
+#include "tools/virtual_room/quantity_text.hpp"
+#include "tools/virtual_room/room_view.hpp"
+#include "tools/virtual_room/screen.hpp"
+#include "tools/virtual_room/surfaceless.hpp"
+
+namespace room {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double picture_period_s = 1.0 / 60;
+constexpr double notice_lasts_s = 4.0;
+
+std::string last_glfw_error;
+
+[[noreturn]] void complain(const std::string& what) {
+  std::string why = last_glfw_error.empty() ? "" : " (" + last_glfw_error + ")";
+  throw cli::UserError("no window: " + what + why + "; --headless runs the same room without one");
+}
+
+// GLFW, started and ended.
+struct Glfw {
+  Glfw() {
+    glfwSetErrorCallback([](int, const char* text) { last_glfw_error = text; });
+    if (!glfwInit()) complain("there is no display");
+  }
+  ~Glfw() { glfwTerminate(); }
+  Glfw(const Glfw&) = delete;
+  Glfw& operator=(const Glfw&) = delete;
+};
+
+struct DestroyWindow {
+  void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
+};
+
+// ImGui's platform part: it wants the view's context first.
+struct ImGuiOnGlfw {
+  explicit ImGuiOnGlfw(GLFWwindow* window) { ImGui_ImplGlfw_InitForOpenGL(window, true); }
+  ~ImGuiOnGlfw() { ImGui_ImplGlfw_Shutdown(); }
+  ImGuiOnGlfw(const ImGuiOnGlfw&) = delete;
+  ImGuiOnGlfw& operator=(const ImGuiOnGlfw&) = delete;
+};
+
+// Stops the loop's thread on every way out.
+struct RunningLoop {
+  HapticLoop& loop;
+  explicit RunningLoop(HapticLoop& l) : loop(l) { loop.start(); }
+  ~RunningLoop() { loop.stop(); }
+  RunningLoop(const RunningLoop&) = delete;
+  RunningLoop& operator=(const RunningLoop&) = delete;
+};
+
+std::string screenshot_name() {
+  const std::string stem = fmt::format("bristle-room-{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
+  std::string name = stem + ".png";
+  for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("{}-{}.png", stem, i);
+  return name;
+}
+
+class RoomWindow {
+ public:
+  RoomWindow(const RunOptions& options, HapticLoop& loop)
+      : options_(options), exchange_(loop.exchange()), window_(open(options)) {
+    glfwMakeContextCurrent(window_.get());
+    if (epoxy_gl_version() < 33) complain("OpenGL 3.3 is needed, and this is older");
+    glfwSwapInterval(1);
+    glfwSetWindowUserPointer(window_.get(), this);
+    glfwSetKeyCallback(window_.get(), [](GLFWwindow* w, int key, int, int action, int mods) {
+      if (action == GLFW_PRESS) static_cast<RoomWindow*>(glfwGetWindowUserPointer(w))->press(key, mods);
+    });
+    glfwSetScrollCallback(window_.get(), [](GLFWwindow* w, double, double notches) {
+      static_cast<RoomWindow*>(glfwGetWindowUserPointer(w))->wheel(notches);
+    });
+    view_ = std::make_unique<RoomView>(options.loop.measures, sensible_samples(), content_scale());
+    imgui_ = std::make_unique<ImGuiOnGlfw>(window_.get());
+    view_->gui.settings = options.loop.settings;
+  }
+
+  void run() {
+    auto last = Clock::now();
+    while (!glfwWindowShouldClose(window_.get())) {
+      const auto begin = Clock::now();
+      const double elapsed = std::chrono::duration<double>(begin - last).count();
+      last = begin;
+      take_news();
+      if (options_.seconds > 0 && room().time >= options_.seconds) break;
+      draw(std::min(elapsed, 0.25));
+      stall();
+      const double used = std::chrono::duration<double>(Clock::now() - begin).count();
+      if (used < picture_period_s) {
+        glfwWaitEventsTimeout(picture_period_s - used);
+      } else {
+        glfwPollEvents();
+      }
+    }
+    take_news();
+  }
+
+  const Snapshot& room() const { return exchange_.room.latest(); }
+  long pictures() const { return pictures_; }
+
+ private:
+  static GLFWwindow* open(const RunOptions& options) {
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    GLFWwindow* window =
+        glfwCreateWindow(options.picture.width, options.picture.height, "bristle room", nullptr, nullptr);
+    if (!window) complain("OpenGL 3.3 is not to be had");
+    glfwSetWindowSizeLimits(window, 640, 480, GLFW_DONT_CARE, GLFW_DONT_CARE);
+    return window;
+  }
+
+  float content_scale() const {
+    if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window_.get(), &x, &y);
+    return std::clamp(x, 0.75f, 4.0f);
+  }
+
+  void take_news() {
+    exchange_.room.refresh();
+    for (PlotPoint point; exchange_.plot.pop(point);) view_->add(point);
+  }
+
+  void say(const std::string& text) {
+    view_->notice = text;
+    notice_until_ = glfwGetTime() + notice_lasts_s;
+  }
+
+  void draw(double elapsed) {
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_.get(), &width, &height);
+    if (width < 16 || height < 16 || glfwGetWindowAttrib(window_.get(), GLFW_ICONIFIED)) return;
+    view_->set_scale(content_scale());
+    follow_mouse(width);
+    if (glfwGetTime() > notice_until_) view_->notice.clear();
+    if (!touched_ && options_.device == DeviceKind::mouse) {
+      view_->notice =
+          "drag: push with the tool    wheel while dragging: height, with Ctrl: load    right drag: turn    "
+          "middle drag: move    wheel: zoom";
+    }
+    ImGui_ImplGlfw_NewFrame();
+    const Wishes wishes = view_->draw(room(), width, height, static_cast<float>(elapsed), 0);
+    ++pictures_;
+    obey(wishes);
+    if (screenshot_) take_screenshot(width, height);
+    glfwSwapBuffers(window_.get());
+  }
+
+  void obey(const Wishes& wishes) {
+    if (wishes.settings) exchange_.settings.write(view_->gui.settings);
+    if (wishes.act != Act::none) act(wishes.act);
+    if (wishes.screenshot) screenshot_ = true;
+    if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
+    if (wishes.reset_view) view_->camera = Camera{};
+  }
+
+  void act(Act what) {
+    exchange_.acts.push(what);
+    if (what == Act::reset || what == Act::record || what == Act::replay) view_->forget();
+  }
+
+  void take_screenshot(int width, int height) {
+    screenshot_ = false;
+    const std::string name = screenshot_name();
+    try {
+      glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+      glReadBuffer(GL_BACK);
+      write_png(name, read_pixels(width, height));
+      say("screenshot: " + name);
+    } catch (const cli::UserError& error) {
+      say(error.what());
+    }
+  }
+
+  // For tests: a graphic loop that stands still.
+  void stall() {
+    if (options_.stall_graphics_ms <= 0 || glfwGetTime() < next_stall_) return;
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(options_.stall_graphics_ms));
+    next_stall_ = glfwGetTime() + 1.0;
+  }
+
+  void follow_mouse(int framebuffer_width) {
+    double x = 0, y = 0;
+    int width = 1, height = 1;
+    glfwGetCursorPos(window_.get(), &x, &y);
+    glfwGetWindowSize(window_.get(), &width, &height);
+    const double density = static_cast<double>(framebuffer_width) / std::max(width, 1);
+    MouseButtons buttons;
+    if (!ImGui::GetIO().WantCaptureMouse || mouse_.busy()) {
+      buttons.left = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+      buttons.right = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+      buttons.middle = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
+    }
+    mouse_.move(static_cast<float>(x * density), static_cast<float>(y * density), buttons,
+                view_->layout().picture.scene, view_->camera, room(), view_->measures());
+    if (mouse_.hand_changed()) {
+      touched_ = true;
+      exchange_.mouse.write(mouse_.hand());
+    }
+  }
+
+  void wheel(double notches) {
+    if (ImGui::GetIO().WantCaptureMouse) return;
+    const bool control = glfwGetKey(window_.get(), GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
+                         glfwGetKey(window_.get(), GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+    const std::string what =
+        mouse_.turn_wheel(static_cast<float>(notches), control, view_->camera, view_->measures());
+    if (!what.empty()) say(what);
+  }
+
+  void press(int key, int mods) {
+    if (ImGui::GetIO().WantTextInput) return;
+    const auto choose = [&](FrictionModel model) {
+      view_->gui.settings.model = model;
+      exchange_.settings.write(view_->gui.settings);
+    };
+    switch (key) {
+      case GLFW_KEY_SPACE:
+        return act(room().paused ? Act::run : Act::pause);
+      case GLFW_KEY_PERIOD:
+        return act(Act::single_step);
+      case GLFW_KEY_R:
+        return act(Act::reset);
+      case GLFW_KEY_C:
+        return act(room().recording ? Act::stop_recording : Act::record);
+      case GLFW_KEY_P:
+        return act(Act::replay);
+      case GLFW_KEY_1:
+        return choose(FrictionModel::brush);
+      case GLFW_KEY_2:
+        return choose(FrictionModel::lugre);
+      case GLFW_KEY_3:
+        return choose(FrictionModel::coulomb);
+      case GLFW_KEY_F12:
+        screenshot_ = true;
+        return;
+      case GLFW_KEY_G:
+        view_->glass_shown = !view_->glass_shown;
+        return;
+      case GLFW_KEY_H:
+        view_->panels = !view_->panels;
+        return;
+      case GLFW_KEY_V:
+        view_->camera = Camera{};
+        return;
+      case GLFW_KEY_Q:
+        if (mods & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
+        return;
+      default:
+        return;
+    }
+  }
+
+  RunOptions options_;
+  Exchange& exchange_;
+  Glfw glfw_;
+  std::unique_ptr<GLFWwindow, DestroyWindow> window_;
+  std::unique_ptr<RoomView> view_;
+  std::unique_ptr<ImGuiOnGlfw> imgui_;
+  MouseControl mouse_;
+  bool screenshot_ = false, touched_ = false;
+  double notice_until_ = 0, next_stall_ = 1.0;
+  long pictures_ = 0;
+};
+
+void print_summary(const Snapshot& room, long pictures) {
+  const LoopStatistics& l = room.loop;
+  fmt::print("bristle-room: {:.1f} s, {} ticks, {} pictures; late ticks: {} of ours, {} of the machine\n",
+             room.time, with_commas(l.ticks), with_commas(static_cast<std::uint64_t>(pictures)), l.late_ours,
+             l.late_machine);
+  fmt::print("bristle-room: a tick computes {} (p50), {} (p99), {} (max); period {}, {}, {}\n",
+             with_unit(l.p50, "s"), with_unit(l.p99, "s"), with_unit(l.max, "s"),
+             with_unit(l.period_p50, "s"), with_unit(l.period_p99, "s"), with_unit(l.period_max, "s"));
+  fmt::print("bristle-room: the block lies at {:.1f}, {:.1f}, {:.1f} mm\n", 1e3 * room.block_position[0],
+             1e3 * room.block_position[1], 1e3 * room.block_position[2]);
+}
+
+}  // namespace
+
+int show_window(const RunOptions& options, HapticLoop& loop) {
+  leave_cores_to_the_haptic_loop();
+  RoomWindow window(options, loop);
+  {
+    const RunningLoop running(loop);
+    window.run();
+  }
+  print_summary(window.room(), window.pictures());
+  return 0;
+}
+
+}  // namespace room

@@ -1,0 +1,108 @@
+// The world of the room: a rigid block, the tool, what they touch, and one tick of it in the paper's four
+// steps. Knows no threads and no clocks.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "tools/virtual_room/collision.hpp"
+#include "tools/virtual_room/device.hpp"
+#include "tools/virtual_room/friction.hpp"
+#include "tools/virtual_room/parameters.hpp"
+#include "tools/virtual_room/room_state.hpp"
+
+namespace room {
+
+/// One thread steps it: the haptic thread. Nothing in take, reset or step allocates, locks or throws.
+class World {
+ public:
+  /// Steps the patches of `batch` from now on, one step of it a tick.
+  World(const RoomMeasures& measures, bristle::PatchBatch& batch);
+
+  void take(const Parameters& parameters) noexcept;
+  /// The block at rest in the middle of the floor, time 0. The patches must hold nothing.
+  void reset() noexcept;
+
+  /// One tick. `grip`, 0 to 1, is the share of the hand's spring that pulls (0: let go).
+  void step(double dt_s, const Hand& hand, double grip, double force_limit) noexcept;
+
+  /// All of the snapshot that is the world's.
+  void show(Snapshot& to) const noexcept;
+  /// Some bristles of the patch under the highest load; looks at the bristles, so not every tick.
+  void show_bristles(BristleView& to) noexcept;
+
+  double time() const noexcept { return time_; }
+  const Settings& settings() const noexcept { return parameters_.settings; }
+  const Vector3& block_position() const noexcept { return block_.position; }
+  const Vector3& tool() const noexcept { return tool_; }
+  Vector3 friction() const noexcept;  ///< N, of all patches on the block, those of the tool left out
+  Vector3 applied() const noexcept;   ///< N, of the tool on the block
+  const Vector3& device_force() const noexcept { return device_force_; }
+  bool is_sound() const noexcept;  ///< every number of the state is finite, the block still near
+  std::uint64_t state_hash() const noexcept;
+
+  /// A contact in force after the last tick, for files: x, y of the friction in the patch's axes.
+  struct PatchForce {
+    std::size_t patch;
+    int key;
+    double force[2], load;  ///< N
+    double point[2];        ///< m, the block's way in the patch's axes since it touched
+    double bristles;        ///< representatives in contact
+    bristle::Status status;
+  };
+  std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
+
+ private:
+  // What lasts while a place touches.
+  struct Place {
+    int patch = -1;
+    Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
+    Vector3 force = Vector3::Zero();  // N, of the patch on the block
+    double load = 0.0, limit = 0.0;   // N
+    double way[2] = {0, 0};           // m, in the tangent plane
+  };
+  struct NormalContact {
+    Velocity row;  // approach velocity = -row . u
+    double depth, stiffness, damping;
+    bool presses;
+  };
+
+  void move_target(double dt_s, const Hand& hand, double grip) noexcept;
+  void put_tool(const Vector3& place) noexcept;
+  void refresh_mass() noexcept;
+  Velocity force_beside_contacts(const Hand& hand) const noexcept;
+  void add_hand_spring(double dt_s, double grip, double force_limit, Velocity& external) noexcept;
+  void find_loads(double dt_s, Velocity& external) noexcept;
+  void collect_patches() noexcept;
+  int free_patch(const Touch& touch) const noexcept;
+  void turn_axes(const Touch& touch, Place& place) const noexcept;
+  void move(double dt_s, const Velocity& mean) noexcept;
+  void keep_forces(double dt_s, const Velocity& mean) noexcept;
+  TangentRows tangent_rows(const Touch& touch, const Place& place) const noexcept;
+
+  RoomMeasures measures_;
+  Collision collision_;
+  Friction friction_;
+  bristle::PatchBatch& batch_;
+  Parameters parameters_;
+
+  double time_ = 0.0;
+  Pose block_;
+  Vector3 tool_ = Vector3::Zero(), target_ = Vector3::Zero(), target_velocity_ = Vector3::Zero();
+  bool held_ = false;        // the spring has pulled since the reset
+  Body body_;                // velocities; the mass without contacts
+  Body coupled_;             // with hand and normal contacts in the mass
+  Touches touches_, found_;  // in force in this tick; found at its end, for the next
+  std::array<Place, touch_keys> places_{};
+  std::array<NormalContact, touch_keys> normals_{};
+  std::array<bool, patch_count> patch_used_{};
+  std::array<PatchContact, patch_count> contacts_{};
+  std::array<std::size_t, patch_count> contact_touch_{};  // place in touches_
+  std::size_t contact_count_ = 0;
+  double spring_ = 0.0, damper_ = 0.0;  // of the hand in this tick
+  Vector3 device_force_ = Vector3::Zero();
+  std::uint64_t shown_key_ = 0;
+};
+
+}  // namespace room
