@@ -624,9 +624,9 @@ void finish_step(PatchState& p, const PatchStep& step, const Totals& t, Response
 void find_block_sums(PatchState& p) noexcept {
   for (int axis = 0; axis < 2; ++axis) p.stored[axis] = p.offset[axis] = 0;
   for (std::uint32_t b = 0; b < p.block_count; ++b) {
-    if (b >= p.active_blocks()) enter_block(p, b);
+    if (b >= p.active_blocks()) p.enter_block(b);
     if (b < p.active_blocks()) p.blocks[b].zero = 0;
-    if (b < p.full_blocks()) book_block(p, b, +1);
+    if (b < p.full_blocks()) p.book_block(b, +1);
   }
 }
 
