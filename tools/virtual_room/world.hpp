@@ -63,8 +63,8 @@ class World {
     double way[2] = {0, 0};           // m, in the tangent plane
   };
   struct NormalContact {
-    Velocity row;  // approach velocity = -row . u
-    double depth, stiffness, damping;
+    Velocity row;  // row . u: speed at which the gap opens
+    double depth, damping;
     bool presses;
   };
 
