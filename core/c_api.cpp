@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bristle/bristle.hpp"
+#include "bristle/load_shedder.hpp"
 
 using namespace bristle;
 
@@ -46,6 +47,11 @@ static_assert(sizeof(bristle_contact_point) == sizeof(ContactPoint) &&
               std::is_standard_layout_v<ContactPoint>);
 BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, pair);
 BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, point);
+static_assert(sizeof(bristle_detail_decision) == sizeof(DetailDecision) &&
+              std::is_standard_layout_v<DetailDecision>);
+BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, step);
+BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, patch);
+BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, bristles);
 static_assert(BRISTLE_NO_CONTACT_KEY == no_contact_key);
 
 template <auto c_value, auto cpp_value>
@@ -74,6 +80,10 @@ struct bristle_batch {
   // For callers whose structs have other sizes.
   std::vector<Motion> motions;
   std::vector<Response> responses;
+};
+
+struct bristle_shedder {
+  LoadShedder shedder;
 };
 
 struct bristle_keyed {
@@ -319,6 +329,36 @@ PatchOptions to_cpp(const bristle_patch_options* from) {
   o.precision = as_enum(c.precision, Precision::double_, "precision");
   o.step_rule = as_enum(c.step_rule, StepRule::literal, "step_rule");
   o.sampling = as_enum(c.sampling, Sampling::random, "sampling");
+  return o;
+}
+
+bristle_shedder_options to_c(const LoadShedderOptions& o) {
+  bristle_shedder_options c{};
+  c.budget = o.budget_s;
+  c.shed_above = o.shed_above;
+  c.shed_to = o.shed_to;
+  c.restore_to = o.restore_to;
+  c.rate = o.rate_s;
+  c.change = o.change_s;
+  c.record = o.record;
+  c.late_steps = o.late_steps;
+  c.wait_steps = o.wait_steps;
+  return c;
+}
+
+LoadShedderOptions to_cpp(const bristle_shedder_options* from) {
+  bristle_shedder_options c = to_c(LoadShedderOptions{});
+  if (from != nullptr) read_struct(from, c, "shedder_options");
+  LoadShedderOptions o;
+  o.budget_s = c.budget;
+  o.shed_above = c.shed_above;
+  o.shed_to = c.shed_to;
+  o.restore_to = c.restore_to;
+  o.rate_s = c.rate;
+  o.change_s = c.change;
+  o.record = static_cast<std::size_t>(c.record);
+  o.late_steps = c.late_steps;
+  o.wait_steps = c.wait_steps;
   return o;
 }
 
@@ -685,6 +725,7 @@ bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id, bris
     c.bristles = p.bristles;
     c.bytes_per_bristle = p.bytes_per_bristle;
     c.kernel = p.kernel;
+    c.detail = p.detail;
     write_struct(c, info, "info");
   });
 }
@@ -753,6 +794,101 @@ int32_t bristle_unbound_workers(const bristle_batch* batch) {
 }
 const char* bristle_isa(const bristle_batch* batch) {
   return batch != nullptr ? batch->batch.isa() : nullptr;
+}
+
+uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles) {
+  return batch != nullptr ? static_cast<std::uint32_t>(batch->batch.set_detail({id}, bristles))
+                          : static_cast<std::uint32_t>(BRISTLE_STATUS_UNKNOWN_ID);
+}
+
+// --- load shedding
+
+bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size) {
+  return init_struct(options, struct_size, to_c(LoadShedderOptions{}), "shedder_options");
+}
+bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size) {
+  return init_struct(report, struct_size, bristle_shed_report{}, "report");
+}
+
+bristle_result bristle_shedder_create(const bristle_shedder_options* options, bristle_shedder** shedder) {
+  return guarded([&] {
+    need(shedder, "shedder");
+    *shedder = new bristle_shedder{LoadShedder(to_cpp(options))};
+  });
+}
+
+void bristle_shedder_destroy(bristle_shedder* shedder) { delete shedder; }
+
+bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
+                                   uint32_t least_bristles) {
+  return guarded([&] {
+    need(shedder, "shedder");
+    shedder->shedder.add({patch}, priority, least_bristles);
+  });
+}
+
+void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch) {
+  if (shedder != nullptr) shedder->shedder.remove({patch});
+}
+
+int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
+                                    const bristle_motion* motions, size_t motion_size, size_t count) {
+  if (shedder == nullptr || batch == nullptr || motions == nullptr || motion_size != sizeof(Motion)) return 0;
+  return shedder->shedder.before_step(batch->batch, {reinterpret_cast<const Motion*>(motions), count});
+}
+
+int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
+                                   const bristle_motion* motions, size_t motion_size, size_t count,
+                                   double step_time_s, const bristle_step_report* report) {
+  if (shedder == nullptr || batch == nullptr || motions == nullptr || motion_size != sizeof(Motion)) return 0;
+  if (report == nullptr || report->struct_size < sizeof *report) return 0;
+  StepReport done;
+  done.status = static_cast<Status>(report->status);
+  done.patches_stepped = report->patches_stepped;
+  done.tasks = report->tasks;
+  done.threads = report->threads;
+  done.bristles_visited = report->bristles_visited;
+  return shedder->shedder.after_step(batch->batch, {reinterpret_cast<const Motion*>(motions), count},
+                                     step_time_s, done);
+}
+
+bristle_result bristle_shedder_find_report(const bristle_shedder* shedder, const bristle_batch* batch,
+                                           bristle_shed_report* report) {
+  return guarded([&] {
+    need(shedder, "shedder");
+    need(batch, "batch");
+    const ShedReport r = shedder->shedder.report(batch->batch);
+    bristle_shed_report c{};
+    c.bristles = r.bristles;
+    c.least_share = r.least_share;
+    c.noise_growth = r.noise_growth;
+    c.rate = r.rate_s;
+    c.late_steps = r.late_steps;
+    c.decisions = r.decisions;
+    c.decisions_lost = r.decisions_lost;
+    c.patches = r.patches;
+    write_struct(c, report, "report");
+  });
+}
+
+size_t bristle_shedder_read_decisions(const bristle_shedder* shedder, bristle_detail_decision* decisions,
+                                      size_t capacity) {
+  if (shedder == nullptr) return 0;
+  const Span<const DetailDecision> all = shedder->shedder.decisions();
+  if (decisions != nullptr)
+    for (size_t i = 0; i < std::min(capacity, all.size()); ++i)
+      decisions[i] = {all[i].step, all[i].patch.value, all[i].bristles, 0};
+  return all.size();
+}
+
+void bristle_shedder_clear_decisions(bristle_shedder* shedder) {
+  if (shedder != nullptr) shedder->shedder.clear_decisions();
+}
+
+size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions, size_t count,
+                               uint64_t step) {
+  if (batch == nullptr || decisions == nullptr) return 0;
+  return apply_decisions(batch->batch, {reinterpret_cast<const DetailDecision*>(decisions), count}, step);
 }
 
 // --- patches by key

@@ -368,3 +368,56 @@ int c_program_watches_a_deadline(void) {
   EXPECT(bristle_wall_now() > 0.0 && bristle_cpu_now() > 0.0);
   return 0;
 }
+
+int c_program_sheds_and_replays(void) {
+  enum { n = 2000 };
+  bristle_batch *batch = NULL, *replay = NULL;
+  bristle_shedder* shedder = NULL;
+  bristle_shedder_options options;
+  bristle_shed_report shed;
+  bristle_step_report report;
+  bristle_patch_info info;
+  bristle_detail_decision decisions[8];
+  bristle_material material = plain_material(10e-6);
+  bristle_patch_options patch = plain_options(n);
+  bristle_motion motion = {0};
+  bristle_response response = {0};
+  size_t count;
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK && bristle_create(NULL, &replay) == BRISTLE_OK);
+  EXPECT(bristle_add(batch, &material, &patch, &motion.id) == BRISTLE_OK);
+  EXPECT(bristle_add(replay, &material, &patch, &motion.id) == BRISTLE_OK); /* the same id */
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK && bristle_warm_up(replay) == BRISTLE_OK);
+  bristle_init_shedder_options(&options, sizeof options);
+  bristle_init_shed_report(&shed, sizeof shed);
+  bristle_init_step_report(&report, sizeof report);
+  bristle_init_patch_info(&info, sizeof info);
+  options.budget = 1e-3;
+  EXPECT(bristle_shedder_create(&options, &shedder) == BRISTLE_OK);
+  EXPECT(bristle_shedder_add(shedder, motion.id, 0, 64) == BRISTLE_OK);
+  motion.normal_load = n;
+  motion.displacement[0] = 12e-6;
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
+         BRISTLE_OK);
+  /* Told that this took four times the budget, it leaves bristles out before the next step. */
+  EXPECT(bristle_shedder_after_step(shedder, batch, &motion, sizeof motion, 1, 4e-3, &report) == 1);
+  EXPECT(bristle_find_info(batch, motion.id, &info) == BRISTLE_OK);
+  EXPECT(info.bristles == n && info.detail < n / 2 && info.detail >= 64);
+  EXPECT(bristle_shedder_find_report(shedder, batch, &shed) == BRISTLE_OK);
+  EXPECT(shed.patches == 1 && shed.bristles == n - info.detail && shed.late_steps == 1 &&
+         shed.decisions == 1);
+  count = bristle_shedder_read_decisions(shedder, decisions, 8);
+  EXPECT(count == 1 && decisions[0].patch == motion.id && decisions[0].bristles == info.detail);
+  EXPECT(bristle_step(replay, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
+         BRISTLE_OK);
+  EXPECT(bristle_state_hash(replay, 0) != bristle_state_hash(batch, 0));
+  EXPECT(bristle_apply_decisions(replay, decisions, count, decisions[0].step) == 1);
+  EXPECT(bristle_state_hash(replay, 0) == bristle_state_hash(batch, 0));
+  EXPECT(bristle_set_detail(batch, motion.id, n) == BRISTLE_STATUS_OK);
+  EXPECT(bristle_set_detail(batch, 12345, n) == BRISTLE_STATUS_UNKNOWN_ID);
+  bristle_shedder_clear_decisions(shedder);
+  EXPECT(bristle_shedder_read_decisions(shedder, NULL, 0) == 0);
+  bristle_shedder_destroy(shedder);
+  bristle_destroy(batch);
+  bristle_destroy(replay);
+  return 0;
+}

@@ -31,6 +31,10 @@ TEST_CASE("A C program goes from coefficients to bristles and back", "[c]") {
 TEST_CASE("A C program finds its patches by contact", "[c]") { REQUIRE(c_program_names_contacts() == 0); }
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }
 
+TEST_CASE("A C program sheds load, and a replay gives the same bits", "[c]") {
+  REQUIRE(c_program_sheds_and_replays() == 0);
+}
+
 TEST_CASE("Another thread's failure leaves the last error of this one", "[c]") {
   REQUIRE(bristle_create(nullptr, nullptr) == BRISTLE_BAD_ARGUMENT);
   const std::string mine = bristle_last_error();

@@ -40,4 +40,5 @@ int main() {
     std::printf("%s\n", e.what());
     return 1;
   }
+  return 0;
 }

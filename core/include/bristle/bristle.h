@@ -291,6 +291,8 @@ typedef struct bristle_patch_info {
   uint32_t bristles;     /**< representatives allocated */
   uint32_t bytes_per_bristle;
   const char* kernel; /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
+  uint32_t detail;    /**< representatives in use: see bristle_set_detail */
+  uint32_t reserved;  /**< 0 */
 } bristle_patch_info;
 
 /** Defaults of bristle::BatchOptions. [any] */
@@ -384,6 +386,89 @@ BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
 BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
 /** Instruction set in use; null for null. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
+
+/** Uses fewer representatives of larger weight, or more again: PatchBatch::set_detail. Returns
+ * BRISTLE_STATUS_OK or what was wrong. Never allocates. [step] */
+BRISTLE_API uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles);
+
+/* ----------------------------------------------------------------------------------------- load shedding */
+
+/** Keeps the steps of a batch within a budget of time by leaving out bristles: bristle::LoadShedder. */
+typedef struct bristle_shedder bristle_shedder;
+
+/** bristle::LoadShedderOptions. */
+typedef struct bristle_shedder_options {
+  size_t struct_size;
+  double budget;      /**< s, for one step */
+  double shed_above;  /**< share of the budget from which bristles are left out */
+  double shed_to;     /**< share of the budget aimed at then */
+  double restore_to;  /**< share of the budget that a step may take after bristles came back */
+  double rate;        /**< s per bristle visited, if known; 0: learnt */
+  double change;      /**< s per bristle that comes back, once */
+  uint64_t record;    /**< decisions remembered */
+  int32_t late_steps; /**< steps in a row above `shed_above` before the first bristle goes */
+  int32_t wait_steps; /**< steps between two gifts */
+} bristle_shedder_options;
+
+/** What is left out at present: bristle::ShedReport. */
+typedef struct bristle_shed_report {
+  size_t struct_size;
+  uint64_t bristles;       /**< representatives left out */
+  double least_share;      /**< of its representatives, in the patch that gave most */
+  double noise_growth;     /**< of the force's fluctuation in sliding there */
+  double rate;             /**< s per bristle, as learnt */
+  uint64_t late_steps;     /**< steps that took more than the budget, so far */
+  uint64_t decisions;      /**< changes of detail, so far */
+  uint64_t decisions_lost; /**< of these, not in the record */
+  uint32_t patches;        /**< patches with fewer representatives than they have */
+  uint32_t reserved;       /**< 0 */
+} bristle_shed_report;
+
+/** One change of detail: bristle::DetailDecision. Never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_detail_decision {
+  uint64_t step;
+  bristle_id patch;
+  uint32_t bristles;
+  uint32_t reserved; /**< not read */
+} bristle_detail_decision;
+
+/** Defaults of bristle::LoadShedderOptions. [any] */
+BRISTLE_API bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size);
+/** Zeros. [any] */
+BRISTLE_API bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size);
+/** A new shedder. `options` may be null: defaults. Give it back by bristle_shedder_destroy. [any] */
+BRISTLE_API bristle_result bristle_shedder_create(const bristle_shedder_options* options,
+                                                  bristle_shedder** shedder);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_shedder_destroy(bristle_shedder* shedder);
+/** The patch may be shed down to `least_bristles`, before those of higher priority. Allocates. [step] */
+BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
+                                               uint32_t least_bristles);
+/** Forgets a patch. Null does nothing. [step] */
+BRISTLE_API void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch);
+/** Sheds if the motions of the next step would take too long. Returns how many details were changed. For
+ * structs of this library's size only: else nothing is done. Never allocates. [step] */
+BRISTLE_API int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
+                                                const bristle_motion* motions, size_t motion_size,
+                                                size_t count);
+/** Learns from a step and its time (s), sheds or gives back. As above. [step] */
+BRISTLE_API int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
+                                               const bristle_motion* motions, size_t motion_size,
+                                               size_t count, double step_time_s,
+                                               const bristle_step_report* report);
+/** `report` was initialised. [step] */
+BRISTLE_API bristle_result bristle_shedder_find_report(const bristle_shedder* shedder,
+                                                       const bristle_batch* batch,
+                                                       bristle_shed_report* report);
+/** The decisions since the last clear, oldest first, as many as fit. Returns how many there are. [step] */
+BRISTLE_API size_t bristle_shedder_read_decisions(const bristle_shedder* shedder,
+                                                  bristle_detail_decision* decisions, size_t capacity);
+/** Null does nothing. [step] */
+BRISTLE_API void bristle_shedder_clear_decisions(bristle_shedder* shedder);
+/** Replay: applies the decisions at the head that belong before step `step`; returns how many those are.
+ * [step] */
+BRISTLE_API size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions,
+                                           size_t count, uint64_t step);
 
 /* -------------------------------------------------------------------------------------- patches by key */
 
