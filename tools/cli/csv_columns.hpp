@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,7 +25,7 @@ inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, m
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
-  double most;  ///< SI units; the first unit's name is theirs
+  double most = std::numeric_limits<double>::max();  ///< SI units; the first unit's name is theirs
 };
 
 struct CsvHeader {
