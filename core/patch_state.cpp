@@ -279,6 +279,7 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
   p.bristles = options.bristles;
   if (p.bristles == 0) p.bristles = static_cast<std::uint32_t>(std::clamp(std::ceil(zeta_max), 1.0, 4096.0));
   p.options.bristles = p.bristles;
+  p.first_seed = options.seed;
   p.full_weight = p.weight = weight > 0.0 ? weight : zeta_max / p.bristles;
   p.detail = p.bristles;
 

@@ -42,8 +42,9 @@ struct PatchState : PatchContact {
   // --- what the patch is; fixed from its making
   PatchOptions options;
   std::shared_ptr<const CompiledMaterial> material;
-  double full_weight = 0.0;    ///< w when all n representatives are in use
-  std::uint32_t bristles = 0;  ///< n
+  double full_weight = 0.0;      ///< w when all n representatives are in use
+  std::uint32_t first_seed = 0;  ///< that it was added with; options.seed may change by a reset
+  std::uint32_t bristles = 0;    ///< n
   std::uint32_t block_count = 0;
   std::uint32_t group_count = 0;
   int variant = 0;  ///< of the step kernel

@@ -54,7 +54,7 @@ std::uint64_t signature(const PatchState& p) noexcept {
   hasher.add(p.material->hash);
   hasher.add(p.full_weight);
   hasher.add(p.options.max_normal_load);
-  hasher.add(std::uint64_t{p.bristles});
+  hasher.add(std::uint64_t{p.bristles} << 32 | p.first_seed);
   hasher.add(static_cast<std::uint64_t>(p.variant) << 8 | static_cast<std::uint64_t>(p.options.outputs) << 4 |
              (p.options.sampling == Sampling::random ? 2u : 0u) | (p.is_double() ? 1u : 0u));
   return hasher.value();

@@ -332,8 +332,8 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
     CHECK(batch.state_hash() == before);
     return message;
   };
-  // Of the first patch, by core/MODEL.md: head of 40 bytes, patch head of 24, then its contact.
-  constexpr std::size_t contact = 40 + 24;
+  // Of the first patch, by core/MODEL.md: head of 40 bytes, patch head of 36, then its contact.
+  constexpr std::size_t contact = 40 + 36;
   CHECK(find_number(good, 1.6) == contact);  // the load comes first
   const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;
   const std::uint32_t many = 1u << 30;
@@ -351,8 +351,14 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(names(refusal(contact + 24, &huge, 8), {"overload"}));
   CHECK(names(refusal(contact + 8, &huge, 8), {"zeta"}));
   CHECK(names(refusal(contact + 64, &nan, 8), {"pending_loss"}));
-  CHECK(names(refusal(contact + 80, &many, 4), {"whole"}));
-  constexpr std::size_t block = contact + 84;
+  for (const double* bad : {&nan, &infinite, &minus, &huge})
+    CHECK(names(refusal(contact + 80, bad, 8), {"weight"}));
+  const std::uint32_t none = 0, two = 2;
+  CHECK(names(refusal(contact + 88, &none, 4), {"detail"}));
+  CHECK(names(refusal(contact + 88, &many, 4), {"detail"}));
+  CHECK(names(refusal(contact + 88, &two, 4), {"weight"}));  // that of three
+  CHECK(names(refusal(contact + 92, &many, 4), {"whole"}));
+  constexpr std::size_t block = contact + 96;
   CHECK(names(refusal(block, &far, 8), {"displacement"}));
   CHECK(names(refusal(block + 16, &far, 8), {"sum"}));
   constexpr std::size_t zx = block + 32, zy = zx + 12, delta = zy + 12;
