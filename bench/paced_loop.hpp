@@ -1,8 +1,10 @@
-// A servo loop to measure in: once a millisecond, on a core of its own.
+// A servo loop: once a period, on a core of its own.
 #pragma once
 
 #include <sched.h>
 #include <time.h>
+
+#include <cmath>
 
 namespace bristle_bench {
 
@@ -27,26 +29,32 @@ class BoundThread {
   cpu_set_t before_;
 };
 
-/// A servo loop's wait: sleeps up to the start of the next millisecond.
+/// A servo loop's wait: sleeps up to the next point of a grid of absolute times.
 class PacedLoop {
  public:
-  PacedLoop() { clock_gettime(CLOCK_MONOTONIC, &next_); }
-  void wait() {
-    next_.tv_nsec += period_ns;
-    if (next_.tv_nsec >= second_ns) {
+  explicit PacedLoop(double period_s = 1e-3) : period_ns_(std::lround(1e9 * period_s)) {
+    clock_gettime(CLOCK_MONOTONIC, &next_);
+  }
+  void wait() noexcept {
+    next_.tv_nsec += period_ns_;
+    while (next_.tv_nsec >= second_ns) {
       next_.tv_nsec -= second_ns;
       ++next_.tv_sec;
     }
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next_, nullptr);
-    // Where a step ran over, the loop starts anew instead of catching up.
+    due_s_ = static_cast<double>(next_.tv_sec) + 1e-9 * static_cast<double>(next_.tv_nsec);
+    // Where a step ran over by a period, the grid begins anew instead of catching up.
     timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns) next_ = now;
+    if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;
   }
+  double due_s() const noexcept { return due_s_; }  ///< monotonic: when this tick should have begun
 
  private:
-  static constexpr long period_ns = 1000000, second_ns = 1000000000;
+  static constexpr long second_ns = 1000000000;
+  long period_ns_;
   timespec next_;
+  double due_s_ = 0.0;
 };
 
 }  // namespace bristle_bench

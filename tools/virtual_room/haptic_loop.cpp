@@ -15,10 +15,10 @@
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
-#include <time.h>
 
 #include <bristle/bristle.hpp>
 
+#include "bench/paced_loop.hpp"
 #include "tools/cli/user_error.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
@@ -58,38 +58,6 @@ struct Order {
   Device* device = nullptr;  ///< null: the one there is
   Recording recording = Recording::as_it_is;
   Message message;
-};
-
-/// Sleeps up to ticks that lie on a grid of absolute times.
-class Pacer {
- public:
-  explicit Pacer(double period_s) : period_ns_(std::llround(1e9 * period_s)) {
-    prctl(PR_SET_TIMERSLACK, 1UL);
-    clock_gettime(CLOCK_MONOTONIC, &next_);
-  }
-  void wait() noexcept {
-    next_.tv_nsec += period_ns_;
-    while (next_.tv_nsec >= second_ns) {
-      next_.tv_nsec -= second_ns;
-      ++next_.tv_sec;
-    }
-    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next_, nullptr);
-    // More than a period late: the grid begins anew, nobody catches up.
-    timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    due_ = seconds(next_);
-    if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;
-  }
-  double due() const noexcept { return due_; }  ///< s, monotonic: when this tick should have begun
-
- private:
-  static constexpr long second_ns = 1000000000;
-  static double seconds(const timespec& t) noexcept {
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  }
-  long period_ns_;
-  timespec next_;
-  double due_ = 0.0;
 };
 
 Hand within_reach(const Hand& hand, bool& sane) {
@@ -296,11 +264,12 @@ struct HapticLoop::Impl {
   }
 
   void run() noexcept {
-    Pacer pacer(dt);
+    prctl(PR_SET_TIMERSLACK, 1UL);
+    bristle_bench::PacedLoop pace(dt);
     last_begin = 0.0;
     while (running.load(std::memory_order_acquire)) {
-      pacer.wait();
-      tick(pacer.due());
+      pace.wait();
+      tick(pace.due_s());
     }
   }
 
