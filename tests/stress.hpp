@@ -31,7 +31,7 @@ inline void check_below(double value, double limit, const char* what) {
 /// that use this gets its share of that time, and must hold in every round.
 template <class Test>
 void in_rounds(Test&& test) {
-  constexpr double tests = 5.0;
+  constexpr double tests = 6.0;
   const char* text = std::getenv("BRISTLE_STRESS_SECONDS");
   const double seconds = text ? std::atof(text) / tests : 0.0;
   const double start = bristle::DeadlineMonitor::wall_now();
