@@ -11,8 +11,9 @@
 #include <vector>
 
 #if defined(__linux__)
-#include <sched.h>
 #include <sys/mman.h>
+
+#include "shared_core.hpp"
 #endif
 
 #include <bristle/deadline_monitor.hpp>
@@ -245,17 +246,7 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   CHECK(monitor.late_events().minor_faults < 1000);
   CHECK(monitor.worst().events.minor_faults == monitor.late_events().minor_faults);
 
-  // A second thread on the same core that never rests: the system must take this one off to let it run.
-  cpu_set_t before, one;
-  sched_getaffinity(0, sizeof before, &before);
-  CPU_ZERO(&one);
-  CPU_SET(sched_getcpu(), &one);
-  sched_setaffinity(0, sizeof one, &one);
-  std::atomic<bool> stop{false};
-  std::thread rival([&] {  // inherits the core
-    while (!stop) {
-    }
-  });
+  const bristle_test::SharedCore shared;
   monitor.refresh_events();
   const std::uint64_t known = monitor.late_events().involuntary_switches;
   const double start = DeadlineMonitor::wall_now();
@@ -263,9 +254,6 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
     if (DeadlineMonitor::wall_now() - start > 5.0) break;
   }
   monitor.record(DeadlineMonitor::wall_now() - start, 0.0);
-  stop = true;
-  rival.join();
-  sched_setaffinity(0, sizeof before, &before);
   CHECK(monitor.late_events().involuntary_switches > known);
   CHECK(monitor.late_events().other_switches > 0);
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -15,13 +14,13 @@
 #include <unistd.h>
 
 #include "expect.hpp"
+#include "temporary_folder.hpp"
 #include "tools/cli/one_line.hpp"
 
+using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 // Address space in kB. (The sanitizer's own is beyond counting.)
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -30,28 +29,13 @@ const std::string limits = "";
 const std::string limits = "ulimit -v 600000; ";
 #endif
 
-/// A folder of its own, gone at the end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("bristle_test_hostile_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  std::string at(const std::string& name) const { return (path / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return at(name);
-  }
-};
-
 struct Outcome {
   int code = -1;
   std::string err;
 };
 
 /// Runs `bristle ARGUMENTS`, limited, with a command's output as its input where one is given.
-Outcome run_cli(const Folder& folder, const std::string& arguments, const std::string& input = "") {
+Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments, const std::string& input = "") {
   const std::string command = (input.empty() ? "" : input + " 2>/dev/null | ") + "( " + limits +
                               "exec timeout 60 '" BRISTLE_CLI "' " + arguments + " >/dev/null 2>'" +
                               folder.at("stderr") + "' )";
@@ -78,6 +62,13 @@ std::string repeated(const std::string& text, std::size_t times) {
   return all;
 }
 
+std::string thousands_of_materials() {
+  std::string all;
+  for (int i = 0; i < 2000; ++i)
+    all += "[[material]]\nname = \"m" + std::to_string(i) + "\"\npresliding_length = 1e-5\n";
+  return all;
+}
+
 /// A scene that runs, with a patch's keys to be given.
 std::string scene_with(const std::string& patch_keys) {
   return "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.005\n"
@@ -89,7 +80,7 @@ std::string scene_with(const std::string& patch_keys) {
 }  // namespace
 
 TEST_CASE("A scene file that means harm is refused in one line and little memory", "[cli][hostile]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const struct {
     const char* name;
     std::string text;
@@ -111,9 +102,7 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
       {"not a number", scene_with("bristles = nan"), "nan"},
       {"infinity", scene_with("bristles = inf"), "inf"},
       {"a number beyond 64 bits", scene_with("bristles = 99999999999999999999"), "not TOML"},
-      {"thousands of materials",
-       scene_with("bristles = 10") + repeated("[[material]]\nname = \"m\"\nsnap_length = 1\n", 2000),
-       "material"},
+      {"thousands of materials", scene_with("bristles = 10") + thousands_of_materials(), "more than 1000"},
       {"what a terminal would obey", "[scene]\nname = \"\\u001b]0;x\\u0007\\u009b31m\"\ndt = 1\n",
        "?]0;x???31m"},
   };
@@ -124,7 +113,7 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
 }
 
 TEST_CASE("A motion file that means harm is refused in one line and little memory", "[cli][hostile]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string run = "run '" + folder.write("scene.toml", scene_with("bristles = 10")) + "' --trace ";
   const std::string head = "t,x,load\n0,0,1\n";
   const struct {
@@ -158,7 +147,7 @@ TEST_CASE("A motion file that means harm is refused in one line and little memor
 }
 
 TEST_CASE("Places that are no files, and files without an end, are refused", "[cli][hostile]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string scene = folder.write("scene.toml", scene_with("bristles = 10"));
   const std::string commands[] = {"run ",      "run '" + scene + "' --trace ",  "fit ",
                                   "accuracy ", "experiment stribeck --config ", "report "};
@@ -176,7 +165,7 @@ TEST_CASE("Places that are no files, and files without an end, are refused", "[c
 }
 
 TEST_CASE("Windows line ends, a byte order mark and a pipe are no fault", "[cli][hostile]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::string text = "\xEF\xBB\xBF" + scene_with("bristles = 10");
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.insert(at, "\r");
   const std::string scene = folder.write("scene.toml", text);

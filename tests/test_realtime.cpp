@@ -2,11 +2,9 @@
 // here depends on how fast or how busy the machine is.
 #include <catch2/catch.hpp>
 
-#include <sched.h>
 #include <sys/wait.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -15,7 +13,6 @@
 #include <map>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -155,25 +152,13 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
 }
 
 TEST_CASE("A thread that shares its core is told how long it was queued", "[realtime]") {
-  cpu_set_t before, one;
-  sched_getaffinity(0, sizeof before, &before);
-  CPU_ZERO(&one);
-  CPU_SET(sched_getcpu(), &one);
-  sched_setaffinity(0, sizeof one, &one);
-  std::atomic<bool> stop{false};
-  std::thread rival([&] {
-    while (!stop) {
-    }
-  });
+  const bristle_test::SharedCore shared;
   const cli::QueueClock queue;
   const double queued = queue.now(), start = DeadlineMonitor::wall_now(), cpu = DeadlineMonitor::cpu_now();
   while (DeadlineMonitor::wall_now() - start < 0.1) {
   }
   const double waited = queue.now() - queued, wall = DeadlineMonitor::wall_now() - start;
   const double worked = DeadlineMonitor::cpu_now() - cpu;
-  stop = true;
-  rival.join();
-  sched_setaffinity(0, sizeof before, &before);
   if (queue.now() == 0.0) {
     WARN("this system does not tell how long a thread was queued");
     return;

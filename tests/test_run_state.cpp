@@ -1,35 +1,21 @@
 // `bristle run --save-state` and `--restore-state`: a run in two parts is the run.
 #include <catch2/catch.hpp>
 
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include <bristle/state_file.hpp>
 
+#include "temporary_folder.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/user_error.hpp"
 
+using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A folder of its own, gone at the end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("bristle_test_run_state_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  std::string at(const std::string& name) const { return (path / name).string(); }
-};
 
 std::string read_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -67,7 +53,7 @@ const std::string small_scene =
 }  // namespace
 
 TEST_CASE("A run saved and taken up again is the run in one piece, bit for bit", "[cli][state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const char* name : {"block_on_floor", "two_surfaces", "fingertip", "many_contacts"}) {
     INFO(name);
     const cli::Scene scene = cli::read_scene(std::string(BRISTLE_SCENES "/") + name + ".toml");
@@ -92,7 +78,7 @@ TEST_CASE("A run saved and taken up again is the run in one piece, bit for bit",
 }
 
 TEST_CASE("A run taken up again lasts to the end of its scene, on any number of threads", "[cli][state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   const cli::RunResult whole = cli::run_scene(scene, options_of({}));
   cli::run_scene(scene, options_of(7, "", "", folder.at("state")));
@@ -108,7 +94,7 @@ TEST_CASE("A run taken up again lasts to the end of its scene, on any number of 
 
 TEST_CASE("A paced run, which has the next motion ready when it stops, is taken up with the same bits",
           "[cli][state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   const cli::RunResult whole = cli::run_scene(scene, options_of(20, folder.at("whole.csv")));
   cli::RunOptions paced = options_of(9, folder.at("first.csv"), "", folder.at("state"));
@@ -122,7 +108,7 @@ TEST_CASE("A paced run, which has the next motion ready when it stops, is taken 
 }
 
 TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   cli::run_scene(scene, options_of(3, "", "", folder.at("state")));
   const auto refused = [&](const std::string& from, const std::string& to, const std::string& file) {

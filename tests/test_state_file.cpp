@@ -18,6 +18,7 @@
 #include <bristle/state_file.hpp>
 
 #include "expect.hpp"
+#include "temporary_folder.hpp"
 #include "variants.hpp"
 
 using namespace bristle_test;
@@ -25,17 +26,6 @@ using namespace bristle_test;
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A folder of its own, gone at the end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("bristle_test_state_" + std::to_string(getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  std::string at(const std::string& name) const { return (path / name).string(); }
-};
 
 std::vector<std::byte> read_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -138,7 +128,7 @@ void reseal(std::vector<std::byte>& state) {
 }  // namespace
 
 TEST_CASE("A run taken up from a state file goes on with the same bits", "[state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   Scripted whole, first, second;
   whole.run(0, 60);
   first.run(0, 30);
@@ -176,7 +166,7 @@ TEST_CASE("The size of a saved state does not depend on what the patches do", "[
 }
 
 TEST_CASE("A state file carries the caller's own bytes", "[state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   const std::vector<std::byte> extra = {std::byte{1}, std::byte{0}, std::byte{255}};
   bristle::write_state_file(folder.at("state"), saved_state(batch), extra);
@@ -189,7 +179,7 @@ TEST_CASE("A state file carries the caller's own bytes", "[state]") {
 }
 
 TEST_CASE("A state file with any byte changed is refused, and the batch stays as it was", "[state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   PatchBatch saved = small_batch();
   const std::vector<std::byte> extra(11, std::byte{7});
   bristle::save_state_file(folder.at("state"), saved, extra);
@@ -218,7 +208,7 @@ TEST_CASE("A state file with any byte changed is refused, and the batch stays as
 }
 
 TEST_CASE("A state file cut anywhere, or with more behind it, is refused", "[state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   bristle::save_state_file(folder.at("state"), batch, std::vector<std::byte>(5, std::byte{9}));
   std::vector<std::byte> bytes = read_bytes(folder.at("state"));
@@ -237,7 +227,7 @@ TEST_CASE("A state file cut anywhere, or with more behind it, is refused", "[sta
 }
 
 TEST_CASE("Files that are no state files are refused by what they are", "[state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   const auto refusal = [&](const std::string& path) {
     return message_of([&] { bristle::restore_state_file(path, batch); });
@@ -266,7 +256,7 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 }
 
 TEST_CASE("A state file replaces the old one whole, and nothing that is no file", "[state]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   write_bytes(folder.at("state"), std::vector<std::byte>(100000, std::byte{1}));
   bristle::save_state_file(folder.at("state"), batch);
@@ -288,7 +278,7 @@ TEST_CASE("A state file replaces the old one whole, and nothing that is no file"
 
 TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
   // A limit on the size of files stands for the disk.
-  const Folder folder;
+  const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   bristle::save_state_file(folder.at("state"), batch);
   const std::vector<std::byte> before = read_bytes(folder.at("state"));

@@ -1,0 +1,39 @@
+// The calling thread on one core with another that never rests, for as long as this lives: the system must
+// take them off by turns. Linux.
+#pragma once
+
+#include <sched.h>
+
+#include <atomic>
+#include <thread>
+
+namespace bristle_test {
+
+class SharedCore {
+ public:
+  SharedCore() {
+    sched_getaffinity(0, sizeof before_, &before_);
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(sched_getcpu(), &one);
+    sched_setaffinity(0, sizeof one, &one);
+    rival_ = std::thread([this] {  // inherits the core
+      while (!stop_) {
+      }
+    });
+  }
+  ~SharedCore() {
+    stop_ = true;
+    rival_.join();
+    sched_setaffinity(0, sizeof before_, &before_);
+  }
+  SharedCore(const SharedCore&) = delete;
+  SharedCore& operator=(const SharedCore&) = delete;
+
+ private:
+  cpu_set_t before_;
+  std::atomic<bool> stop_{false};
+  std::thread rival_;
+};
+
+}  // namespace bristle_test
