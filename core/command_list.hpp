@@ -35,7 +35,7 @@ struct Command {
   std::uint32_t slot = 0;
   std::uint32_t generation = 0;
   std::unique_ptr<PatchState> patch;    ///< comes with the command; goes back with what it replaced
-  std::unique_ptr<PatchState> scratch;  ///< of `add`, when the batch's is too small for this patch
+  std::unique_ptr<PatchState> scratch;  ///< when the batch's is too small for this patch
   std::unique_ptr<SlotTable> table;     ///< of `grow`, the same way
   std::atomic<Command*> next{nullptr};
 };

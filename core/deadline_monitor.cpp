@@ -74,11 +74,22 @@ class Change {
 
 }  // namespace
 
+DeadlineMonitor& DeadlineMonitor::operator=(const DeadlineMonitor& other) noexcept {
+  const Change change(changes_);
+  numbers_ = other.numbers_;
+  return *this;
+}
+
 bool DeadlineMonitor::snapshot(DeadlineMonitor& to) const noexcept {
+  constexpr double longest_wait_s = 0.01;
   for (int copies = 0; copies < 1000; ++copies) {
-    const std::uint64_t before = changes_.get();
-    if (before % 2 != 0) continue;
-    to.numbers_ = numbers_;
+    std::uint64_t before = changes_.get();
+    if (before % 2 != 0) {
+      const double start = wall_now();
+      while ((before = changes_.get()) % 2 != 0)
+        if (wall_now() - start > longest_wait_s) return false;
+    }
+    to = *this;
     if (changes_.get() == before) return true;
   }
   return false;
@@ -173,18 +184,12 @@ void DeadlineMonitor::refresh_events() noexcept {
   events_until(now);
 }
 
-void DeadlineMonitor::reset() noexcept {
-  const Change change(changes_);
-  Numbers fresh;
-  fresh.deadline_s = numbers_.deadline_s;
-  fresh.period_s = numbers_.period_s;
-  numbers_ = fresh;
-}
+void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline(), period()); }
 
 std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
-  // Read in this order, a tick that is recorded meanwhile cannot make it negative.
-  const std::uint64_t ours = misses_ours();
-  return misses() - ours;
+  // Read in this order, a tick that is recorded meanwhile cannot make it negative; a reset can.
+  const std::uint64_t ours = misses_ours(), all = misses();
+  return all > ours ? all - ours : 0;
 }
 
 DeadlineMonitor::WorstTick DeadlineMonitor::worst() const noexcept {

@@ -19,9 +19,10 @@ constexpr double telling_share = 0.05;
 /// A gift is at most this share of what a patch has, and at least that, or it waits.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
-/// A gift that has to be taken back within so many waits was a mistake.
+/// A gift that has to be taken back within so many waits was a mistake; without one for as long, none of late
+/// was.
 constexpr std::uint64_t regret_waits = 4;
-constexpr int longest_wait = 64;  ///< in terms of the first
+constexpr std::uint64_t longest_wait = 64;  ///< in terms of the first
 
 }  // namespace
 
@@ -41,10 +42,12 @@ struct LoadShedder::Impl {
   std::vector<std::uint32_t> entry_of_slot;  ///< 1 + index; 0 = none
   std::vector<DetailDecision> record;
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
-  double rate = 0.0;       ///< s per bristle or its like
+  double rate = 0.0;       ///< s per bristle or its like; 0 = not known yet
   double last_rate = 0.0;  ///< of the last telling step
   std::uint64_t steps = 0, surveys = 0, late = 0, decided = 0, lost = 0;
-  std::uint64_t last_gift = 0, last_change = 0, wait = 0;
+  std::uint64_t last_gift = 0;  ///< 0 = none, or taken back
+  std::uint64_t last_change = 0, wait = 0;
+  std::uint64_t last_wait_change = 0;
   int late_in_row = 0;
 
   Entry* find(PatchId id) noexcept {
@@ -54,9 +57,9 @@ struct LoadShedder::Impl {
     return entry.id == id ? &entry : nullptr;
   }
 
-  void index_entries() noexcept {
-    std::fill(entry_of_slot.begin(), entry_of_slot.end(), 0u);
-    for (std::size_t i = 0; i < entries.size(); ++i)
+  /// Of the entries from `first` on, which moved.
+  void index_entries(std::size_t first) noexcept {
+    for (std::size_t i = first; i < entries.size(); ++i)
       entry_of_slot[static_cast<std::uint32_t>(entries[i].id.value)] = static_cast<std::uint32_t>(i) + 1;
   }
 
@@ -64,8 +67,10 @@ struct LoadShedder::Impl {
   void erase(PatchId id) noexcept {
     const auto slot = static_cast<std::uint32_t>(id.value);
     if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return;
-    entries.erase(entries.begin() + (entry_of_slot[slot] - 1));
-    index_entries();
+    const std::size_t at = entry_of_slot[slot] - 1;
+    entry_of_slot[slot] = 0;
+    entries.erase(entries.begin() + static_cast<std::ptrdiff_t>(at));
+    index_entries(at);
   }
 
   /// Looks at all motions: what they may cost if every bristle of a patch that moves is visited, in bristles.
@@ -99,11 +104,12 @@ struct LoadShedder::Impl {
         static_cast<double>(report.bristles_visited) + patch_overhead * report.patches_stepped;
     if (report.bristles_visited == 0) return;
     const double seen = time_s / units;
-    if (rate == 0.0) {
-      rate = last_rate = seen;
+    if (last_rate == 0.0) {
+      last_rate = seen;
       return;
     }
-    if (units * rate < telling_share * options.budget_s && time_s < telling_share * options.budget_s) return;
+    const double telling = telling_share * options.budget_s;
+    if (rate > 0.0 && units * rate < telling && time_s < telling) return;
     const double sure = std::min(seen, last_rate);
     last_rate = seen;
     if (sure > rate) rate = sure;
@@ -111,7 +117,7 @@ struct LoadShedder::Impl {
   }
 
   void decide(PatchBatch& batch, Entry& entry) noexcept {
-    if (batch.set_detail(entry.id, entry.wanted) != Status::ok) return;
+    batch.set_detail(entry.id, entry.wanted);
     entry.active *= static_cast<double>(entry.wanted) / entry.detail;
     entry.detail = entry.wanted;
     ++decided;
@@ -149,10 +155,17 @@ struct LoadShedder::Impl {
       decide(batch, entry);
       ++changed;
     }
-    if (changed > 0 && last_gift != 0 && steps - last_gift < regret_waits * wait)
-      wait = std::min<std::uint64_t>(2 * wait, static_cast<std::uint64_t>(longest_wait) *
-                                                   static_cast<std::uint64_t>(options.wait_steps));
+    if (changed > 0 && last_gift != 0 && steps - last_gift < regret_waits * wait) {
+      change_wait(2 * wait);
+      last_gift = 0;  // one mistake, however many steps it takes to mend it
+    }
     return changed;
+  }
+
+  void change_wait(std::uint64_t to) noexcept {
+    const auto shortest = static_cast<std::uint64_t>(options.wait_steps);
+    wait = std::clamp(to, shortest, longest_wait * shortest);
+    last_wait_change = steps;
   }
 
   static double contact(const Entry& entry) noexcept { return entry.active * entry.wanted / entry.detail; }
@@ -175,9 +188,8 @@ struct LoadShedder::Impl {
     if (gift < 1.0 || gift < std::min(smallest_gift * chosen->detail, lacking)) return 0;
     chosen->wanted = chosen->detail + static_cast<std::uint32_t>(gift);
     decide(batch, *chosen);
-    // The last one was kept: no longer so careful.
-    if (last_gift != 0 && steps - last_gift >= regret_waits * wait)
-      wait = std::max<std::uint64_t>(wait / 2, static_cast<std::uint64_t>(options.wait_steps));
+    // Nothing had to be taken back of late: no longer so careful.
+    if (steps - last_wait_change >= regret_waits * wait) change_wait(wait / 2);
     last_gift = steps;
     return 1;
   }
@@ -216,8 +228,7 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   entry.least = least_bristles;
   const auto at = std::upper_bound(impl.entries.begin(), impl.entries.end(), priority,
                                    [](int p, const Impl::Entry& e) { return p < e.priority; });
-  impl.entries.insert(at, entry);
-  impl.index_entries();
+  impl.index_entries(static_cast<std::size_t>(impl.entries.insert(at, entry) - impl.entries.begin()));
 }
 
 void LoadShedder::remove(PatchId patch) noexcept {

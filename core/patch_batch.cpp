@@ -229,7 +229,12 @@ struct PatchBatch::Impl {
     command.scratch = std::make_unique<PatchState>();
     command.scratch->storage.reset(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{64})));
     command.scratch->storage_bytes = bytes;
-    scratch_bytes = bytes;
+  }
+
+  /// Nothing can fail any more: only now is what comes with the command counted as there.
+  void send(std::unique_ptr<Command> command) noexcept {
+    if (command->scratch) scratch_bytes = command->scratch->storage_bytes;
+    commands.push(std::move(command));
   }
 
   /// One motion, start to end, on one thread.
@@ -423,8 +428,9 @@ struct PatchBatch::Impl {
       report.bristles_visited += totals.visited;
       ++report.patches_stepped;
     }
-    report.tasks = static_cast<std::uint32_t>(task_count);
-    report.threads = count_threads(task_count);
+    // Where all that could have been shared holds still, the calling thread did what there was.
+    report.tasks = std::max(static_cast<std::uint32_t>(task_count), 1u);
+    report.threads = std::max(count_threads(task_count), 1u);
   }
 
   std::uint32_t count_threads(int task_count) const noexcept {
@@ -456,22 +462,21 @@ PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   command->patch->skips = impl.skips;
   impl.attach_scratch(*command);
 
-  std::uint32_t slot;
-  if (!impl.free_slots.empty()) {
-    slot = impl.free_slots.back();
-    impl.free_slots.pop_back();
-  } else {
-    slot = static_cast<std::uint32_t>(impl.records.size());
+  if (impl.free_slots.empty()) {
+    const auto fresh = static_cast<std::uint32_t>(impl.records.size());
+    if (fresh >= impl.table_capacity) {
+      auto grow = std::make_unique<Command>();
+      grow->kind = Command::Kind::grow;
+      grow->table = std::make_unique<SlotTable>(impl.table_capacity * 2);
+      impl.table_capacity *= 2;
+      impl.send(std::move(grow));
+    }
     impl.records.emplace_back();
     impl.free_slots.reserve(impl.records.capacity());
+    impl.free_slots.push_back(fresh);
   }
-  if (slot >= impl.table_capacity) {
-    auto grow = std::make_unique<Command>();
-    grow->kind = Command::Kind::grow;
-    grow->table = std::make_unique<SlotTable>(impl.table_capacity * 2);
-    impl.table_capacity *= 2;
-    impl.commands.push(std::move(grow));
-  }
+  const std::uint32_t slot = impl.free_slots.back();
+  impl.free_slots.pop_back();
   Impl::Record& record = impl.records[slot];
   record.options = command->patch->options;
   record.weight = command->patch->weight;
@@ -479,7 +484,7 @@ PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   record.alive = true;
   command->slot = slot;
   command->generation = record.generation;
-  impl.commands.push(std::move(command));
+  impl.send(std::move(command));
   return make_id(slot, record.generation);
 }
 
@@ -489,7 +494,7 @@ void PatchBatch::remove(PatchId id) {
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::remove;
   command->slot = slot_of(id);
-  impl.commands.push(std::move(command));
+  impl.send(std::move(command));
   record.alive = false;
   impl.free_slots.push_back(slot_of(id));
 }
@@ -503,7 +508,7 @@ void PatchBatch::set_material(PatchId id, const Material& material) {
   command->slot = slot_of(id);
   command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.weight);
   impl.attach_scratch(*command);
-  impl.commands.push(std::move(command));
+  impl.send(std::move(command));
 }
 
 void PatchBatch::warm_up() {
@@ -624,7 +629,7 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
   info.bristles = p->bristles;
   info.detail = p->detail;
   info.weight = p->weight;
-  info.max_normal_load = p->options.max_normal_load;
+  info.max_normal_load = p->material->material.load_on_bristles(p->full_weight * p->bristles);
   info.active = p->active;
   info.normal_load = p->normal_load;
   info.memory_bytes = p->storage_bytes + sizeof(PatchState);
@@ -693,6 +698,7 @@ std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
 void PatchBatch::restore_state(Span<const std::byte> from) {
   Impl& impl = *impl_;
   impl.apply_commands();
+  const FloatModeScope mode;  // first snap lengths may be computed anew
   const SavedBatch head = open_batch(from);
   if (head.patches != impl.patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
@@ -718,9 +724,11 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
   }
   if (at != head.bytes) throw Error("restore_state: the saved state holds more than its patches");
   at = saved_batch_size;
-  for (const SlotTable::Slot& slot : impl.table->slots) {
+  for (std::uint32_t i = 0; i < impl.table->capacity; ++i) {
+    const SlotTable::Slot& slot = impl.table->slots[i];
     if (!slot.patch) continue;
     restore_patch(*slot.patch, from.data() + at);
+    impl.table->last[i] = Response{};
     at += saved_size(*slot.patch);
   }
 }

@@ -15,11 +15,6 @@ namespace {
 constexpr std::size_t column_alignment = 64;
 constexpr double highest_energy = 1e300;  // J: what overflows reads as this; sums of a few stay finite
 
-/// Fixed-point difference of two positions, which wrap.
-std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
-}
-
 /// As static_cast does, without its long division of the usual case.
 double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
@@ -59,16 +54,11 @@ float shortest_first(const PatchState& p, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-/// Rows of a column: bristles, padded.
-std::size_t row_count(const PatchState& p) noexcept {
-  return (std::size_t{p.bristles} + lane_count - 1) / lane_count * lane_count;
-}
-
 /// First snap lengths of the patch's seed, and what blocks know of them. Neither throws nor allocates.
 template <class T>
 void fill_first(PatchState& p) noexcept {
   fill_first_lengths(*p.material, p.options.sampling, p.options.seed,
-                     Span<T>(static_cast<T*>(p.first), row_count(p)));
+                     Span<T>(static_cast<T*>(p.first), p.padded()));
   for (std::uint32_t b = 0; b < p.block_count; ++b) p.blocks[b].shortest = shortest_first<T>(p, b);
 }
 
@@ -82,8 +72,8 @@ void fill_first_any(PatchState& p) noexcept {
 /// Columns of redraw as at the beginning: the first lengths, no draw made.
 void begin_draws(PatchState& p) noexcept {
   if (p.draw == nullptr) return;
-  std::memcpy(p.delta, p.first, row_count(p) * (p.is_double() ? sizeof(double) : sizeof(float)));
-  fill_draw_states(p.options.seed, Span<std::uint32_t>(p.draw, row_count(p)));
+  std::memcpy(p.delta, p.first, p.padded() * (p.is_double() ? sizeof(double) : sizeof(float)));
+  fill_draw_states(p.options.seed, Span<std::uint32_t>(p.draw, p.padded()));
 }
 
 template <class T>
@@ -298,7 +288,7 @@ std::unique_ptr<PatchState> make_patch(std::shared_ptr<const CompiledMaterial> m
         std::string(p.is_double() ? " and BRISTLE_WITH_DOUBLE=ON" : ""));
 
   // One allocation: blocks and groups first, then the columns this variant needs, rows padded to 16.
-  const std::size_t rows = row_count(p);
+  const std::size_t rows = p.padded();
   const std::size_t number = p.is_double() ? sizeof(double) : sizeof(float);
   p.block_count = static_cast<std::uint32_t>((rows + block_size - 1) / block_size);
   p.group_count = (p.block_count + blocks_per_group - 1) / blocks_per_group;
@@ -360,7 +350,7 @@ void reset_patch(PatchState& p, std::uint32_t seed, std::uint64_t key) noexcept 
   p.options.key = key;
   change_seed(p, seed);
   begin_draws(p);
-  const std::size_t bytes = row_count(p) * (p.is_double() ? sizeof(double) : sizeof(float));
+  const std::size_t bytes = p.padded() * (p.is_double() ? sizeof(double) : sizeof(float));
   std::memset(p.zx, 0, bytes);
   if (p.zy != nullptr) std::memset(p.zy, 0, bytes);
   for (std::uint32_t b = 0; b < p.block_count; ++b) p.enter_block(b);

@@ -109,6 +109,11 @@ struct PatchState : PatchContact {
   double block_squares(std::uint32_t b) const noexcept;  ///< sum of weight |z|^2, scaled
 };
 
+/// Fixed-point difference of two positions, which wrap.
+inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
+}
+
 /// How many representatives a patch has in contact.
 struct ContactCount {
   double active, overload, fraction;

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <exception>
+#include <limits>
 
 #include "bristle/error.hpp"
 #include "hashing.hpp"
@@ -87,26 +89,40 @@ std::string folder_of(const std::string& path) {
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// A name beside `path` that no other thread or process uses.
-std::string temporary_name(const std::string& path) {
-  static std::atomic<unsigned> count{0};
-  return path + ".tmp." + std::to_string(::getpid()) + "." + std::to_string(count.fetch_add(1));
-}
-
-/// Removes the temporary file unless it was renamed.
+/// A new file beside `path` under a name that no other thread or process uses, removed unless it was renamed.
 class Temporary {
  public:
-  explicit Temporary(std::string name) : name_(std::move(name)) {}
+  explicit Temporary(const std::string& path) : file_(open_beside(path)) {
+    if (!file_.is_open()) fail_system(path, "cannot be written");
+  }
   ~Temporary() {
     if (!name_.empty()) ::unlink(name_.c_str());
   }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
-  const std::string& name() const noexcept { return name_; }
-  void keep() noexcept { name_.clear(); }
+  Descriptor& file() noexcept { return file_; }
+  bool rename_to(const std::string& path) noexcept {
+    if (std::rename(name_.c_str(), path.c_str()) != 0) return false;
+    name_.clear();
+    return true;
+  }
 
  private:
-  std::string name_;
+  /// A process that was killed may have left a file behind, and the next one may have its number.
+  int open_beside(const std::string& path) {
+    static std::atomic<unsigned> count{0};
+    int file = -1;
+    do {
+      std::string name =
+          path + ".tmp." + std::to_string(::getpid()) + "." + std::to_string(count.fetch_add(1));
+      file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (file >= 0) name_ = std::move(name);
+    } while (file < 0 && errno == EEXIST);
+    return file;
+  }
+
+  std::string name_;  // before file_, which sets it
+  Descriptor file_;
 };
 
 }  // namespace
@@ -126,15 +142,12 @@ void write_state_file(const std::string& path, Span<const std::byte> state, Span
   write(std::uint64_t{extra.size()});
   write(checksum(head, extra));
 
-  const std::string name = temporary_name(path);
-  Descriptor file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (!file.is_open()) fail_system(path, "cannot be written");
-  Temporary temporary(name);
-  const bool written = write_all(file.number(), {head, head_size}) && write_all(file.number(), state) &&
-                       write_all(file.number(), extra) && ::fsync(file.number()) == 0;
-  if (!written || !file.close() || std::rename(name.c_str(), path.c_str()) != 0)
+  Temporary temporary(path);
+  const int file = temporary.file().number();
+  const bool written = write_all(file, {head, head_size}) && write_all(file, state) &&
+                       write_all(file, extra) && ::fsync(file) == 0;
+  if (!written || !temporary.file().close() || !temporary.rename_to(path))
     fail_system(path, "cannot be written");
-  temporary.keep();
 
   // Else a power cut could bring the old name back.
   Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -180,7 +193,11 @@ StateFile read_state_file(const std::string& path, std::size_t most_bytes) {
   StateFile contents;
   for (auto [bytes, wanted] :
        {std::pair(&contents.state, state_size), std::pair(&contents.extra, extra_size)}) {
-    bytes->resize(static_cast<std::size_t>(wanted));
+    try {
+      bytes->resize(static_cast<std::size_t>(wanted));
+    } catch (const std::exception&) {  // bad_alloc, length_error: a file may say anything
+      fail(path, "holds " + std::to_string(wanted) + " bytes: more than there is memory for");
+    }
     if (!read_all(file.number(), bytes->data(), bytes->size(), got)) fail_system(path, "cannot be read");
     if (got < bytes->size()) fail(path, "is cut short");
   }
@@ -201,8 +218,11 @@ void save_state_file(const std::string& path, const PatchBatch& batch, Span<cons
   write_state_file(path, state, extra);
 }
 
-std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch) {
-  StateFile contents = read_state_file(path);
+std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch,
+                                          std::size_t most_extra_bytes) {
+  constexpr std::size_t most = std::numeric_limits<std::size_t>::max();
+  const std::size_t ours = head_size + batch.state_size();
+  StateFile contents = read_state_file(path, most_extra_bytes > most - ours ? most : ours + most_extra_bytes);
   try {
     batch.restore_state(contents.state);
   } catch (const Error& error) {

@@ -25,8 +25,7 @@ void hash_columns(const PatchState& p, Hasher& hasher) noexcept {
     const bool straight = i >= contact || block.zero;
     if (i % block_size == 0 && i < contact)
       for (int axis = 0; axis < 2; ++axis)
-        hasher.add(static_cast<std::uint64_t>(p.position[axis]) -
-                   static_cast<std::uint64_t>(block.position[axis]));
+        hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], block.position[axis])));
     hasher.add(straight ? T(0) : zx[i]);
     if (zy != nullptr) hasher.add(straight ? T(0) : zy[i]);
     hasher.add(straight ? first[i] : delta[i]);
@@ -190,9 +189,7 @@ const char* find_column_fault(const PatchState& p, const PatchContact& contact,
     double moved[2];
     for (int axis = 0; axis < 2; ++axis) {
       moved[axis] =
-          length_per_fixed *
-          static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(contact.position[axis]) -
-                                                        static_cast<std::uint64_t>(block.position[axis])));
+          length_per_fixed * static_cast<double>(difference(contact.position[axis], block.position[axis]));
       if (!within(moved[axis], -2.0 * longest, 2.0 * longest)) return "a block's displacement";
       const double most = block_size * longest * fixed_per_length;
       if (!within(static_cast<double>(block.stored[axis]), -most, most)) return "a block's sum";
@@ -220,13 +217,13 @@ const char* find_contact_fault(const PatchState& p, const PatchContact& c) noexc
   if (c.detail < 1 || c.detail > p.bristles) return "detail";
   const double all = p.full_weight * p.bristles;
   if (!(std::abs(c.weight * c.detail - all) <= 1e-9 * all)) return "weight";
-  // An overload that the load does not explain would carry forces and energies beyond all numbers.
-  const double overload = std::max(1.0, zeta / all);
-  if (!within(c.overload, 1.0, overload * (1.0 + 1e-9))) return "overload";
-  if (!within(c.active, 0.0, c.detail)) return "active";
-  if (static_cast<double>(c.whole) != std::floor(c.active)) return "whole";
-  if (!(c.fraction >= 0.0 && c.fraction < 1.0) || (c.fraction > 0.0 && c.whole >= c.detail))
-    return "fraction";
+  // Contact that the load does not explain would be forces without it, or forces and energies beyond all
+  // numbers.
+  const ContactCount count = count_contacts(c.zeta, c.weight, c.detail);
+  if (c.overload != count.overload) return "overload";
+  if (c.active != count.active) return "active";
+  if (c.whole != count.whole) return "whole";
+  if (c.fraction != count.fraction) return "fraction";
   if (!within(c.pending_dissipated, 0.0, most)) return "pending_dissipated";
   if (!within(c.pending_loss, -most, most)) return "pending_loss";
   return nullptr;

@@ -46,7 +46,8 @@ void TimeHistogram::record(double time_s) noexcept {
 }
 
 double TimeHistogram::percentile(double share) const noexcept {
-  const std::uint64_t count = count_.get();
+  std::uint64_t count = 0;  // of the buckets, which may be full
+  for (const auto& cell : cells_) count += cell.get();
   if (count == 0) return 0.0;
   const double wanted = std::min(std::max(share, 0.0), 1.0) * static_cast<double>(count);
   std::uint64_t seen = 0;

@@ -138,6 +138,11 @@ TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
   bulk.step(tick, {&motion, 1}, {&response, 1});
   simple.step(tick);
   CHECK(simple.force(a[0]).end[0] == response.end[0]);
+  // It answers a step, and a state that was restored is none.
+  std::vector<std::byte> state(simple.state_size());
+  REQUIRE(simple.save_state(state) == state.size());
+  simple.restore_state(state);
+  CHECK(simple.force(a[0]).status == Status::unknown_id);
   const std::uint64_t hash = simple.state_hash();
   simple.step(tick);
   CHECK(simple.state_hash() == hash);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -258,6 +259,49 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   CHECK(monitor.late_events().other_switches > 0);
 }
 #endif
+
+TEST_CASE("Counters that were not read at one moment never differ by less than nothing", "[deadline]") {
+  const ThreadEvents before{5, 8, 100, 3}, after{7, 7, 100, 4};
+  const ThreadEvents since = after - before;
+  CHECK(since.involuntary_switches == 2);
+  CHECK(since.other_switches == 0);
+  CHECK(since.minor_faults == 0);
+  CHECK(since.major_faults == 1);
+}
+
+TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it is", "[deadline][threads]") {
+  const auto with = [](int ticks) {
+    DeadlineMonitor m(1e-3);
+    for (int i = 0; i < ticks; ++i) m.record(2e-3, 2e-3);
+    return m;
+  };
+  const DeadlineMonitor few = with(10), many = with(1000);
+  DeadlineMonitor monitor = few;
+  std::atomic<bool> done{false};
+  std::uint64_t snapshots = 0, torn = 0, negative = 0;
+  std::thread reader([&] {
+    DeadlineMonitor seen;
+    while (!done) {
+      negative += monitor.misses_machine() > 1000;
+      if (!monitor.snapshot(seen)) continue;
+      ++snapshots;
+      torn += seen.misses() != seen.count() || seen.misses_ours() != seen.count() ||
+              (seen.count() > 0 && seen.max() != 2e-3);
+    }
+  });
+  for (std::uint64_t k = 0; k < bristle_test::test_size(20000); ++k) {
+    monitor = k % 2 ? few : many;
+    if (k % 5 == 0) monitor.reset();
+  }
+  // A thread that comes late finds a monitor that rests.
+  for (int k = 0; k < 1000 && snapshots == 0; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  done = true;
+  reader.join();
+  CHECK(snapshots > 0);
+  CHECK(torn == 0);
+  CHECK(negative == 0);
+  CHECK(monitor.deadline() == 1e-3);
+}
 
 TEST_CASE("A snapshot taken while another thread records holds whole ticks only", "[deadline][threads]") {
   // Tick k ends k us after it was due, every second one has used more CPU time than the deadline: in any

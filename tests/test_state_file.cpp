@@ -1,6 +1,7 @@
 // Saved states and state files: the same bits afterwards, nothing else accepted, nothing half written.
 #include <catch2/catch.hpp>
 
+#include <cfenv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -176,6 +177,31 @@ TEST_CASE("A state file carries the caller's own bytes", "[state]") {
   CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
   CHECK(names(message_of([&] { bristle::read_state_file(folder.at("state"), 100); }),
               {folder.at("state"), "bytes", "100"}));
+  // No more than expected is taken into memory.
+  CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), batch, 2); }),
+              {folder.at("state"), "at most"}));
+  CHECK(bristle::restore_state_file(folder.at("state"), batch, 3) == extra);
+}
+
+TEST_CASE("A saved state comes back to the bit in any floating-point mode of the caller", "[state]") {
+  // Another seed than the batch has: its first snap lengths are computed anew.
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule);
+    OnePatch saved(material, plain_options(1000)), other(material, plain_options(1000));
+    REQUIRE(saved.batch.reset(saved.id, 7, 0));
+    saved.step(0.9 * dbar, 0.3 * dbar, 700.0);
+    for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+      REQUIRE(std::fesetround(mode) == 0);
+      other.batch.restore_state(saved_state(saved.batch));
+      std::fesetround(FE_TONEAREST);
+      OnePatch twin(material, plain_options(1000));
+      twin.batch.restore_state(saved_state(saved.batch));
+      CHECK(other.hash() == saved.hash());
+      CHECK(twin.hash() == saved.hash());
+      for (OnePatch* patch : {&other, &twin}) patch->step(0.9 * dbar, -0.2 * dbar, 1000.0);
+      CHECK(other.hash() == twin.hash());
+    }
+  }
 }
 
 TEST_CASE("A state file with any byte changed is refused, and the batch stays as it was", "[state]") {
@@ -276,6 +302,15 @@ TEST_CASE("A state file replaces the old one whole, and nothing that is no file"
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 3);
 }
 
+TEST_CASE("What a killed process left behind does not stop one with its number", "[state]") {
+  const TemporaryFolder folder;
+  PatchBatch batch = small_batch();
+  for (int k = 0; k < 100; ++k)
+    folder.write("state.tmp." + std::to_string(getpid()) + "." + std::to_string(k), "half a file");
+  bristle::save_state_file(folder.at("state"), batch);
+  CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
+}
+
 TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
   // A limit on the size of files stands for the disk.
   const TemporaryFolder folder;
@@ -348,6 +383,17 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(names(refusal(contact + 88, &many, 4), {"detail"}));
   CHECK(names(refusal(contact + 88, &two, 4), {"weight"}));  // that of three
   CHECK(names(refusal(contact + 92, &many, 4), {"whole"}));
+  {
+    // Under load, and no bristle in contact.
+    std::vector<std::byte> bad = good;
+    const double nothing = 0.0;
+    for (std::size_t field : {16u, 32u}) put(bad, contact + field, &nothing, 8);
+    put(bad, contact + 92, &none, 4);
+    reseal(bad);
+    CHECK(names(message_of([&] { batch.restore_state(bad); }), {"active"}));
+  }
+  const double faint = 1e-31;
+  CHECK(names(refusal(contact + 32, &faint, 8), {"fraction"}));
   constexpr std::size_t block = contact + 96;
   CHECK(names(refusal(block, &far, 8), {"displacement"}));
   CHECK(names(refusal(block + 16, &far, 8), {"sum"}));

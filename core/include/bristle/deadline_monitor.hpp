@@ -22,9 +22,11 @@ struct BRISTLE_API ThreadEvents {
     return {a.involuntary_switches + b.involuntary_switches, a.other_switches + b.other_switches,
             a.minor_faults + b.minor_faults, a.major_faults + b.major_faults};
   }
+  /// None below 0: `other_switches` is the difference of two counters that are read one after the other.
   friend ThreadEvents operator-(const ThreadEvents& a, const ThreadEvents& b) noexcept {
-    return {a.involuntary_switches - b.involuntary_switches, a.other_switches - b.other_switches,
-            a.minor_faults - b.minor_faults, a.major_faults - b.major_faults};
+    const auto since = [](std::uint64_t x, std::uint64_t y) { return x > y ? x - y : 0; };
+    return {since(a.involuntary_switches, b.involuntary_switches), since(a.other_switches, b.other_switches),
+            since(a.minor_faults, b.minor_faults), since(a.major_faults, b.major_faults)};
   }
 };
 
@@ -50,9 +52,11 @@ class BRISTLE_API DeadlineMonitor {
  public:
   /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have none.
   explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;
-  /// Copying is for the thread that records, or when none does.
-  DeadlineMonitor(const DeadlineMonitor&) = default;
-  DeadlineMonitor& operator=(const DeadlineMonitor&) = default;
+  /// Copying is for the thread that records `other`, or when none does; assigning for the thread that records
+  /// here, and readers meanwhile find the numbers of before or of afterwards.
+  DeadlineMonitor(const DeadlineMonitor& other) noexcept : numbers_(other.numbers_) {}
+  DeadlineMonitor& operator=(const DeadlineMonitor& other) noexcept;
+  ~DeadlineMonitor() = default;
 
   /// One step that was due when it started: wall time and CPU time of the stepping thread, s. A negative
   /// cpu_s means "not measured".
@@ -70,8 +74,9 @@ class BRISTLE_API DeadlineMonitor {
   void reset() noexcept;
 
   /// All numbers of one moment, for any thread: what had been recorded between two ticks, nothing of the
-  /// next. It takes a copy of some microseconds, again when a tick was recorded meanwhile; false, and `to`
-  /// without meaning, after 1000 copies: a loop that leaves no such gap.
+  /// next. It takes a copy of some microseconds, again when a tick was recorded meanwhile, and waits while
+  /// one is being recorded; false, and `to` without meaning, after 1000 copies (a loop that leaves no such
+  /// gap) or 10 ms of waiting (its thread was taken off its core just then).
   bool snapshot(DeadlineMonitor& to) const noexcept;
 
   double deadline() const noexcept { return numbers_.deadline_s.get(); }

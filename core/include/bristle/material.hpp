@@ -131,6 +131,10 @@ struct BRISTLE_API Material {
   double bristles_in_contact(double normal_load_n) const noexcept {
     return normal_load_n / (normal_stiffness * asperity_height_deviation);
   }
+  /// The other way round: N.
+  double load_on_bristles(double in_contact) const noexcept {
+    return in_contact * (normal_stiffness * asperity_height_deviation);
+  }
   /// Friction over normal load in slow steady sliding: sigma0 m1 / (2 sigma_perp sigma) for keep,
   /// sigma0 m2 / (2 m1 sigma_perp sigma) for redraw.
   double kinetic_coefficient() const;

@@ -149,7 +149,7 @@ struct PatchInfo {
   double weight = 0.0;             ///< w = zeta_max / detail, physical bristles per representative
   double active = 0.0;             ///< representatives in contact, with the fraction
   double normal_load = 0.0;        ///< N, of the last step
-  double max_normal_load = 0.0;    ///< N, of the options
+  double max_normal_load = 0.0;    ///< N, from which all representatives are in contact
   std::uint64_t memory_bytes = 0;  ///< state of this patch
   std::uint32_t bytes_per_bristle = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, mean, single"; lives for ever

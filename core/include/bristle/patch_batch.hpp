@@ -48,7 +48,7 @@ struct BatchOptions {
 struct StepReport {
   Status status = Status::ok;          ///< all responses' flags together
   std::uint32_t patches_stepped = 0;   ///< motions that were carried out
-  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = nothing to do
+  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread
   std::uint32_t threads = 0;           ///< threads that took a piece of work, the caller included
   std::uint64_t bristles_visited = 0;  ///< bristles that a kernel looked at
 };
@@ -92,8 +92,9 @@ class BRISTLE_API PatchBatch {
   ///@{
   void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< for the next step
   StepReport step(double dt_s) noexcept;                                           ///< takes what move() set
-  Response force(
-      PatchId id) const noexcept;  ///< of the last step(dt_s); Status::unknown_id where there is none
+  /// Of the last step(dt_s) that moved the patch; Status::unknown_id where there is none, as after a reset or
+  /// restore_state.
+  Response force(PatchId id) const noexcept;
   ///@}
 
   /// Makes a patch what `add` made it: out of contact, all deflections zero, no draw made; with another seed

@@ -41,7 +41,9 @@ BRISTLE_API void save_state_file(const std::string& path, const PatchBatch& batc
 
 /// PatchBatch::restore_state from a file, into a batch with the same patches. Returns the caller's own bytes.
 /// On the stepping thread, or while it rests. Throws bristle::Error naming the file; the batch is then as it
-/// was.
-BRISTLE_API std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch);
+/// was. A file with more than the state of such a batch and `most_extra_bytes` beside it is refused before
+/// memory is taken for it.
+BRISTLE_API std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch,
+                                                      std::size_t most_extra_bytes = std::size_t{1} << 20);
 
 }  // namespace bristle

@@ -39,7 +39,8 @@ class SharedNumber {
 /// records apart: DeadlineMonitor::snapshot gives all of one moment.
 class BRISTLE_API TimeHistogram {
  public:
-  /// s; negative times and NaN count as 0. A bucket holds 2^32 - 1 at most.
+  /// s; negative times and NaN count as 0. A bucket holds 2^32 - 1 at most (five days at 10 kHz, if all times
+  /// were in one): percentiles are of what the buckets hold.
   void record(double time_s) noexcept;
 
   std::uint64_t count() const noexcept { return count_.get(); }
