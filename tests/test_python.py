@@ -241,6 +241,14 @@ class Interface(unittest.TestCase):
         with self.assertRaises(bristle.Error):
             bristle.PatchBatch(isa="abacus")
 
+    def test_what_was_read_from_a_material_stays_when_the_material_changes(self):
+        surface = bristle.Material(snap_length=bristle.SnapLength.single(DBAR))
+        saved = surface.snap_length
+        surface.snap_length = bristle.SnapLength.single(2 * DBAR)
+        self.assertEqual(saved, bristle.SnapLength.single(DBAR))
+        surface.snap_length = saved
+        self.assertEqual(surface.snap_length, bristle.SnapLength.single(DBAR))
+
     def test_coefficients_go_there_and_back(self):
         wanted = bristle.Coefficients(kinetic=0.5, peak=0.6, presliding_length=20e-6, rule="keep")
         surface = bristle.Material.from_coefficients(wanted)
