@@ -167,6 +167,15 @@ void write_struct(const Struct& from, Struct* to, const char* name) {
               size_of(*to, name) - head);
 }
 
+/// Writes what `function` makes of each value: all or, where it refuses one, nothing.
+template <class Function>
+void write_column(const double* in, double* out, std::size_t count, const Function& function) {
+  need_columns(in, out, count);
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = function(in[i]);
+  std::copy(values.begin(), values.end(), out);
+}
+
 template <class Struct>
 bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, const char* name) noexcept {
   return guarded([&] {
@@ -422,10 +431,9 @@ void write_element(const From& from, void* array, std::size_t size, std::size_t 
 
 StepReport step_copies(bristle_batch& b, double dt_s, const void* motions, std::size_t motion_size,
                        void* responses, std::size_t response_size, std::size_t count) {
-  if (b.motions.size() < count) {
-    b.motions.resize(count);
-    b.responses.resize(count);
-  }
+  // Each by its own size: there may have been memory for the first only.
+  if (b.motions.size() < count) b.motions.resize(count);
+  if (b.responses.size() < count) b.responses.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     b.motions[i] = Motion{};
     read_element(motions, motion_size, i, b.motions[i]);
@@ -525,18 +533,16 @@ bristle_result bristle_material_find_facts(const bristle_material* material, bri
 bristle_result bristle_material_steady_force(const bristle_material* material, double normal_load_n,
                                              const double* speeds, double* forces, size_t count) {
   return guarded([&] {
-    need_columns(speeds, forces, count);
     const Material m = to_cpp(material);
-    for (size_t i = 0; i < count; ++i) forces[i] = m.steady_force(speeds[i], normal_load_n);
+    write_column(speeds, forces, count, [&](double v) { return m.steady_force(v, normal_load_n); });
   });
 }
 
 bristle_result bristle_material_damping(const bristle_material* material, const double* speeds,
                                         double* dampings, size_t count) {
   return guarded([&] {
-    need_columns(speeds, dampings, count);
     const Material m = to_cpp(material);
-    for (size_t i = 0; i < count; ++i) dampings[i] = m.damping_at(speeds[i]);
+    write_column(speeds, dampings, count, [&](double v) { return m.damping_at(v); });
   });
 }
 
@@ -544,10 +550,9 @@ bristle_result bristle_material_virgin_deflection(const bristle_material* materi
                                                   const double* displacements, double* deflections,
                                                   size_t count) {
   return guarded([&] {
-    need_columns(displacements, deflections, count);
     const Material m = to_cpp(material);
-    for (size_t i = 0; i < count; ++i)
-      deflections[i] = virgin_deflection(m.snap_length, m.snap_rule, displacements[i]);
+    write_column(displacements, deflections, count,
+                 [&](double x) { return virgin_deflection(m.snap_length, m.snap_rule, x); });
   });
 }
 
@@ -555,9 +560,8 @@ bristle_result bristle_snap_length_quantile(const bristle_snap_length* snap_leng
                                             double* lengths, size_t count) {
   return guarded([&] {
     need(snap_length, "snap_length");
-    need_columns(shares, lengths, count);
     const SnapLength s = to_cpp(*snap_length);
-    for (size_t i = 0; i < count; ++i) lengths[i] = s.quantile(shares[i]);
+    write_column(shares, lengths, count, [&](double u) { return s.quantile(u); });
   });
 }
 
@@ -565,9 +569,8 @@ bristle_result bristle_snap_length_survival(const bristle_snap_length* snap_leng
                                             double* shares, size_t count) {
   return guarded([&] {
     need(snap_length, "snap_length");
-    need_columns(lengths, shares, count);
     const SnapLength s = to_cpp(*snap_length);
-    for (size_t i = 0; i < count; ++i) shares[i] = s.survival(lengths[i]);
+    write_column(lengths, shares, count, [&](double x) { return s.survival(x); });
   });
 }
 
@@ -575,10 +578,10 @@ bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length
                                           const double* lengths, double* partial, size_t count) {
   return guarded([&] {
     need(snap_length, "snap_length");
-    need_columns(lengths, partial, count);
     const SnapLength s = to_cpp(*snap_length);
-    if (moment != nullptr) *moment = s.moment(k);
-    for (size_t i = 0; i < count; ++i) partial[i] = s.partial_moment(k, lengths[i]);
+    const double whole = moment != nullptr ? s.moment(k) : 0.0;
+    write_column(lengths, partial, count, [&](double x) { return s.partial_moment(k, x); });
+    if (moment != nullptr) *moment = whole;
   });
 }
 
@@ -628,16 +631,15 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     for (size_t i = 0; i < count; ++i)
       all[i] = to_cpp(reinterpret_cast<const bristle_patch_options*>(reinterpret_cast<const char*>(options) +
                                                                      i * options_size));
-    size_t added = 0;
+    std::vector<PatchId> added;
+    added.reserve(count);
     try {
-      for (; added < count; ++added) ids[added] = batch->batch.add(m, all[added]).value;
+      for (const PatchOptions& o : all) added.push_back(batch->batch.add(m, o));
     } catch (...) {
-      while (added > 0) {
-        batch->batch.remove({ids[--added]});
-        ids[added] = 0;
-      }
+      for (; !added.empty(); added.pop_back()) batch->batch.remove(added.back());
       throw;
     }
+    for (size_t i = 0; i < count; ++i) ids[i] = added[i].value;
   });
 }
 
@@ -674,6 +676,10 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
                             size_t count, bristle_step_report* report) {
   if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
     return fail(BRISTLE_BAD_ARGUMENT, refusal);
+  if (report != nullptr) {  // before the step, which cannot be taken back
+    const bristle_result result = guarded([&] { size_of(*report, "report"); });
+    if (result != BRISTLE_OK) return result;
+  }
   StepReport done;
   if (motion_size == sizeof(Motion) && response_size == sizeof(Response)) {
     done = batch->batch.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
@@ -743,7 +749,8 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  return batch->batch.read_bristles({id}, column(zx), column(zy), column(delta));
+  // C++ takes a column of no length for one that is not wanted.
+  return std::min(capacity, batch->batch.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 
 size_t bristle_state_size(const bristle_batch* batch) {

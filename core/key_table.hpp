@@ -47,10 +47,6 @@ class KeyTable {
     slots_[hole].value = none;
   }
 
-  void clear() noexcept {
-    for (Slot& slot : slots_) slot.value = none;
-  }
-
  private:
   struct Slot {
     std::uint64_t key = 0;

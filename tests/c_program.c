@@ -116,6 +116,8 @@ int c_program_reads_and_restores(const char* path) {
     energy += 0.5 * zx[i] * zx[i];
   }
   EXPECT(fabs(bristle_stored_energy(batch, id) - energy) < 1e-9 * energy);
+  EXPECT(bristle_read_bristles(batch, id, zx, NULL, delta, 0) == 0);
+  EXPECT(bristle_read_bristles(batch, id, NULL, NULL, NULL, 3) == 3);
   hash = bristle_state_hash(batch, id);
   bytes = bristle_state_size(batch);
   EXPECT(bytes <= sizeof saved && bristle_save_state(batch, saved, bytes - 1) == 0);
@@ -190,6 +192,43 @@ int c_program_hears_why(void) {
   bristle_destroy(NULL);
   EXPECT(bristle_check_build(BRISTLE_VERSION_NUMBER + 100, BRISTLE_BUILD_OPTIONS) == BRISTLE_WRONG_BUILD);
   EXPECT(strcmp(bristle_result_name(BRISTLE_WRONG_BUILD), "BRISTLE_WRONG_BUILD") == 0);
+  return 0;
+}
+
+int c_program_finds_all_as_it_was(void) {
+  enum { n = 100 };
+  bristle_batch* batch = NULL;
+  bristle_id id = 0, ids[2] = {5, 6};
+  bristle_material material = plain_material(10e-6);
+  bristle_patch_options options[2];
+  bristle_step_report report;
+  bristle_motion motion = {0};
+  bristle_response response = {0};
+  const double shares[2] = {0.5, 1.0}, far[2] = {0.5, 2e6};
+  double out[2] = {-7.5, -7.5}, moment = -7.5;
+  uint64_t hash;
+  options[0] = options[1] = plain_options(n);
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  EXPECT(bristle_add(batch, &material, options, &id) == BRISTLE_OK);
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
+  motion.id = id;
+  motion.displacement[0] = 1e-6;
+  motion.normal_load = n;
+  hash = bristle_state_hash(batch, id);
+  memset(&report, 0, sizeof report); /* never initialised */
+  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, &report) ==
+         BRISTLE_BAD_ARGUMENT);
+  EXPECT(strstr(bristle_last_error(), "report") == bristle_last_error());
+  EXPECT(bristle_state_hash(batch, id) == hash && response.id == 0);
+  options[1].axes = 3;
+  EXPECT(bristle_add_many(batch, &material, options, sizeof options[0], ids, 2) == BRISTLE_REFUSED);
+  EXPECT(ids[0] == 5 && ids[1] == 6);
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK && bristle_patch_count(batch) == 1);
+  EXPECT(bristle_snap_length_quantile(&material.snap_length, shares, out, 2) == BRISTLE_REFUSED);
+  EXPECT(bristle_material_virgin_deflection(&material, far, out, 2) == BRISTLE_REFUSED);
+  EXPECT(bristle_snap_length_moment(&material.snap_length, 3, &moment, shares, out, 2) == BRISTLE_REFUSED);
+  EXPECT(out[0] == -7.5 && out[1] == -7.5 && moment == -7.5);
+  bristle_destroy(batch);
   return 0;
 }
 

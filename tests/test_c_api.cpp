@@ -22,6 +22,9 @@ TEST_CASE("A C program reads bristles, saves and restores", "[c]") {
 TEST_CASE("A C program hears by code and text why it was refused", "[c]") {
   REQUIRE(c_program_hears_why() == 0);
 }
+TEST_CASE("A C program that was refused finds its batch and its outputs as they were", "[c]") {
+  REQUIRE(c_program_finds_all_as_it_was() == 0);
+}
 TEST_CASE("A C program of another version may have shorter and longer structs", "[c]") {
   REQUIRE(c_program_of_another_version() == 0);
 }

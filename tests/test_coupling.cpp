@@ -218,6 +218,33 @@ TEST_CASE("Momentum is kept: a pushed body's velocity follows from the forces on
   }
 }
 
+TEST_CASE("A patch of one axis does not hold a body back along the other", "[coupling]") {
+  // A stands along x, 8e6 N/m; B, along y, lets go at once and pulls with its limit, 10,000 N/m times 10 um.
+  // Row 1 of A's Jacobian, which its patch does not have, is y: the Jacobian as it is by default.
+  PatchBatch batch;
+  const SnapLength one_length = SnapLength::single(dbar);
+  const PatchId a = batch.add(plain_material(one_length, SnapRule::keep).with_bristle_stiffness(8e4),
+                              plain_options(100, 1, Precision::single, Outputs::end));
+  const PatchId b = batch.add(plain_material(one_length, SnapRule::keep),
+                              plain_options(10000, 1, Precision::single, Outputs::end));
+  batch.warm_up();
+  std::array<Motion, 2> motions = {Motion{a, {0.0, 0.0}, 100.0}, Motion{b, {0.0, 0.0}, 10000.0}};
+  std::array<Response, 2> responses;
+  batch.step(tick, motions, responses);  // down
+  bristle::MovingBody<2> body;           // 1 kg
+  body.velocity = Eigen::Vector2d(0.0, 0.1);
+  std::array<bristle::BodyContact<2>, 2> feet;
+  for (std::size_t i : {0u, 1u}) {
+    feet[i].place = i;
+    feet[i].axes = 1;
+  }
+  feet[1].jacobian << 0, 1, 1, 0;
+  const bristle::BodyVector<2> none = Eigen::Vector2d::Zero();
+  bristle::predict_displacements(batch, tick, body, none, feet, motions);
+  CHECK(motions[0].displacement[0] == 0.0);
+  CHECK(motions[1].displacement[0] == Approx(tick * (0.1 - 0.5 * tick * 0.1)).epsilon(1e-9));
+}
+
 TEST_CASE("A block on a slope does not creep", "[coupling]") {
   // Two thirds of the kinetic force; a step is 1 ms. At rest the equation's only solution is to stay.
   for (const Way way : {Way::predictor, Way::midpoint}) {

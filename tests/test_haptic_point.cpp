@@ -279,4 +279,60 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   point.prepare(tick, {0, 0, 0}, {0, 0, 1}, std::numeric_limits<double>::quiet_NaN(), motion);
   response.status = Status::bad_input;
   CHECK(point.finish(response) == Vector3d::Zero());
+  CHECK_FALSE(point.limited());
+}
+
+TEST_CASE("A wall that takes all of the limit leaves a damper no force", "[haptic]") {
+  // No bristle bears friction, so the wall may have the whole limit; a lubricant pulls all the same.
+  HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.0));
+  Motion motion;
+  point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 5.0, motion);
+  Response response;
+  response.damper[0] = -0.3;
+  CHECK(point.finish(response) == Vector3d(0.0, 0.0, 2.0));
+  CHECK(point.limited());
+}
+
+TEST_CASE("A bad tick in contact turns no axes, and the next velocity is taken over its time too",
+          "[haptic]") {
+  struct BadTick {
+    Vector3d position;
+    double wall;
+    double taken;  // J, in all
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Vector3d lost(nan, nan, nan), found(4e-6, 0.0, 0.0);
+  // 1000 N/m on the way to 3 um, each force held for a tick: 0, 1 and 2 mN over 1 um. Then 3 mN to where the
+  // hand is, if that is known.
+  const BadTick bad_ticks[] = {
+      {lost, 0.0, 3e-9}, {lost, nan, 3e-9}, {found, nan, 6e-9}, {found, -1.0, 6e-9}, {found, infinity, 6e-9}};
+  for (const BadTick& bad : bad_ticks)
+    for (const double resolution : {0.0, 1e-6}) {
+      CAPTURE(bad.position[0], bad.wall, resolution);
+      OnePatch patch(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(1000));
+      HapticPoint point(HapticOptions{}.with_resolution(resolution));
+      Motion motion;
+      motion.id = patch.id;
+      const auto step = [&](const Vector3d& position, const Vector3d& normal, double wall) {
+        point.prepare(tick, position, normal, wall, motion);
+        return point.finish(patch.step(motion));
+      };
+      const Vector3d up = Vector3d::UnitZ();
+      for (int i = 0; i <= 3; ++i) step({1e-6 * i, 0.0, 0.0}, up, 1000.0);
+      CHECK(step(bad.position, up, bad.wall) == Vector3d::Zero());
+      CHECK(has(patch.report.status, Status::bad_input));
+      // New axes about a normal that leans along x would begin with y.
+      const Vector3d leaning(0.01, 0.0, 1.0);
+      step({5e-6, 0.0, 0.0}, leaning, 1000.0);
+      CHECK(patch.report.status == Status::ok);
+      const Vector3d expected = -5e-3 * Vector3d(1.0, 0.0, -0.01).normalized();
+      CHECK((point.friction() - expected).norm() < 1e-6);
+      CHECK(motion.has_velocity);
+      CHECK(motion.velocity[0] == Approx(1e-3).epsilon(1e-4));
+      CHECK(std::abs(motion.velocity[1]) < 1e-9);
+      CHECK(point.taken() == Approx(bad.taken).epsilon(1e-5));
+      step({6e-6, 0.0, 0.0}, leaning, 1000.0);
+      CHECK(motion.has_velocity == (resolution > 0.0));
+    }
 }

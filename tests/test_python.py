@@ -184,13 +184,13 @@ class Threads(unittest.TestCase):
         return batch, motions, responses
 
     def during_a_long_step(self, body):
-        """Runs body() over and over in a second thread while a long step runs: results with their times."""
+        """Runs body() over and over in a second thread while a long step runs: results of those that fell into it."""
         batch, motions, responses = self.long_step()
         stop, ready, seen = threading.Event(), threading.Event(), []
 
         def work():
             while not stop.is_set():
-                seen.append((time.perf_counter(), body(batch)))
+                seen.append((time.perf_counter(), body(batch), time.perf_counter()))
                 ready.set()
 
         thread = threading.Thread(target=work)
@@ -202,7 +202,7 @@ class Threads(unittest.TestCase):
         stop.set()
         thread.join()
         margin = 0.1 * (end - start)
-        return [result for t, result in seen if start + margin < t < end - margin]
+        return [result for begun, result, done in seen if start + margin < begun and done < end - margin]
 
     def test_another_thread_goes_on_while_a_step_runs(self):
         self.assertGreater(len(self.during_a_long_step(lambda batch: None)), 10)
@@ -241,6 +241,14 @@ class Interface(unittest.TestCase):
         with self.assertRaises(bristle.Error):
             bristle.PatchBatch(isa="abacus")
 
+    def test_what_was_read_from_a_material_stays_when_the_material_changes(self):
+        surface = bristle.Material(snap_length=bristle.SnapLength.single(DBAR))
+        saved = surface.snap_length
+        surface.snap_length = bristle.SnapLength.single(2 * DBAR)
+        self.assertEqual(saved, bristle.SnapLength.single(DBAR))
+        surface.snap_length = saved
+        self.assertEqual(surface.snap_length, bristle.SnapLength.single(DBAR))
+
     def test_coefficients_go_there_and_back(self):
         wanted = bristle.Coefficients(kinetic=0.5, peak=0.6, presliding_length=20e-6, rule="keep")
         surface = bristle.Material.from_coefficients(wanted)
@@ -260,6 +268,38 @@ class Interface(unittest.TestCase):
         self.assertEqual(monitor.max, 2e-3)
         self.assertAlmostEqual(monitor.p50, 1e-4, delta=2e-6)
         self.assertGreater(bristle.DeadlineMonitor.wall_now(), 0.0)
+
+    def test_a_miss_without_cpu_time_counts_as_ours(self):
+        monitor = bristle.DeadlineMonitor(deadline=1e-3)
+        monitor.record(2e-3)
+        self.assertEqual((monitor.misses, monitor.misses_ours, monitor.misses_machine), (1, 1, 0))
+
+    def test_a_deadline_monitor_follows_a_loop_with_a_period(self):
+        monitor = bristle.DeadlineMonitor(deadline=1e-3, period=1e-3)
+        monitor.record_tick(due=10.0, start=10.0, end=10.0001)
+        monitor.record_tick(due=10.001, start=10.0012, end=10.0013, cpu=1e-4)  # 0.2 ms late, in time all the same
+        self.assertEqual((monitor.count, monitor.misses, monitor.period), (2, 0, 1e-3))
+        self.assertAlmostEqual(monitor.jitter_max, 0.2e-3, delta=1e-9)
+        self.assertAlmostEqual(monitor.jitter_p50, 0.2e-3, delta=0.016 * 0.2e-3 + 1e-9)
+        self.assertEqual(monitor.jitter_p99, monitor.jitter_p50)  # of one period
+        before = monitor.snapshot()
+        monitor.record_tick(due=10.002, start=10.0025, end=10.0035, cpu=1e-3)  # ends 1.5 ms after it was due
+        monitor.record_skipped(2)
+        self.assertEqual((monitor.misses, monitor.misses_machine, monitor.skipped, monitor.longest_run), (1, 1, 2, 3))
+        self.assertEqual((before.count, before.misses, before.skipped), (2, 0, 0))
+        worst = monitor.worst
+        self.assertEqual((worst["number"], worst["late"], worst["cpu"]), (2, True, 1e-3))
+        self.assertAlmostEqual(worst["end_after_due"], 1.5e-3, delta=1e-9)
+        self.assertAlmostEqual(worst["started_late"], 0.5e-3, delta=1e-9)
+        self.assertEqual(monitor.late_events, worst["events"])  # of the only late tick
+        self.assertEqual(set(monitor.late_events),
+                         {"involuntary_switches", "other_switches", "minor_faults", "major_faults"})
+        monitor.refresh_events()
+        monitor.pause()
+        monitor.record_tick(due=20.0, start=20.0, end=20.0001)
+        self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)  # the pause is no period
+        monitor.reset()
+        self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
 
     def test_versions_and_instruction_sets_are_told(self):
         self.assertRegex(bristle.__version__, r"^\d+\.\d+\.\d+$")

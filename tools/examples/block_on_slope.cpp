@@ -16,10 +16,10 @@ struct EngineContact {
 };
 std::vector<EngineContact> find_contacts(double along) {
   const double weight = mass * 9.81 * std::cos(slope) / 4, shift = along * 0.02 / (4 * half);
-  return {{half, half, weight - shift},
-          {-half, half, weight + shift},
-          {half, -half, weight - shift},
-          {-half, -half, weight + shift}};
+  return {{half, half, weight + shift},  // `along` acts 0.02 m above the feet: those in front carry more
+          {-half, half, weight - shift},
+          {half, -half, weight + shift},
+          {-half, -half, weight - shift}};
 }
 
 struct Engine {

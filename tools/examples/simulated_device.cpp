@@ -76,7 +76,6 @@ void get_doublev(Parameter what, double* values) {
   if (what == current_position)
     for (int a = 0; a < 3; ++a) values[a] = 1e3 * simulation().reading[a];
   if (what == nominal_max_force) values[0] = 3.3;
-  if (what == nominal_max_stiffness) values[0] = 1.0;
 }
 
 void set_doublev(Parameter what, const double* values) {

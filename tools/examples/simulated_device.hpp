@@ -13,10 +13,9 @@ enum CallbackCode { callback_done, callback_continue };  // HD_CALLBACK_DONE, HD
 using Callback = CallbackCode (*)(void* user);           // HDSchedulerCallback
 
 enum Parameter {
-  current_position,       // HD_CURRENT_POSITION: three numbers, mm
-  current_force,          // HD_CURRENT_FORCE: three numbers, N; to be set
-  nominal_max_force,      // HD_NOMINAL_MAX_FORCE: N
-  nominal_max_stiffness,  // HD_NOMINAL_MAX_STIFFNESS: N/mm
+  current_position,   // HD_CURRENT_POSITION: three numbers, mm
+  current_force,      // HD_CURRENT_FORCE: three numbers, N; to be set
+  nominal_max_force,  // HD_NOMINAL_MAX_FORCE: N
 };
 
 void begin_frame();                                      // hdBeginFrame(hdGetCurrentDevice())

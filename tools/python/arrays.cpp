@@ -38,32 +38,37 @@ py::object zeros(const py::dtype& dtype, py::ssize_t size) {
 
 }  // namespace
 
-py::dtype motion_dtype() {
-  return DtypeBuilder()
-      .add("id", "u8", offsetof(Motion, id))
-      .add("displacement", "(2,)f8", offsetof(Motion, displacement))
-      .add("normal_load", "f8", offsetof(Motion, normal_load))
-      .add("has_velocity", "?", offsetof(Motion, has_velocity))
-      .add("velocity", "(2,)f8", offsetof(Motion, velocity))
-      .build(sizeof(Motion));
+// Made once, when the module is imported, and never freed: the interpreter is gone before static objects are.
+const py::dtype& motion_dtype() {
+  static const py::dtype& dtype =
+      *new py::dtype(DtypeBuilder()
+                         .add("id", "u8", offsetof(Motion, id))
+                         .add("displacement", "(2,)f8", offsetof(Motion, displacement))
+                         .add("normal_load", "f8", offsetof(Motion, normal_load))
+                         .add("has_velocity", "?", offsetof(Motion, has_velocity))
+                         .add("velocity", "(2,)f8", offsetof(Motion, velocity))
+                         .build(sizeof(Motion)));
+  return dtype;
 }
 
-py::dtype response_dtype() {
-  return DtypeBuilder()
-      .add("id", "u8", offsetof(Response, id))
-      .add("status", "u4", offsetof(Response, status))
-      .add("end", "(2,)f8", offsetof(Response, end))
-      .add("elastic", "(2,)f8", offsetof(Response, elastic))
-      .add("damper", "(2,)f8", offsetof(Response, damper))
-      .add("mean", "(2,)f8", offsetof(Response, mean))
-      .add("stiffness", "f8", offsetof(Response, stiffness))
-      .add("damping", "f8", offsetof(Response, damping))
-      .add("force_limit", "f8", offsetof(Response, force_limit))
-      .add("dissipated", "f8", offsetof(Response, dissipated))
-      .add("contact_loss", "f8", offsetof(Response, contact_loss))
-      .add("damper_work", "f8", offsetof(Response, damper_work))
-      .add("snaps", "u8", offsetof(Response, snaps))
-      .build(sizeof(Response));
+const py::dtype& response_dtype() {
+  static const py::dtype& dtype =
+      *new py::dtype(DtypeBuilder()
+                         .add("id", "u8", offsetof(Response, id))
+                         .add("status", "u4", offsetof(Response, status))
+                         .add("end", "(2,)f8", offsetof(Response, end))
+                         .add("elastic", "(2,)f8", offsetof(Response, elastic))
+                         .add("damper", "(2,)f8", offsetof(Response, damper))
+                         .add("mean", "(2,)f8", offsetof(Response, mean))
+                         .add("stiffness", "f8", offsetof(Response, stiffness))
+                         .add("damping", "f8", offsetof(Response, damping))
+                         .add("force_limit", "f8", offsetof(Response, force_limit))
+                         .add("dissipated", "f8", offsetof(Response, dissipated))
+                         .add("contact_loss", "f8", offsetof(Response, contact_loss))
+                         .add("damper_work", "f8", offsetof(Response, damper_work))
+                         .add("snaps", "u8", offsetof(Response, snaps))
+                         .build(sizeof(Response)));
+  return dtype;
 }
 
 void define_arrays(py::module_& module) {

@@ -39,7 +39,10 @@ class KeywordClass {
 
   template <class Member>
   KeywordClass& field(const char* name, Member T::*member, const char* doc) {
-    type.def_readwrite(name, member, doc);
+    // By value: a reference would follow the field, and not keep what was read.
+    type.def_property(
+        name, [=](const T& self) { return self.*member; },
+        [=](T& self, const Member& value) { self.*member = value; }, doc);
     fields_.emplace_back(name);
     return *this;
   }

@@ -11,8 +11,8 @@ namespace bristle_python {
 namespace py = pybind11;
 
 /// Of numpy arrays over bristle::Motion and bristle::Response: the same bytes, nothing is copied.
-py::dtype motion_dtype();
-py::dtype response_dtype();
+const py::dtype& motion_dtype();
+const py::dtype& response_dtype();
 
 void define_materials(py::module_& module);
 void define_options(py::module_& module);

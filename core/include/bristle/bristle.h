@@ -252,11 +252,11 @@ enum {
 };
 
 /** Output of one patch for one step: bristle::Response. Fields of outputs that the patch does not compute are
- *  left untouched. */
+ *  left untouched by bristle_step, and set to 0 by bristle_find_force. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   bristle_id id;
   uint32_t status;     /**< BRISTLE_STATUS_... */
-  uint32_t reserved;   /**< not written */
+  uint32_t reserved;   /**< without meaning */
   double end[2];       /**< N, force at the end of the step */
   double elastic[2];   /**< N, part of `end` from bent bristles */
   double damper[2];    /**< N, part of `end` and of `mean` from dampers and lubricant */
@@ -275,7 +275,8 @@ typedef struct bristle_step_report {
   size_t struct_size;
   uint32_t status;           /**< all responses' flags together */
   uint32_t patches_stepped;  /**< motions that were carried out */
-  uint32_t tasks;            /**< pieces of work */
+  uint32_t tasks;            /**< pieces that the step was cut into: 1 = not shared; 0 = refused, or shared
+                                  with nothing in it but large patches that hold still */
   uint32_t threads;          /**< threads that took a piece */
   uint64_t bristles_visited; /**< bristles that a kernel looked at */
 } bristle_step_report;
@@ -356,7 +357,7 @@ BRISTLE_API double bristle_stored_energy(const bristle_batch* batch, bristle_id 
 /** Hash of the state of one patch, of all with id 0; 0 for an unknown id or a null batch. [step] */
 BRISTLE_API uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id);
 /** Deflections and snap lengths (m) of the first `capacity` bristles; columns not wanted are null. Returns
- * how many were written. [step] */
+ * how many were written, at most `capacity`: bristle_find_info tells how many there are. [step] */
 BRISTLE_API size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* zx, double* zy,
                                          double* delta, size_t capacity);
 
@@ -567,7 +568,8 @@ typedef struct bristle_monitor_report {
   double jitter_max;
   uint64_t count;
   uint64_t misses;      /**< late ticks */
-  uint64_t misses_ours; /**< of these, with CPU time over the deadline; the others are the machine's */
+  uint64_t misses_ours; /**< of these, with CPU time over the deadline or not measured; the others are the
+                             machine's */
   uint64_t skipped;     /**< ticks of the grid that were left out */
   uint64_t longest_run; /**< most ticks in a row that were late or left out */
   uint64_t involuntary_switches; /**< in late ticks, as the system counts */

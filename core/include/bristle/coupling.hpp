@@ -88,7 +88,8 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
     Matrix a = body.mass;
     Vector b = body.mass * body.velocity + theta * dt_s * external;
     for (const BodyContact<Dof>& c : contacts) {
-      const Eigen::Matrix<double, 2, Dof> jacobian = c.jacobian;
+      Eigen::Matrix<double, 2, Dof> jacobian = c.jacobian;
+      if (c.axes == 1) jacobian.row(1).setZero();
       const double gain = theta * dt_s * (dt_s * c.stiffness + c.damping);
       a.noalias() += gain * jacobian.transpose() * jacobian;
       b.noalias() += jacobian.transpose() * (theta * dt_s * c.force + gain * c.ground_velocity);

@@ -111,28 +111,36 @@ class HapticPoint {
   /// Fills in displacement, load and velocity of the tick that ends at `position` (m; of a surface that
   /// moves, in its frame). `normal` points out of the surface, of any length; `wall_force` (N, >= 0) is what
   /// the surface pushes back with, 0 out of contact, where the normal does not matter. A position that is not
-  /// finite makes the patch answer Status::bad_input; the next good one makes up for the way.
+  /// finite, or a wall force that is no number >= 0, makes the patch answer Status::bad_input and keep its
+  /// state, as the frame here does; the next good tick makes up for the way and for the time.
   void prepare(double dt_s, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double wall_force,
                Motion& motion) noexcept {
-    const bool good = position.allFinite();
+    const bool somewhere = position.allFinite();
     Eigen::Vector3d moved = Eigen::Vector3d::Zero();
     if (started_) moved = position - position_;
-    taken_ -= good ? sent_.dot(moved) : 0.0;
+    if (somewhere) taken_ -= sent_.dot(moved);
+    motion.has_velocity = false;
+    const double wall = std::min(wall_force, highest_wall_);
+    if (!somewhere || !(wall >= 0.0) || !std::isfinite(wall)) {
+      missed_s_ += dt_s;
+      motion.displacement[0] = motion.displacement[1] = std::numeric_limits<double>::quiet_NaN();
+      return;
+    }
     if (wall_ > 0.0)
       frame_.carry(normal);
-    else if (wall_force > 0.0)
+    else if (wall > 0.0)
       frame_ = ContactFrame(normal);
-    wall_ = std::min(wall_force, highest_wall_);
-    motion.normal_load = wall_;
-    motion.has_velocity = false;
+    motion.normal_load = wall_ = wall;
     frame_.set_displacement(moved, motion);
-    if (!good) return;
     if (options_.resolution > 0.0) {
-      const Eigen::Vector3d velocity = velocity_.update(dt_s, position, options_.resolution);
+      const Eigen::Vector3d velocity = velocity_.update(dt_s + missed_s_, position, options_.resolution);
       frame_.set_velocity(velocity, motion);
       if (motion.velocity[0] * motion.displacement[0] + motion.velocity[1] * motion.displacement[1] < 0.0)
         motion.velocity[0] = motion.velocity[1] = 0.0;
+    } else if (missed_s_ > 0.0) {
+      frame_.set_velocity(moved / (dt_s + missed_s_), motion);
     }
+    missed_s_ = 0.0;
     position_ = position;
     started_ = true;
   }
@@ -140,30 +148,31 @@ class HapticPoint {
   /// The force on the hand, N: wall and friction, within the limit. Zero when the patch refused its motion.
   const Eigen::Vector3d& finish(const Response& response) noexcept {
     const bool refused = has(response.status, Status::bad_input | Status::unknown_id | Status::repeated_id);
-    const double push = wall_ > 0.0 ? wall_ : 0.0;  // also where it is not a number
-    limited_ = push > 0.0 && push == highest_wall_;
+    limited_ = !refused && wall_ > 0.0 && wall_ == highest_wall_;
     friction_.setZero();
     if (!refused) {
-      const double room = std::sqrt(std::max(0.0, options_.force_limit * options_.force_limit - push * push));
+      const double room =
+          std::sqrt(std::max(0.0, options_.force_limit * options_.force_limit - wall_ * wall_));
       Eigen::Vector2d elastic(response.elastic[0], response.elastic[1]);
       Eigen::Vector2d damper(response.damper[0], response.damper[1]);
       limit(elastic, damper, room);
       const double tangential[2] = {elastic[0] + damper[0], elastic[1] + damper[1]};
       friction_ = frame_.force(tangential);
     }
-    sent_ = refused ? Eigen::Vector3d::Zero().eval() : Eigen::Vector3d(push * frame_.normal() + friction_);
+    sent_ = refused ? Eigen::Vector3d::Zero().eval() : Eigen::Vector3d(wall_ * frame_.normal() + friction_);
     return sent_;
   }
 
   /// After a jump that the hand did not make (the device was indexed, the scene was moved).
   void restart() noexcept {
     started_ = false;
+    missed_s_ = 0.0;
     sent_.setZero();
     velocity_.restart();
   }
 
   const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, tangential part
-  double wall_force() const noexcept { return wall_; }                    ///< N, after the cap: the load
+  double wall_force() const noexcept { return wall_; }                    ///< N, after the cap: the last load
   bool limited() const noexcept { return limited_; }                      ///< the last force was at the limit
   const ContactFrame& frame() const noexcept { return frame_; }
   /// Energy that the hand put in so far, J, each force held until the next position, as a device does it. A
@@ -178,7 +187,7 @@ class HapticPoint {
     limited_ = true;
     const double size = elastic.norm();
     if (size >= room) {
-      elastic *= room / size;
+      elastic *= size > 0.0 ? room / size : 0.0;  // no room and nothing elastic: 0/0
       damper.setZero();
       return;
     }
@@ -196,6 +205,7 @@ class HapticPoint {
   Eigen::Vector3d sent_ = Eigen::Vector3d::Zero();
   double wall_ = 0.0;
   double taken_ = 0.0;
+  double missed_s_ = 0.0;  // time of the bad ticks since the last good one
   bool started_ = false;
   bool limited_ = false;
 };

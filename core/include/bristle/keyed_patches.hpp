@@ -143,7 +143,8 @@ class BRISTLE_API ContactMatcher {
 
   /// All contacts of one step; keys[i] names contacts[i] (no_contact_key where a point is not finite, and for
   /// those beyond the capacity or beyond the length of `keys`). Returns how many were found again. Cost: of
-  /// the order of the contacts, times the contacts of one pair.
+  /// the order of the contacts, times the contacts P of one pair; at worst times P^2, where a row of contacts
+  /// went farther than its own length and all of it lies within reach.
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
   void clear() noexcept;  ///< forgets all contacts
 
