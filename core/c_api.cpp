@@ -785,7 +785,8 @@ bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path
   return guarded([&] {
     need(batch, "batch");
     need(path, "path");
-    const std::vector<std::byte> found = restore_state_file(path, batch->batch);
+    const std::vector<std::byte> found =
+        restore_state_file(path, batch->batch, std::max(capacity, std::size_t{1} << 20));
     const size_t held = extra != nullptr ? std::min(capacity, found.size()) : 0;
     if (held > 0) std::memcpy(extra, found.data(), held);
     if (extra_size != nullptr) *extra_size = found.size();

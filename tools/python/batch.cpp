@@ -138,8 +138,7 @@ void define_report(py::module_& module) {
       .def_readonly("patches_stepped", &StepReport::patches_stepped, "Motions that were carried out.")
       .def_readonly(
           "tasks", &StepReport::tasks,
-          "Pieces that the step was cut into: 1 = not shared; 0 = refused, or shared with nothing in "
-          "it but large patches that hold still.")
+          "Pieces that the step was cut into: 1 = not shared, 0 = refused.")
       .def_readonly("threads", &StepReport::threads, "Threads that took a piece of work.")
       .def_readonly("bristles_visited", &StepReport::bristles_visited, "Bristles that a kernel looked at.")
       .def("__repr__", [](const StepReport& r) {

@@ -275,8 +275,7 @@ typedef struct bristle_step_report {
   size_t struct_size;
   uint32_t status;           /**< all responses' flags together */
   uint32_t patches_stepped;  /**< motions that were carried out */
-  uint32_t tasks;            /**< pieces that the step was cut into: 1 = not shared; 0 = refused, or shared
-                                  with nothing in it but large patches that hold still */
+  uint32_t tasks;            /**< pieces that the step was cut into: 1 = not shared; 0 = refused */
   uint32_t threads;          /**< threads that took a piece */
   uint64_t bristles_visited; /**< bristles that a kernel looked at */
 } bristle_step_report;
@@ -374,8 +373,8 @@ BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const voi
 BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path,
                                                    const void* extra, size_t extra_size);
 /** Restores from a file. `extra` (may be null) receives the caller's own bytes, as many as `capacity` holds,
- *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit. [step]
- */
+ *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit, and where
+ *  there is more of the caller's own than `capacity` and than a mebibyte. [step] */
 BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
                                                       size_t capacity, size_t* extra_size);
 

@@ -48,7 +48,7 @@ struct BatchOptions {
 struct StepReport {
   Status status = Status::ok;          ///< all responses' flags together
   std::uint32_t patches_stepped = 0;   ///< motions that were carried out
-  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread
+  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = refused
   std::uint32_t threads = 0;           ///< threads that took a piece of work, the caller included
   std::uint64_t bristles_visited = 0;  ///< bristles that a kernel looked at
 };
