@@ -136,9 +136,8 @@ void define_report(py::module_& module) {
           },
           "All responses' flags together: bristle.Status.")
       .def_readonly("patches_stepped", &StepReport::patches_stepped, "Motions that were carried out.")
-      .def_readonly(
-          "tasks", &StepReport::tasks,
-          "Pieces that the step was cut into: 1 = not shared, 0 = refused.")
+      .def_readonly("tasks", &StepReport::tasks,
+                    "Pieces that the step was cut into: 1 = not shared, 0 = refused.")
       .def_readonly("threads", &StepReport::threads, "Threads that took a piece of work.")
       .def_readonly("bristles_visited", &StepReport::bristles_visited, "Bristles that a kernel looked at.")
       .def("__repr__", [](const StepReport& r) {

@@ -373,8 +373,8 @@ BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const voi
 BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path,
                                                    const void* extra, size_t extra_size);
 /** Restores from a file. `extra` (may be null) receives the caller's own bytes, as many as `capacity` holds,
- *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit, and where
- *  there is more of the caller's own than `capacity` and than a mebibyte. [step] */
+ *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit, and
+ * where there is more of the caller's own than `capacity` and than a mebibyte. [step] */
 BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
                                                       size_t capacity, size_t* extra_size);
 
