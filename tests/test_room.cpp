@@ -351,6 +351,36 @@ TEST_CASE("On a slope under taps the brush holds, LuGre and Coulomb creep down",
   CHECK(creep(FrictionModel::coulomb) > 10e-6);
 }
 
+TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
+  for (const double hand_x : {0.10, -0.02}) {  // beyond the block; in it, as a click on it has it
+    HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
+    let_go.hand.holds = false;
+    Run run(few_bristles(), {at_place(0.0, -0.07, 0, 0.03), let_go, at_place(0.5, hand_x, 0, 0.03),
+                             at_place(2.0, hand_x, 0, 0.03)});
+    run.until(0.5);
+    REQUIRE(run.now().tool[0] < -0.06);
+    double highest = 0.0;
+    while (run.now().time < 2.0) {
+      const double* f = run.tick().applied;
+      highest = std::max(highest, std::hypot(f[0], f[1], f[2]));
+    }
+    CHECK(highest > 0.5);  // it did push
+    CHECK(highest < DeviceLimits{}.force);
+    CHECK(run.now().tool[0] == Approx(hand_x).margin(0.02));  // and got there
+  }
+}
+
+TEST_CASE("A script's hand that lets go leaves the tool where it is", "[room]") {
+  const Script script = parse_script(
+      "[[hand]]\nt = 0.0\nposition = [-0.2, 0.1, 0.03]\n[[hand]]\nt = 0.2\nforce = [0, 0, 0]\n"
+      "[[hand]]\nt = 0.5\nforce = [0, 0, 0]\n",
+      "let_go.toml", RoomMeasures{});
+  Run run(few_bristles(), script.hand.rows);
+  run.until(0.5);
+  CHECK(run.now().tool[0] == Approx(-0.2).margin(1e-3));
+  CHECK(run.now().tool[1] == Approx(0.1).margin(1e-3));
+}
+
 TEST_CASE("A slope steeper than the friction lets the block slide as the inclined plane says", "[room]") {
   for (const FrictionModel model : {FrictionModel::brush, FrictionModel::lugre, FrictionModel::coulomb}) {
     INFO("model " << static_cast<int>(model));
