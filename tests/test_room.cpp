@@ -381,6 +381,30 @@ TEST_CASE("A script's hand that lets go leaves the tool where it is", "[room]") 
   CHECK(run.now().tool[1] == Approx(0.1).margin(1e-3));
 }
 
+TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
+  const auto mean_deflection = [](const BristleView& view) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < view.count; ++i) sum += view.zx[i];
+    return sum / static_cast<double>(std::max<std::size_t>(view.count, 1));
+  };
+  Settings settings = few_bristles();
+  settings.slope = 0.2;  // it holds, its bristles bent
+  Run run(settings);
+  run.until(0.5);
+  const double bent = mean_deflection(run.now().bristles);
+  REQUIRE(std::fabs(bent) > 0.05 * settings.presliding_length);
+  auto& wishes = run.loop().exchange().settings;
+  settings.model = FrictionModel::lugre;
+  settings.slope = 0.0;
+  wishes.write(settings);
+  run.until(1.0);
+  settings.model = FrictionModel::brush;
+  wishes.write(settings);
+  run.until(1.1);
+  REQUIRE(run.now().bristles.count > 0);
+  CHECK(std::fabs(mean_deflection(run.now().bristles)) < 0.02 * std::fabs(bent));
+}
+
 TEST_CASE("A slope steeper than the friction lets the block slide as the inclined plane says", "[room]") {
   for (const FrictionModel model : {FrictionModel::brush, FrictionModel::lugre, FrictionModel::coulomb}) {
     INFO("model " << static_cast<int>(model));

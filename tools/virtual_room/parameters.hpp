@@ -64,12 +64,16 @@ class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
   /// Parameters of checked settings; the materials of the patches change at once. New patches where the
-  /// number of bristles changed or `anew`; the old ones stay until remove_old().
+  /// number of bristles or the model changed, or `anew`; the old ones stay until remove_old(), and stay
+  /// in use when it throws.
   Parameters make(const Settings& wanted, bool anew);
   /// When the haptic loop no longer uses the patches of before.
   void remove_old();
 
  private:
+  PatchIds add_patches(const Settings& settings, const bristle::Material& material);
+  void remove(PatchIds& ids);
+
   bristle::PatchBatch& batch_;
   Parameters now_;
   bristle::Material material_;
