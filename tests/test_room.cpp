@@ -16,6 +16,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "temporary_folder.hpp"
+#include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/parameters.hpp"
@@ -478,6 +480,152 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   }
 }
 
+TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are whole", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  const std::string base = folder.at("recording");
+  const auto run_to = [](HapticLoop& loop, const char* line) {
+    for (int k = 0; k < 3000; ++k) {
+      loop.advance(1);
+      loop.exchange().room.refresh();
+      if (std::strstr(loop.exchange().room.latest().message, line)) return true;
+    }
+    return false;
+  };
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = base;
+  HandMotion push{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}};
+  SECTION("reset") {
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", push));
+    loop.exchange().acts.push(Act::record);
+    loop.advance(300);
+    loop.exchange().acts.push(Act::reset);
+    CHECK(run_to(loop, "recorded 30"));
+    loop.advance(100);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().time < 0.15);
+    CHECK_FALSE(loop.exchange().room.latest().recording);
+  }
+  SECTION("replay") {
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", push));
+    loop.exchange().acts.push(Act::record);
+    REQUIRE(run_to(loop, "recording to"));
+    std::vector<std::uint64_t> hashes;
+    for (int k = 0; k < 300; ++k) {
+      hashes.push_back(loop.state_hash());
+      loop.advance(1);
+    }
+    loop.exchange().acts.push(Act::replay);
+    REQUIRE(run_to(loop, "replay of"));
+    int same = 0;
+    for (const std::uint64_t hash : hashes) {
+      same += loop.state_hash() == hash;
+      loop.advance(1);
+    }
+    CHECK(same == 300);
+  }
+  SECTION("the block leaves the room") {
+    HapticLoop loop(options,
+                    std::make_unique<PlayedHand>(
+                        "script", HandMotion{{at_place(0.0, 0.07, 0, 0.03), with_force(0.3, -1000.0, 0, 0),
+                                              with_force(0.6, -1000.0, 0, 0)}}));
+    loop.exchange().acts.push(Act::record);
+    REQUIRE(run_to(loop, "recording to"));
+    REQUIRE(run_to(loop, "left the room"));
+    CHECK(run_to(loop, "recorded"));
+  }
+  const Script script = read_script(base + ".toml", RoomMeasures{});  // refuses times that go back
+  CHECK(script.seconds > 0.25);
+  CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));
+}
+
+TEST_CASE("Forces written from the start go on through a reset", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.forces_csv = folder.at("forces.csv");
+  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+  loop.advance(100);
+  loop.exchange().acts.push(Act::reset);
+  loop.advance(100);
+  loop.finish_recording();
+  const std::string text = cli::read_text_file(options.forces_csv);
+  CHECK(std::count(text.begin(), text.end(), '\n') > 4 * 195);
+}
+
+TEST_CASE("Replays can be begun anew by replay or reset, and give back what was before", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = folder.at("recording");
+  Settings later = few_bristles();
+  later.kinetic = 0.25;
+  later.peak = 0.3;
+  options.changes = {{0.6, later}};
+  HapticLoop loop(
+      options, std::make_unique<PlayedHand>(
+                   "script", HandMotion{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}}));
+  Exchange& exchange = loop.exchange();
+  const auto now = [&]() -> const Snapshot& {
+    exchange.room.refresh();
+    return exchange.room.latest();
+  };
+  const auto run_until = [&](double time) {
+    while (now().time < time - 5e-4) loop.advance(1);
+  };
+  exchange.acts.push(Act::record);
+  loop.advance(100);
+  Settings settings = few_bristles();
+  settings.kinetic = 0.2;
+  settings.peak = 0.24;
+  exchange.settings.write(settings);
+  run_until(0.2);
+  const double end = now().time;
+  const std::uint64_t hash = loop.state_hash();
+  exchange.acts.push(Act::stop_recording);
+  loop.advance(5);
+  settings.kinetic = 0.3;
+  settings.peak = 0.36;
+  exchange.settings.write(settings);
+  loop.advance(5);
+  for (const Act again : {Act::replay, Act::reset}) {
+    exchange.acts.push(Act::replay);
+    loop.advance(2);
+    run_until(0.15);
+    REQUIRE(now().settings.kinetic == 0.2);
+    exchange.acts.push(again);
+    loop.advance(2);
+    REQUIRE(now().time < 0.01);
+    CHECK(now().settings.kinetic == 0.4);
+    run_until(end);
+    CHECK(loop.state_hash() == hash);
+    for (int k = 0; k < 50 && !std::strstr(now().message, "replay has ended"); ++k) loop.advance(1);
+    CHECK_THAT(now().message, Catch::Contains("replay has ended"));
+    CHECK(now().settings.kinetic == 0.3);
+  }
+  // The script that was being played before goes on.
+  run_until(0.7);
+  CHECK(now().settings.kinetic == 0.25);
+}
+
+TEST_CASE("A recording of a script begins its changes anew", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = folder.at("recording");
+  Settings slippery = few_bristles(), rough = few_bristles();
+  slippery.kinetic = 0.3;
+  rough.kinetic = 0.41;
+  options.changes = {{0.1, slippery}, {0.3, rough}};
+  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+  loop.advance(500);
+  loop.exchange().acts.push(Act::record);
+  loop.advance(200);
+  loop.exchange().room.refresh();
+  CHECK(loop.exchange().room.latest().time == Approx(0.2).margin(0.005));
+  CHECK(loop.exchange().room.latest().settings.kinetic == 0.3);
+}
+
 TEST_CASE("Pause holds the world, a single step moves it by one tick, reset begins anew", "[room]") {
   Run run(few_bristles(), {at_place(0.0, -0.06, 0, 0.03), at_place(1.0, 0.06, 0, 0.03)});
   run.until(0.5);
@@ -542,6 +690,67 @@ TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line",
   CHECK(run.now().device_lost);
   CHECK_THAT(run.now().message, Catch::Contains("device script lost"));
   CHECK(speed(run.until(1.5)) < 0.01);
+}
+
+TEST_CASE("A recording that cannot be begun leaves the block its friction", "[room]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.settings.slope = 0.2;
+  options.record_to = "/no/such/folder/x";
+  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+  loop.advance(500);
+  loop.exchange().room.refresh();
+  const double before = loop.exchange().room.latest().block_position[0];
+  loop.exchange().acts.push(Act::record);
+  loop.advance(1000);
+  loop.exchange().room.refresh();
+  const Snapshot& now = loop.exchange().room.latest();
+  CHECK_THAT(now.message, Catch::Contains("/no/such/folder/x"));
+  CHECK_FALSE(now.recording);
+  CHECK(now.time == Approx(1.5));
+  CHECK(now.block_position[0] == Approx(before).margin(2e-4));
+  loop.exchange().acts.push(Act::reset);  // and the next patches are whole as well
+  loop.advance(1000);
+  loop.exchange().room.refresh();
+  CHECK(std::fabs(loop.exchange().room.latest().block_position[0]) < 1e-3);
+}
+
+TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotten", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  SECTION("at the end of a recording") {
+    options.record_to = folder.at("recording");
+    std::filesystem::create_symlink("/dev/full", options.record_to + ".hand.csv");
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+    loop.exchange().acts.push(Act::record);
+    loop.advance(50);
+    loop.exchange().acts.push(Act::stop_recording);
+    for (int k = 0; k < 20; ++k) {
+      loop.advance(1);
+      loop.exchange().room.refresh();
+      CHECK_THAT(loop.exchange().room.latest().message, !Catch::StartsWith("recorded"));
+    }
+    CHECK_THAT(loop.exchange().room.latest().message, Catch::Contains("cannot be written"));
+    CHECK_THROWS_AS(loop.finish_recording(), cli::UserError);
+  }
+  SECTION("while it is written") {
+    options.forces_csv = "/dev/full";
+    options.rate_hz = 10000.0;
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+    loop.start();
+    bool recording = true;
+    for (int k = 0; k < 20000 && recording; ++k) {  // a megabyte is buffered: half a second's rows
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
+        recording = loop.exchange().room.latest().recording;
+      }
+    }
+    CHECK_FALSE(recording);
+    CHECK_THAT(loop.exchange().room.latest().message, Catch::Contains("/dev/full: cannot be written"));
+    loop.stop();
+    CHECK_THROWS_AS(loop.finish_recording(), cli::UserError);
+  }
 }
 
 TEST_CASE("Absurd settings are clamped or refused, and the block stays finite", "[room]") {

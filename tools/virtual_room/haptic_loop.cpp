@@ -12,6 +12,7 @@
 #include <deque>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -139,6 +140,7 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
+      if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
       world.reset();
     }
     double force[3];
@@ -177,7 +179,9 @@ struct HapticLoop::Impl {
       presence = 1.0;
       simulated.store(0.0, std::memory_order_release);
     }
-    if (order.recording != Recording::as_it_is) recording = order.recording == Recording::begin;
+    if (order.recording != Recording::as_it_is) {
+      recording = hand_recorded = order.recording == Recording::begin;
+    }
     if (order.message.text[0]) remember(order.message.text);
     orders_taken.fetch_add(1, std::memory_order_release);
   }
@@ -297,33 +301,55 @@ struct HapticLoop::Impl {
   void clear_up() {
     maker.remove_old();
     leaving_device.reset();
-    if (closing) {
-      const std::uint64_t rows = finish_recorder();
-      closing = false;
+    if (closing) close_recording();
+    if (failed) {
+      failed = false;
       Order order;
-      const std::uint64_t lost = recorder.lost();
-      order.message = to_message(
-          lost == 0 ? fmt::format("recorded {} ticks", rows)
-                    : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
+      order.recording = Recording::end;
+      order.message = to_message(failure);
       give(order);
     }
   }
 
-  std::uint64_t finish_recorder() {
-    recorder.drain();
-    const std::uint64_t rows = recorder.rows_written();
-    recorder.finish();
-    return rows;
+  void close_recording() {
+    closing = false;
+    try {
+      recorder.drain();
+      const std::uint64_t rows = recorder.rows_written(), lost = recorder.lost();
+      recorder.finish();
+      Order order;
+      order.message = to_message(
+          lost == 0 ? fmt::format("recorded {} ticks", rows)
+                    : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
+      give(order);
+    } catch (const cli::UserError& error) {
+      give_up_recording(error.what());
+    }
+  }
+
+  // The disk is full: the loop goes on without recording. Said in the room now, and by finish_recording().
+  void give_up_recording(const char* why) {
+    recorder.abandon();
+    closing = false;
+    failed = true;
+    failure = why;
   }
 
   void desk() {
-    if (recorder.is_open()) recorder.drain();
+    try {
+      if (recorder.is_open()) recorder.drain();
+    } catch (const cli::UserError& error) {
+      give_up_recording(error.what());
+    }
     if (order_waits()) return;
     clear_up();
     if (order_waits()) return;
-    Act act = Act::none;
-    if (requests.pop(act)) {
-      serve(act);
+    if (waiting != Act::none || requests.pop(waiting)) {
+      // Time that goes back would spoil what is being written: it is closed first. Forces alone go on.
+      const bool spoils =
+          waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
+      const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
+      serve(spoils ? Act::stop_recording : act);
     } else if (exchange.settings.refresh()) {
       give(parameters_order(exchange.settings.latest(), false));
     } else if (!changes.empty() && simulated.load(std::memory_order_acquire) >= changes.front().t) {
@@ -339,15 +365,13 @@ struct HapticLoop::Impl {
     try {
       switch (act) {
         case Act::reset:
-          order = parameters_order(settings, true);
-          order.reset = true;
-          if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
+          order = replay_device ? begin_replay() : begin_anew();
           break;
         case Act::record:
-          order = parameters_order(settings, true);
-          order.reset = true;
+          // The files first: from when new patches are made, the order must be given.
+          recorder.start_all(options.record_to, settings, revisions + 1);
+          order = begin_anew();
           order.recording = Recording::begin;
-          recorder.start_all(options.record_to, settings, revisions);
           order.message = to_message(fmt::format("recording to {}.csv", options.record_to));
           break;
         case Act::stop_recording:
@@ -361,19 +385,28 @@ struct HapticLoop::Impl {
           return;
       }
     } catch (const std::exception& error) {  // a file that cannot be read or written: a line, and go on
+      if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());
     }
     give(order);
   }
 
+  Order begin_anew() {
+    Order order = parameters_order(settings, true);
+    order.reset = true;
+    if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
+    return order;
+  }
+
   Order begin_replay() {
     Script script = read_script(options.record_to + ".toml", options.measures);
-    settings_before_replay = settings;
+    auto player = std::make_unique<PlayedHand>("replay", std::move(script.hand));
+    if (!replay_device) settings_before_replay = settings;
     Order order = parameters_order(script.settings, true);
     order.reset = true;
     leaving_device = std::move(replay_device);
-    replay_device = std::make_unique<PlayedHand>("replay", std::move(script.hand));
+    replay_device = std::move(player);
     order.device = replay_device.get();
     replay_end = script.seconds;
     changes.assign(script.changes.begin(), script.changes.end());
@@ -385,6 +418,8 @@ struct HapticLoop::Impl {
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
+    // The script of before goes on at the present time: its changes up to here follow at once.
+    changes.assign(options.changes.begin(), options.changes.end());
     order.message = to_message("replay has ended");
     give(order);
   }
@@ -393,9 +428,8 @@ struct HapticLoop::Impl {
     while (running.load(std::memory_order_acquire)) {
       try {
         desk();
-      } catch (const std::exception& error) {  // the disk is full, memory is short
+      } catch (const std::exception& error) {  // memory is short: what was asked for is not done
         std::fprintf(stderr, "bristle-room: %s\n", error.what());
-        recorder.abandon();
       }
       std::this_thread::sleep_for(desk_pause);
     }
@@ -413,7 +447,8 @@ struct HapticLoop::Impl {
   // Haptic thread.
   Device* device = nullptr;
   Hand hand;
-  bool device_there = true, device_seen = false, paused = false, recording = false, row_waits = false;
+  bool device_there = true, device_seen = false, paused = false, row_waits = false;
+  bool recording = false, hand_recorded = false;  // the latter: not forces alone
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
@@ -437,7 +472,9 @@ struct HapticLoop::Impl {
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
-  bool closing = false;
+  Act waiting = Act::none;               // for a recording to be closed
+  bool closing = false, failed = false;  // a recording: to be closed; failed, which is not said yet
+  std::string failure;                   // the last one
 
   std::thread haptic_thread, desk_thread;
 };
@@ -466,7 +503,10 @@ void HapticLoop::advance(std::uint64_t ticks) {
   }
 }
 
-void HapticLoop::finish_recording() { impl_->recorder.finish(); }
+void HapticLoop::finish_recording() {
+  impl_->recorder.finish();
+  if (!impl_->failure.empty()) throw cli::UserError(impl_->failure);
+}
 Exchange& HapticLoop::exchange() noexcept { return impl_->exchange; }
 double HapticLoop::rate_hz() const noexcept { return impl_->options.rate_hz; }
 LoopStatistics HapticLoop::statistics() const noexcept {
