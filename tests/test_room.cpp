@@ -626,6 +626,20 @@ TEST_CASE("A recording of a script begins its changes anew", "[room]") {
   CHECK(loop.exchange().room.latest().settings.kinetic == 0.3);
 }
 
+TEST_CASE("Pause adds no points to the plots, a single step one", "[room]") {
+  Run run(few_bristles());
+  run.until(0.05);
+  Exchange& exchange = run.loop().exchange();
+  exchange.acts.push(Act::pause);
+  run.loop().advance(100);
+  PlotPoint point;
+  CHECK_FALSE(exchange.plot.pop(point));
+  exchange.acts.push(Act::single_step);
+  run.loop().advance(10);
+  CHECK(exchange.plot.pop(point));
+  CHECK_FALSE(exchange.plot.pop(point));
+}
+
 TEST_CASE("Pause holds the world, a single step moves it by one tick, reset begins anew", "[room]") {
   Run run(few_bristles(), {at_place(0.0, -0.06, 0, 0.03), at_place(1.0, 0.06, 0, 0.03)});
   run.until(0.5);
@@ -690,6 +704,82 @@ TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line",
   CHECK(run.now().device_lost);
   CHECK_THAT(run.now().message, Catch::Contains("device script lost"));
   CHECK(speed(run.until(1.5)) < 0.01);
+}
+
+namespace {
+
+/// Plays a motion, and writes down what the hand would feel.
+class FeltHand final : public Device {
+ public:
+  struct Felt {
+    long reads = 0;
+    std::vector<double> force;  // N, along x
+  };
+  FeltHand(HandMotion motion, std::shared_ptr<Felt> felt)
+      : motion_(std::move(motion)), felt_(std::move(felt)) {}
+  const char* name() const noexcept override { return "felt"; }
+  DeviceLimits limits() const noexcept override { return {}; }
+  bool read(double time_s, Hand& hand) noexcept override {
+    ++felt_->reads;
+    hand = motion_.at(time_s);
+    return true;
+  }
+  void write(const double (&force)[3]) noexcept override { felt_->force.push_back(force[0]); }
+
+ private:
+  HandMotion motion_;
+  std::shared_ptr<Felt> felt_;
+};
+
+}  // namespace
+
+TEST_CASE("A device feels nothing in a pause, under another device and at the end", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.settings.kinetic = 1.0;  // the block holds: the spring pushes steadily
+  options.settings.peak = 1.1;
+  options.record_to = folder.at("recording");
+  const HandMotion push{{at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}};
+  const auto felt = std::make_shared<FeltHand::Felt>();
+  HapticLoop loop(options, std::make_unique<FeltHand>(push, felt));
+  loop.advance(800);
+  const double before = felt->force.back();
+  REQUIRE(before < -0.5);
+  auto& acts = loop.exchange().acts;
+  acts.push(Act::pause);
+  const long reads = felt->reads;
+  loop.advance(20);
+  CHECK(felt->force.back() == 0.0);
+  CHECK(felt->reads == reads + 20);  // what it sends does not queue up
+
+  acts.push(Act::run);
+  double largest_jump = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const double last = felt->force.back();
+    loop.advance(1);
+    largest_jump = std::max(largest_jump, std::fabs(felt->force.back() - last));
+  }
+  CHECK(largest_jump < 0.1 * std::fabs(before));
+  CHECK(felt->force.back() == Approx(before).epsilon(0.05));
+  HapticLoop straight(options, std::make_unique<PlayedHand>("script", push));
+  straight.advance(900);
+  CHECK(loop.state_hash() == straight.state_hash());  // the world did not notice
+
+  acts.push(Act::record);
+  loop.advance(700);
+  acts.push(Act::stop_recording);
+  loop.advance(5);
+  REQUIRE(felt->force.back() < -0.5);
+  acts.push(Act::replay);
+  loop.advance(5);
+  CHECK(felt->force.back() == 0.0);
+  loop.advance(1000);  // the replay has ended
+  REQUIRE(felt->force.back() < -0.5);
+  loop.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  loop.stop();
+  CHECK(felt->force.back() == 0.0);
 }
 
 TEST_CASE("A recording that cannot be begun leaves the block its friction", "[room]") {

@@ -35,6 +35,8 @@ constexpr double fade_time = 0.05;      // s: the hand's force comes and goes ov
 constexpr double message_time = 6.0;    // s: how long a line stands
 constexpr double farthest_hand = 10.0;  // m, in each axis
 constexpr double strongest_hand = 1e3;  // N, in each axis
+// Periods are measured, not judged: with this deadline none is late, and the system is not asked why it was.
+constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
 
@@ -82,7 +84,7 @@ struct HapticLoop::Impl {
         own_device(std::move(given_device)),
         computing(dt),
         ending(dt),
-        period(dt) {
+        period(no_deadline) {
     if (!(given.rate_hz >= 1000.0 && given.rate_hz <= 10000.0)) {
       throw cli::UserError(fmt::format("rate {:g} Hz; allowed: 1000 to 10000 Hz", given.rate_hz));
     }
@@ -105,16 +107,18 @@ struct HapticLoop::Impl {
     const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
     take_order();
     take_acts();
-    if (!paused || steps_wanted > 0) {
+    const bool stepping = !paused || steps_wanted > 0;
+    if (stepping) {
       if (paused) --steps_wanted;
       step();
+      exchange.plot.push(plot_point(bristle::DeadlineMonitor::wall_now() - begin));
+    } else {
+      stand_still();
     }
-    const double step_time = bristle::DeadlineMonitor::wall_now() - begin;
-    exchange.plot.push(plot_point(step_time));
     publish();
     const double end = bristle::DeadlineMonitor::wall_now();
     const double own = bristle::DeadlineMonitor::cpu_now() - cpu;
-    computing.record(end - begin, own);
+    if (stepping) computing.record(end - begin, own);
     ending.record(end - (due_s > 0.0 ? due_s : begin), own);
     if (due_s > 0.0 && last_begin > 0.0) period.record(begin - last_begin, own);
     last_begin = begin;
@@ -128,7 +132,8 @@ struct HapticLoop::Impl {
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
-    // Fades: a device that is lost and a hand that lets go leave no jump.
+    // Fades: the spring of a hand that lets go, and all of a device that is lost, leave no jump. A force
+    // beside the spring, as the mouse's press, is the device's own: it ends when the device says so.
     const double change = dt / fade_time;
     presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
     grip = std::clamp(grip + (there && hand.holds ? change : -change), 0.0, 1.0);
@@ -143,10 +148,25 @@ struct HapticLoop::Impl {
       if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
       world.reset();
     }
+    // What comes back to the hand after it felt nothing comes without a jump; the world has it whole.
+    feedback = std::min(1.0, feedback + change);
     double force[3];
-    for (int i = 0; i < 3; ++i) force[i] = world.device_force()[i];
+    for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
     device->write(force);
     simulated.store(world.time(), std::memory_order_release);
+  }
+
+  // A tick of a pause. What the device sends is taken, so that it does not queue up, and goes nowhere.
+  void stand_still() noexcept {
+    Hand unused;
+    device->read(world.time(), unused);
+    release_device();
+  }
+
+  // Nothing is computed for this device from here on: it must not go on with the last force.
+  void release_device() noexcept {
+    device->write({0.0, 0.0, 0.0});
+    feedback = 0.0;
   }
 
   void note_device(bool there) noexcept {
@@ -168,6 +188,7 @@ struct HapticLoop::Impl {
       revision = order.revision;
     }
     if (order.device) {
+      release_device();
       device = order.device;
       device_there = true;
       device_seen = false;
@@ -275,6 +296,7 @@ struct HapticLoop::Impl {
       pace.wait();
       tick(pace.due_s());
     }
+    release_device();
   }
 
   // --------------------------------------------------------------------------------------- the desk
@@ -450,6 +472,7 @@ struct HapticLoop::Impl {
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
   bool recording = false, hand_recorded = false;  // the latter: not forces alone
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
+  double feedback = 1.0;  // share of the force that goes to the device
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
