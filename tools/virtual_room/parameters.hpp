@@ -33,6 +33,11 @@ inline constexpr std::array<SettingRange, 12> setting_ranges = {{
     {"hand_stiffness", &Settings::hand_stiffness, 0.0, 5000.0, "N/m"},
     {"hand_damping", &Settings::hand_damping, 0.0, 50.0, "N s/m"},
 }};
+constexpr const SettingRange& range_of(double Settings::*member) {
+  std::size_t i = 0;
+  while (setting_ranges[i].member != member) ++i;
+  return setting_ranges[i];
+}
 inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
 
 /// Patches are made before the loop runs and wait for contacts: four for the floor, as many corners as can
