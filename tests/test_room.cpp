@@ -922,7 +922,7 @@ class Sender {
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
           "[room]") {
-  UdpDevice device(0);
+  UdpDevice device(0, "127.0.0.1", 60.0);  // a busy machine is no silence
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
@@ -954,11 +954,26 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   REQUIRE(read(0.04));
   CHECK(device.refused() == 4);
   CHECK_FALSE(hand.holds);
+}
 
+TEST_CASE("The network device is lost after a silence, and comes back with any packet", "[room]") {
+  UdpDevice device(0);
+  Sender sender(device.port());
+  Hand hand;
+  const auto read = [&] {
+    for (int k = 0; k < 200; ++k) {
+      if (device.read(0.0, hand)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  sender.send({7, {true, {0.01, 0, 0}, {0, 0, 0}}});
+  REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
-  CHECK_FALSE(device.read(0.0, hand));                // silence
+  CHECK_FALSE(device.read(0.0, hand));
   sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server began anew
-  CHECK(read(0.05));
+  CHECK(read());
+  CHECK(hand.position[0] == 0.05);
 }
 
 // ------------------------------------------------------------------------------------------- two threads
@@ -994,6 +1009,8 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
+  mouse.holds = false;  // it lies where the block comes back to
+  exchange.mouse.write(mouse);
   exchange.acts.push(Act::reset);
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
   exchange.acts.push(Act::pause);
@@ -1007,7 +1024,9 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   exchange.room.refresh();
   CHECK(exchange.room.latest().time - before > 0.05);
   loop.stop();
+  exchange.room.refresh();
+  const double stopped = exchange.room.latest().time;
   loop.start();
-  CHECK(wait_for([&](const Snapshot& s) { return s.time > before; }));
+  CHECK(wait_for([&](const Snapshot& s) { return s.time > stopped; }));
   loop.stop();
 }
