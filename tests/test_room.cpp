@@ -183,6 +183,7 @@ TEST_CASE("A block at rest presses with its weight and does not stir", "[room]")
   Run run(settings);
   const Snapshot first = run.until(0.5);
   CHECK(first.contacts == 4);
+  CHECK(first.bristles.total == settings.bristles);
   CHECK(load_of(first, Between::block_floor) == Approx(settings.mass * g + 1.5).epsilon(1e-9));
   double highest = 0.0;
   for (int k = 0; k < 1000; ++k) {

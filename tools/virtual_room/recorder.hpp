@@ -62,7 +62,7 @@ class Recorder {
   double end_ = 0.0;
 };
 
-/// "floor corner 3" and the like, as the CSV's column `patch` has it.
+/// "floor_corner_3" and the like, as the CSV's column `patch` has it.
 std::string patch_name(int touch_key);
 
 }  // namespace room

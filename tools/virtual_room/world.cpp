@@ -427,10 +427,12 @@ void World::show_bristles(BristleView& to) noexcept {
     }
   }
   to.key = shown_key_;
+  to.total = 0;
   to.count = 0;
   if (shown_key_ == 0 || parameters_.settings.model != FrictionModel::brush) return;
   double zx[bristles_shown], zy[bristles_shown], delta[bristles_shown];
   const auto patch = static_cast<std::size_t>(places_[index(shown_key_)].patch);
+  to.total = bristles_of(parameters_.settings, patch);
   to.count = batch_.read_bristles(friction_.patch(patch), zx, zy, delta);
   for (std::size_t i = 0; i < to.count; ++i) {
     to.zx[i] = static_cast<float>(zx[i]);
