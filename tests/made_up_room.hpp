@@ -37,6 +37,7 @@ inline room::Snapshot room_with_block_at(double x, double friction_n, double ben
     }
   }
   r.bristles.key = 1;
+  r.bristles.total = r.settings.bristles;
   r.bristles.count = room::bristles_shown;
   for (std::size_t i = 0; i < r.bristles.count; ++i) {
     const double u = std::fmod(0.5 + 0.6180339887 * static_cast<double>(i), 1.0);

@@ -36,7 +36,7 @@ struct Sighting {
 
 /// Forks. The child runs `prepare`, from then on watches its main thread, runs `steps` and ends. A system
 /// call whose number is in `allowed` is let through, any other does not take place: it is written down and
-/// fails. Fork before this process has threads.
+/// fails (a futex wakes nobody). Fork before this process has threads.
 Sighting watch(const std::function<void()>& prepare, const std::function<long()>& steps,
                const std::vector<int>& allowed = {});
 

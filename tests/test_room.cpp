@@ -16,6 +16,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "temporary_folder.hpp"
+#include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/parameters.hpp"
@@ -181,6 +183,7 @@ TEST_CASE("A block at rest presses with its weight and does not stir", "[room]")
   Run run(settings);
   const Snapshot first = run.until(0.5);
   CHECK(first.contacts == 4);
+  CHECK(first.bristles.total == settings.bristles);
   CHECK(load_of(first, Between::block_floor) == Approx(settings.mass * g + 1.5).epsilon(1e-9));
   double highest = 0.0;
   for (int k = 0; k < 1000; ++k) {
@@ -351,6 +354,60 @@ TEST_CASE("On a slope under taps the brush holds, LuGre and Coulomb creep down",
   CHECK(creep(FrictionModel::coulomb) > 10e-6);
 }
 
+TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
+  for (const double hand_x : {0.10, -0.02}) {  // beyond the block; in it, as a click on it has it
+    HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
+    let_go.hand.holds = false;
+    Run run(few_bristles(), {at_place(0.0, -0.07, 0, 0.03), let_go, at_place(0.5, hand_x, 0, 0.03),
+                             at_place(2.0, hand_x, 0, 0.03)});
+    run.until(0.5);
+    REQUIRE(run.now().tool[0] < -0.06);
+    double highest = 0.0;
+    while (run.now().time < 2.0) {
+      const double* f = run.tick().applied;
+      highest = std::max(highest, std::hypot(f[0], f[1], f[2]));
+    }
+    CHECK(highest > 0.5);  // it did push
+    CHECK(highest < DeviceLimits{}.force);
+    CHECK(run.now().tool[0] == Approx(hand_x).margin(0.02));  // and got there
+  }
+}
+
+TEST_CASE("A script's hand that lets go leaves the tool where it is", "[room]") {
+  const Script script = parse_script(
+      "[[hand]]\nt = 0.0\nposition = [-0.2, 0.1, 0.03]\n[[hand]]\nt = 0.2\nforce = [0, 0, 0]\n"
+      "[[hand]]\nt = 0.5\nforce = [0, 0, 0]\n",
+      "let_go.toml", RoomMeasures{});
+  Run run(few_bristles(), script.hand.rows);
+  run.until(0.5);
+  CHECK(run.now().tool[0] == Approx(-0.2).margin(1e-3));
+  CHECK(run.now().tool[1] == Approx(0.1).margin(1e-3));
+}
+
+TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
+  const auto mean_deflection = [](const BristleView& view) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < view.count; ++i) sum += view.zx[i];
+    return sum / static_cast<double>(std::max<std::size_t>(view.count, 1));
+  };
+  Settings settings = few_bristles();
+  settings.slope = 0.2;  // it holds, its bristles bent
+  Run run(settings);
+  run.until(0.5);
+  const double bent = mean_deflection(run.now().bristles);
+  REQUIRE(std::fabs(bent) > 0.05 * settings.presliding_length);
+  auto& wishes = run.loop().exchange().settings;
+  settings.model = FrictionModel::lugre;
+  settings.slope = 0.0;
+  wishes.write(settings);
+  run.until(1.0);
+  settings.model = FrictionModel::brush;
+  wishes.write(settings);
+  run.until(1.1);
+  REQUIRE(run.now().bristles.count > 0);
+  CHECK(std::fabs(mean_deflection(run.now().bristles)) < 0.02 * std::fabs(bent));
+}
+
 TEST_CASE("A slope steeper than the friction lets the block slide as the inclined plane says", "[room]") {
   for (const FrictionModel model : {FrictionModel::brush, FrictionModel::lugre, FrictionModel::coulomb}) {
     INFO("model " << static_cast<int>(model));
@@ -424,6 +481,166 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   }
 }
 
+TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are whole", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  const std::string base = folder.at("recording");
+  const auto run_to = [](HapticLoop& loop, const char* line) {
+    for (int k = 0; k < 3000; ++k) {
+      loop.advance(1);
+      loop.exchange().room.refresh();
+      if (std::strstr(loop.exchange().room.latest().message, line)) return true;
+    }
+    return false;
+  };
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = base;
+  HandMotion push{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}};
+  SECTION("reset") {
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", push));
+    loop.exchange().acts.push(Act::record);
+    loop.advance(300);
+    loop.exchange().acts.push(Act::reset);
+    CHECK(run_to(loop, "recorded 30"));
+    loop.advance(100);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().time < 0.15);
+    CHECK_FALSE(loop.exchange().room.latest().recording);
+  }
+  SECTION("replay") {
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", push));
+    loop.exchange().acts.push(Act::record);
+    REQUIRE(run_to(loop, "recording to"));
+    std::vector<std::uint64_t> hashes;
+    for (int k = 0; k < 300; ++k) {
+      hashes.push_back(loop.state_hash());
+      loop.advance(1);
+    }
+    loop.exchange().acts.push(Act::replay);
+    REQUIRE(run_to(loop, "replay of"));
+    int same = 0;
+    for (const std::uint64_t hash : hashes) {
+      same += loop.state_hash() == hash;
+      loop.advance(1);
+    }
+    CHECK(same == 300);
+  }
+  SECTION("the block leaves the room") {
+    HapticLoop loop(options,
+                    std::make_unique<PlayedHand>(
+                        "script", HandMotion{{at_place(0.0, 0.07, 0, 0.03), with_force(0.3, -1000.0, 0, 0),
+                                              with_force(0.6, -1000.0, 0, 0)}}));
+    loop.exchange().acts.push(Act::record);
+    REQUIRE(run_to(loop, "recording to"));
+    REQUIRE(run_to(loop, "left the room"));
+    CHECK(run_to(loop, "recorded"));
+  }
+  const Script script = read_script(base + ".toml", RoomMeasures{});  // refuses times that go back
+  CHECK(script.seconds > 0.25);
+  CHECK(script.hand.end() == Approx(script.seconds).margin(1.5e-3));
+}
+
+TEST_CASE("Forces written from the start go on through a reset", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.forces_csv = folder.at("forces.csv");
+  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+  loop.advance(100);
+  loop.exchange().acts.push(Act::reset);
+  loop.advance(100);
+  loop.finish_recording();
+  const std::string text = cli::read_text_file(options.forces_csv);
+  CHECK(std::count(text.begin(), text.end(), '\n') > 4 * 195);
+}
+
+TEST_CASE("Replays can be begun anew by replay or reset, and give back what was before", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = folder.at("recording");
+  Settings later = few_bristles();
+  later.kinetic = 0.25;
+  later.peak = 0.3;
+  options.changes = {{0.6, later}};
+  HapticLoop loop(
+      options, std::make_unique<PlayedHand>(
+                   "script", HandMotion{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}}));
+  Exchange& exchange = loop.exchange();
+  const auto now = [&]() -> const Snapshot& {
+    exchange.room.refresh();
+    return exchange.room.latest();
+  };
+  const auto run_until = [&](double time) {
+    while (now().time < time - 5e-4) loop.advance(1);
+  };
+  exchange.acts.push(Act::record);
+  loop.advance(100);
+  Settings settings = few_bristles();
+  settings.kinetic = 0.2;
+  settings.peak = 0.24;
+  exchange.settings.write(settings);
+  run_until(0.2);
+  const double end = now().time;
+  const std::uint64_t hash = loop.state_hash();
+  exchange.acts.push(Act::stop_recording);
+  loop.advance(5);
+  settings.kinetic = 0.3;
+  settings.peak = 0.36;
+  exchange.settings.write(settings);
+  loop.advance(5);
+  for (const Act again : {Act::replay, Act::reset}) {
+    exchange.acts.push(Act::replay);
+    loop.advance(2);
+    run_until(0.15);
+    REQUIRE(now().settings.kinetic == 0.2);
+    exchange.acts.push(again);
+    loop.advance(2);
+    REQUIRE(now().time < 0.01);
+    CHECK(now().settings.kinetic == 0.4);
+    run_until(end);
+    CHECK(loop.state_hash() == hash);
+    for (int k = 0; k < 50 && !std::strstr(now().message, "replay has ended"); ++k) loop.advance(1);
+    CHECK_THAT(now().message, Catch::Contains("replay has ended"));
+    CHECK(now().settings.kinetic == 0.3);
+  }
+  // The script that was being played before goes on.
+  run_until(0.7);
+  CHECK(now().settings.kinetic == 0.25);
+}
+
+TEST_CASE("A recording of a script begins its changes anew", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = folder.at("recording");
+  Settings slippery = few_bristles(), rough = few_bristles();
+  slippery.kinetic = 0.3;
+  rough.kinetic = 0.41;
+  options.changes = {{0.1, slippery}, {0.3, rough}};
+  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+  loop.advance(500);
+  loop.exchange().acts.push(Act::record);
+  loop.advance(200);
+  loop.exchange().room.refresh();
+  CHECK(loop.exchange().room.latest().time == Approx(0.2).margin(0.005));
+  CHECK(loop.exchange().room.latest().settings.kinetic == 0.3);
+}
+
+TEST_CASE("Pause adds no points to the plots, a single step one", "[room]") {
+  Run run(few_bristles());
+  run.until(0.05);
+  Exchange& exchange = run.loop().exchange();
+  exchange.acts.push(Act::pause);
+  run.loop().advance(100);
+  PlotPoint point;
+  CHECK_FALSE(exchange.plot.pop(point));
+  exchange.acts.push(Act::single_step);
+  run.loop().advance(10);
+  CHECK(exchange.plot.pop(point));
+  CHECK_FALSE(exchange.plot.pop(point));
+}
+
 TEST_CASE("Pause holds the world, a single step moves it by one tick, reset begins anew", "[room]") {
   Run run(few_bristles(), {at_place(0.0, -0.06, 0, 0.03), at_place(1.0, 0.06, 0, 0.03)});
   run.until(0.5);
@@ -488,6 +705,143 @@ TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line",
   CHECK(run.now().device_lost);
   CHECK_THAT(run.now().message, Catch::Contains("device script lost"));
   CHECK(speed(run.until(1.5)) < 0.01);
+}
+
+namespace {
+
+/// Plays a motion, and writes down what the hand would feel.
+class FeltHand final : public Device {
+ public:
+  struct Felt {
+    long reads = 0;
+    std::vector<double> force;  // N, along x
+  };
+  FeltHand(HandMotion motion, std::shared_ptr<Felt> felt)
+      : motion_(std::move(motion)), felt_(std::move(felt)) {}
+  const char* name() const noexcept override { return "felt"; }
+  DeviceLimits limits() const noexcept override { return {}; }
+  bool read(double time_s, Hand& hand) noexcept override {
+    ++felt_->reads;
+    hand = motion_.at(time_s);
+    return true;
+  }
+  void write(const double (&force)[3]) noexcept override { felt_->force.push_back(force[0]); }
+
+ private:
+  HandMotion motion_;
+  std::shared_ptr<Felt> felt_;
+};
+
+}  // namespace
+
+TEST_CASE("A device feels nothing in a pause, under another device and at the end", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.settings.kinetic = 1.0;  // the block holds: the spring pushes steadily
+  options.settings.peak = 1.1;
+  options.record_to = folder.at("recording");
+  const HandMotion push{{at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}};
+  const auto felt = std::make_shared<FeltHand::Felt>();
+  HapticLoop loop(options, std::make_unique<FeltHand>(push, felt));
+  loop.advance(800);
+  const double before = felt->force.back();
+  REQUIRE(before < -0.5);
+  auto& acts = loop.exchange().acts;
+  acts.push(Act::pause);
+  const long reads = felt->reads;
+  loop.advance(20);
+  CHECK(felt->force.back() == 0.0);
+  CHECK(felt->reads == reads + 20);  // what it sends does not queue up
+
+  acts.push(Act::run);
+  double largest_jump = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const double last = felt->force.back();
+    loop.advance(1);
+    largest_jump = std::max(largest_jump, std::fabs(felt->force.back() - last));
+  }
+  CHECK(largest_jump < 0.1 * std::fabs(before));
+  CHECK(felt->force.back() == Approx(before).epsilon(0.05));
+  HapticLoop straight(options, std::make_unique<PlayedHand>("script", push));
+  straight.advance(900);
+  CHECK(loop.state_hash() == straight.state_hash());  // the world did not notice
+
+  acts.push(Act::record);
+  loop.advance(700);
+  acts.push(Act::stop_recording);
+  loop.advance(5);
+  REQUIRE(felt->force.back() < -0.5);
+  acts.push(Act::replay);
+  loop.advance(5);
+  CHECK(felt->force.back() == 0.0);
+  loop.advance(1000);  // the replay has ended
+  REQUIRE(felt->force.back() < -0.5);
+  loop.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  loop.stop();
+  CHECK(felt->force.back() == 0.0);
+}
+
+TEST_CASE("A recording that cannot be begun leaves the block its friction", "[room]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.settings.slope = 0.2;
+  options.record_to = "/no/such/folder/x";
+  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+  loop.advance(500);
+  loop.exchange().room.refresh();
+  const double before = loop.exchange().room.latest().block_position[0];
+  loop.exchange().acts.push(Act::record);
+  loop.advance(1000);
+  loop.exchange().room.refresh();
+  const Snapshot& now = loop.exchange().room.latest();
+  CHECK_THAT(now.message, Catch::Contains("/no/such/folder/x"));
+  CHECK_FALSE(now.recording);
+  CHECK(now.time == Approx(1.5));
+  CHECK(now.block_position[0] == Approx(before).margin(2e-4));
+  loop.exchange().acts.push(Act::reset);  // and the next patches are whole as well
+  loop.advance(1000);
+  loop.exchange().room.refresh();
+  CHECK(std::fabs(loop.exchange().room.latest().block_position[0]) < 1e-3);
+}
+
+TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotten", "[room]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  SECTION("at the end of a recording") {
+    options.record_to = folder.at("recording");
+    std::filesystem::create_symlink("/dev/full", options.record_to + ".hand.csv");
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+    loop.exchange().acts.push(Act::record);
+    loop.advance(50);
+    loop.exchange().acts.push(Act::stop_recording);
+    for (int k = 0; k < 20; ++k) {
+      loop.advance(1);
+      loop.exchange().room.refresh();
+      CHECK_THAT(loop.exchange().room.latest().message, !Catch::StartsWith("recorded"));
+    }
+    CHECK_THAT(loop.exchange().room.latest().message, Catch::Contains("cannot be written"));
+    CHECK_THROWS_AS(loop.finish_recording(), cli::UserError);
+  }
+  SECTION("while it is written") {
+    options.forces_csv = "/dev/full";
+    options.rate_hz = 10000.0;
+    HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
+    loop.start();
+    bool recording = true;
+    for (int k = 0; k < 20000 && recording; ++k) {  // a megabyte is buffered: half a second's rows
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (loop.exchange().room.refresh() && loop.exchange().room.latest().tick > 1) {
+        recording = loop.exchange().room.latest().recording;
+      }
+    }
+    CHECK_FALSE(recording);
+    CHECK_THAT(loop.exchange().room.latest().message, Catch::Contains("/dev/full: cannot be written"));
+    loop.stop();
+    CHECK_THROWS_AS(loop.finish_recording(), cli::UserError);
+  }
 }
 
 TEST_CASE("Absurd settings are clamped or refused, and the block stays finite", "[room]") {
@@ -569,7 +923,7 @@ class Sender {
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
           "[room]") {
-  UdpDevice device(0);
+  UdpDevice device(0, "127.0.0.1", 60.0);  // a busy machine is no silence
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
@@ -601,11 +955,26 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   REQUIRE(read(0.04));
   CHECK(device.refused() == 4);
   CHECK_FALSE(hand.holds);
+}
 
+TEST_CASE("The network device is lost after a silence, and comes back with any packet", "[room]") {
+  UdpDevice device(0);
+  Sender sender(device.port());
+  Hand hand;
+  const auto read = [&] {
+    for (int k = 0; k < 200; ++k) {
+      if (device.read(0.0, hand)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  sender.send({7, {true, {0.01, 0, 0}, {0, 0, 0}}});
+  REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
-  CHECK_FALSE(device.read(0.0, hand));                // silence
+  CHECK_FALSE(device.read(0.0, hand));
   sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server began anew
-  CHECK(read(0.05));
+  CHECK(read());
+  CHECK(hand.position[0] == 0.05);
 }
 
 // ------------------------------------------------------------------------------------------- two threads
@@ -641,6 +1010,8 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
+  mouse.holds = false;  // it lies where the block comes back to
+  exchange.mouse.write(mouse);
   exchange.acts.push(Act::reset);
   CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
   exchange.acts.push(Act::pause);
@@ -654,7 +1025,9 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   exchange.room.refresh();
   CHECK(exchange.room.latest().time - before > 0.05);
   loop.stop();
+  exchange.room.refresh();
+  const double stopped = exchange.room.latest().time;
   loop.start();
-  CHECK(wait_for([&](const Snapshot& s) { return s.time > before; }));
+  CHECK(wait_for([&](const Snapshot& s) { return s.time > stopped; }));
   loop.stop();
 }

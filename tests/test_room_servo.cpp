@@ -1,14 +1,19 @@
 // What a tick of the virtual room may not do on the haptic thread.
 #include <catch2/catch.hpp>
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "servo_watch.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
+#include "tools/virtual_room/udp_device.hpp"
 
 using namespace bristle_test;
 
@@ -21,6 +26,30 @@ room::HandMotion busy_hand() {
   };
   return {{at(0.0, -0.07, 0.02, 0.03), at(1.0, 0.19, 0.03, 0.05), at(1.5, 0.1, 0.1, 0.1),
            at(2.0, 0.22, -0.1, 0.04), at(2.5, 0.28, -0.18, 0.02)}};
+}
+
+void check_clean(const Sighting& seen) {
+  REQUIRE(seen.finished);
+  CHECK(seen.counts.allocations == 0);
+  CHECK(seen.counts.locks == 0);
+  CHECK(seen.counts.exceptions == 0);
+  for (const int number : seen.system_calls) {
+    INFO("system call " << system_call_name(number));
+    CHECK(false);
+  }
+}
+
+/// A device server's one packet: a hand that holds still.
+void send_hand(int port) {
+  unsigned char bytes[room::hand_packet_size];
+  room::encode({1, {true, {-0.07, 0.0, 0.03}, {0, 0, 0}}}, bytes);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(port));
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int from = socket(AF_INET, SOCK_DGRAM, 0);
+  sendto(from, bytes, sizeof bytes, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  close(from);
 }
 
 }  // namespace
@@ -52,14 +81,35 @@ TEST_CASE(
           return static_cast<long>(1e6 * loop->exchange().room.latest().block_position[0]);
         },
         {SYS_clock_gettime, SYS_getrusage});  // the latter of a late tick, and of the first
-    REQUIRE(seen.finished);
+    check_clean(seen);
     CHECK(seen.value > 100000);  // um: the block came far
-    CHECK(seen.counts.allocations == 0);
-    CHECK(seen.counts.locks == 0);
-    CHECK(seen.counts.exceptions == 0);
-    for (const int number : seen.system_calls) {
-      INFO("system call " << system_call_name(number));
-      CHECK(false);
-    }
   }
+}
+
+TEST_CASE("With the network device a tick asks the system for packets beside that, in a pause too",
+          "[servo][room]") {
+  if (!can_watch()) {
+    std::printf("skipped: this build's malloc and locks cannot be counted\n");
+    return;
+  }
+  std::unique_ptr<room::HapticLoop> loop;
+  const Sighting seen = watch(
+      [&] {
+        auto device = std::make_unique<room::UdpDevice>(0, "127.0.0.1", 60.0);
+        send_hand(device->port());
+        room::LoopOptions options;
+        options.settings.bristles = 256;
+        loop = std::make_unique<room::HapticLoop>(options, std::move(device));
+      },
+      [&] {
+        loop->advance(200);
+        loop->exchange().room.refresh();
+        const bool held = !loop->exchange().room.latest().device_lost;
+        loop->exchange().acts.push(room::Act::pause);
+        loop->advance(20);
+        return static_cast<long>(held);
+      },
+      {SYS_clock_gettime, SYS_getrusage, SYS_recvfrom, SYS_sendto});
+  check_clean(seen);
+  CHECK(seen.value == 1);
 }

@@ -12,12 +12,11 @@ struct Hand {
 };
 
 struct DeviceLimits {
-  double force = 20.0;      ///< N, longest force vector that the device is asked for
-  double stiffness = 1e4;   ///< N/m, highest spring it holds without buzzing
-  double rate_hz = 1000.0;  ///< at which it wants to be served
+  double force = 20.0;  ///< N, longest force vector that the device is asked for
 };
 
-/// Called by the haptic thread alone, once a tick each: neither may wait, lock, allocate or throw.
+/// Called by the haptic thread alone, once a tick each, in a pause too: neither may wait, lock, allocate or
+/// throw.
 class Device {
  public:
   virtual ~Device() = default;
@@ -26,7 +25,7 @@ class Device {
   /// The hand at `time_s` of the simulation. False: the device is lost, or not there yet; `hand` is then
   /// left alone.
   virtual bool read(double time_s, Hand& hand) noexcept = 0;
-  /// N, on the hand.
+  /// N, on the hand. Zero while the room pauses, and last of all when it turns to another device or ends.
   virtual void write(const double (&force)[3]) noexcept = 0;
   /// The simulation starts again at time 0.
   virtual void restart() noexcept {}

@@ -92,11 +92,12 @@ class SpscRing {
   std::atomic<std::uint64_t> dropped_{0};
 };
 
-/// Everything that passes between the loops. "Graphic" is the one thread that shows the room.
+/// Everything that passes between the loops. "Graphic" is the one thread that shows the room; "desk" the one
+/// beside the haptic thread (haptic_loop.cpp).
 struct Exchange {
   TripleBuffer<Snapshot> room;        ///< haptic to graphic: the end of each tick
   SpscRing<PlotPoint, 1 << 14> plot;  ///< haptic to graphic: each tick, 16 s at 1 kHz
-  TripleBuffer<Settings> settings;    ///< graphic to haptic, all of them at once
+  TripleBuffer<Settings> settings;    ///< graphic to desk, all of them at once
   TripleBuffer<MouseHand> mouse;      ///< graphic to haptic: the mouse as a device
   SpscRing<Act, 64> acts;             ///< graphic to haptic, in order
 };

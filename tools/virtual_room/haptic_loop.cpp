@@ -12,6 +12,7 @@
 #include <deque>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -34,6 +35,8 @@ constexpr double fade_time = 0.05;      // s: the hand's force comes and goes ov
 constexpr double message_time = 6.0;    // s: how long a line stands
 constexpr double farthest_hand = 10.0;  // m, in each axis
 constexpr double strongest_hand = 1e3;  // N, in each axis
+// Periods are measured, not judged: with this deadline none is late, and the system is not asked why it was.
+constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
 
@@ -81,7 +84,7 @@ struct HapticLoop::Impl {
         own_device(std::move(given_device)),
         computing(dt),
         ending(dt),
-        period(dt) {
+        period(no_deadline) {
     if (!(given.rate_hz >= 1000.0 && given.rate_hz <= 10000.0)) {
       throw cli::UserError(fmt::format("rate {:g} Hz; allowed: 1000 to 10000 Hz", given.rate_hz));
     }
@@ -104,16 +107,18 @@ struct HapticLoop::Impl {
     const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
     take_order();
     take_acts();
-    if (!paused || steps_wanted > 0) {
+    const bool stepping = !paused || steps_wanted > 0;
+    if (stepping) {
       if (paused) --steps_wanted;
       step();
+      exchange.plot.push(plot_point(bristle::DeadlineMonitor::wall_now() - begin));
+    } else {
+      stand_still();
     }
-    const double step_time = bristle::DeadlineMonitor::wall_now() - begin;
-    exchange.plot.push(plot_point(step_time));
     publish();
     const double end = bristle::DeadlineMonitor::wall_now();
     const double own = bristle::DeadlineMonitor::cpu_now() - cpu;
-    computing.record(end - begin, own);
+    if (stepping) computing.record(end - begin, own);
     ending.record(end - (due_s > 0.0 ? due_s : begin), own);
     if (due_s > 0.0 && last_begin > 0.0) period.record(begin - last_begin, own);
     last_begin = begin;
@@ -127,7 +132,8 @@ struct HapticLoop::Impl {
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
-    // Fades: a device that is lost and a hand that lets go leave no jump.
+    // Fades: the spring of a hand that lets go, and all of a device that is lost, leave no jump. A force
+    // beside the spring, as the mouse's press, is the device's own: it ends when the device says so.
     const double change = dt / fade_time;
     presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
     grip = std::clamp(grip + (there && hand.holds ? change : -change), 0.0, 1.0);
@@ -139,12 +145,28 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
+      if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
       world.reset();
     }
+    // What comes back to the hand after it felt nothing comes without a jump; the world has it whole.
+    feedback = std::min(1.0, feedback + change);
     double force[3];
-    for (int i = 0; i < 3; ++i) force[i] = world.device_force()[i];
+    for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
     device->write(force);
     simulated.store(world.time(), std::memory_order_release);
+  }
+
+  // A tick of a pause. What the device sends is taken, so that it does not queue up, and goes nowhere.
+  void stand_still() noexcept {
+    Hand unused;
+    device->read(world.time(), unused);
+    release_device();
+  }
+
+  // Nothing is computed for this device from here on: it must not go on with the last force.
+  void release_device() noexcept {
+    device->write({0.0, 0.0, 0.0});
+    feedback = 0.0;
   }
 
   void note_device(bool there) noexcept {
@@ -166,6 +188,7 @@ struct HapticLoop::Impl {
       revision = order.revision;
     }
     if (order.device) {
+      release_device();
       device = order.device;
       device_there = true;
       device_seen = false;
@@ -177,7 +200,9 @@ struct HapticLoop::Impl {
       presence = 1.0;
       simulated.store(0.0, std::memory_order_release);
     }
-    if (order.recording != Recording::as_it_is) recording = order.recording == Recording::begin;
+    if (order.recording != Recording::as_it_is) {
+      recording = hand_recorded = order.recording == Recording::begin;
+    }
     if (order.message.text[0]) remember(order.message.text);
     orders_taken.fetch_add(1, std::memory_order_release);
   }
@@ -271,6 +296,7 @@ struct HapticLoop::Impl {
       pace.wait();
       tick(pace.due_s());
     }
+    release_device();
   }
 
   // --------------------------------------------------------------------------------------- the desk
@@ -297,33 +323,55 @@ struct HapticLoop::Impl {
   void clear_up() {
     maker.remove_old();
     leaving_device.reset();
-    if (closing) {
-      const std::uint64_t rows = finish_recorder();
-      closing = false;
+    if (closing) close_recording();
+    if (failed) {
+      failed = false;
       Order order;
-      const std::uint64_t lost = recorder.lost();
-      order.message = to_message(
-          lost == 0 ? fmt::format("recorded {} ticks", rows)
-                    : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
+      order.recording = Recording::end;
+      order.message = to_message(failure);
       give(order);
     }
   }
 
-  std::uint64_t finish_recorder() {
-    recorder.drain();
-    const std::uint64_t rows = recorder.rows_written();
-    recorder.finish();
-    return rows;
+  void close_recording() {
+    closing = false;
+    try {
+      recorder.drain();
+      const std::uint64_t rows = recorder.rows_written(), lost = recorder.lost();
+      recorder.finish();
+      Order order;
+      order.message = to_message(
+          lost == 0 ? fmt::format("recorded {} ticks", rows)
+                    : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
+      give(order);
+    } catch (const cli::UserError& error) {
+      give_up_recording(error.what());
+    }
+  }
+
+  // The disk is full: the loop goes on without recording. Said in the room now, and by finish_recording().
+  void give_up_recording(const char* why) {
+    recorder.abandon();
+    closing = false;
+    failed = true;
+    failure = why;
   }
 
   void desk() {
-    if (recorder.is_open()) recorder.drain();
+    try {
+      if (recorder.is_open()) recorder.drain();
+    } catch (const cli::UserError& error) {
+      give_up_recording(error.what());
+    }
     if (order_waits()) return;
     clear_up();
     if (order_waits()) return;
-    Act act = Act::none;
-    if (requests.pop(act)) {
-      serve(act);
+    if (waiting != Act::none || requests.pop(waiting)) {
+      // Time that goes back would spoil what is being written: it is closed first. Forces alone go on.
+      const bool spoils =
+          waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
+      const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
+      serve(spoils ? Act::stop_recording : act);
     } else if (exchange.settings.refresh()) {
       give(parameters_order(exchange.settings.latest(), false));
     } else if (!changes.empty() && simulated.load(std::memory_order_acquire) >= changes.front().t) {
@@ -339,15 +387,13 @@ struct HapticLoop::Impl {
     try {
       switch (act) {
         case Act::reset:
-          order = parameters_order(settings, true);
-          order.reset = true;
-          if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
+          order = replay_device ? begin_replay() : begin_anew();
           break;
         case Act::record:
-          order = parameters_order(settings, true);
-          order.reset = true;
+          // The files first: from when new patches are made, the order must be given.
+          recorder.start_all(options.record_to, settings, revisions + 1);
+          order = begin_anew();
           order.recording = Recording::begin;
-          recorder.start_all(options.record_to, settings, revisions);
           order.message = to_message(fmt::format("recording to {}.csv", options.record_to));
           break;
         case Act::stop_recording:
@@ -361,19 +407,28 @@ struct HapticLoop::Impl {
           return;
       }
     } catch (const std::exception& error) {  // a file that cannot be read or written: a line, and go on
+      if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());
     }
     give(order);
   }
 
+  Order begin_anew() {
+    Order order = parameters_order(settings, true);
+    order.reset = true;
+    if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
+    return order;
+  }
+
   Order begin_replay() {
     Script script = read_script(options.record_to + ".toml", options.measures);
-    settings_before_replay = settings;
+    auto player = std::make_unique<PlayedHand>("replay", std::move(script.hand));
+    if (!replay_device) settings_before_replay = settings;
     Order order = parameters_order(script.settings, true);
     order.reset = true;
     leaving_device = std::move(replay_device);
-    replay_device = std::make_unique<PlayedHand>("replay", std::move(script.hand));
+    replay_device = std::move(player);
     order.device = replay_device.get();
     replay_end = script.seconds;
     changes.assign(script.changes.begin(), script.changes.end());
@@ -385,6 +440,8 @@ struct HapticLoop::Impl {
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
+    // The script of before goes on at the present time: its changes up to here follow at once.
+    changes.assign(options.changes.begin(), options.changes.end());
     order.message = to_message("replay has ended");
     give(order);
   }
@@ -393,9 +450,8 @@ struct HapticLoop::Impl {
     while (running.load(std::memory_order_acquire)) {
       try {
         desk();
-      } catch (const std::exception& error) {  // the disk is full, memory is short
+      } catch (const std::exception& error) {  // memory is short: what was asked for is not done
         std::fprintf(stderr, "bristle-room: %s\n", error.what());
-        recorder.abandon();
       }
       std::this_thread::sleep_for(desk_pause);
     }
@@ -413,8 +469,10 @@ struct HapticLoop::Impl {
   // Haptic thread.
   Device* device = nullptr;
   Hand hand;
-  bool device_there = true, device_seen = false, paused = false, recording = false, row_waits = false;
+  bool device_there = true, device_seen = false, paused = false, row_waits = false;
+  bool recording = false, hand_recorded = false;  // the latter: not forces alone
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
+  double feedback = 1.0;  // share of the force that goes to the device
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
@@ -437,7 +495,9 @@ struct HapticLoop::Impl {
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
-  bool closing = false;
+  Act waiting = Act::none;               // for a recording to be closed
+  bool closing = false, failed = false;  // a recording: to be closed; failed, which is not said yet
+  std::string failure;                   // the last one
 
   std::thread haptic_thread, desk_thread;
 };
@@ -466,7 +526,10 @@ void HapticLoop::advance(std::uint64_t ticks) {
   }
 }
 
-void HapticLoop::finish_recording() { impl_->recorder.finish(); }
+void HapticLoop::finish_recording() {
+  impl_->recorder.finish();
+  if (!impl_->failure.empty()) throw cli::UserError(impl_->failure);
+}
 Exchange& HapticLoop::exchange() noexcept { return impl_->exchange; }
 double HapticLoop::rate_hz() const noexcept { return impl_->options.rate_hz; }
 LoopStatistics HapticLoop::statistics() const noexcept {

@@ -37,7 +37,8 @@ class HapticLoop {
   void start();
   void stop();
 
-  /// Closes what is being recorded. Only while the loop is not started. Throws cli::UserError on a full disk.
+  /// Closes what is being recorded. Only while the loop is not started. Throws cli::UserError on a full disk,
+  /// also on one that was full earlier: the loop went on without recording.
   void finish_recording();
   /// Virtual clock: so many ticks on this thread, without waiting; the same inputs give the same bits. Only
   /// while the loop is not started.

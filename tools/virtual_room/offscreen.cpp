@@ -31,7 +31,7 @@ OffscreenRoom::~OffscreenRoom() {
 
 PixelImage OffscreenRoom::draw(const Snapshot& room, float elapsed) {
   ImGui::GetIO().DeltaTime = std::max(elapsed, 1e-4f);
-  view_->gui.settings = room.settings;
+  view_->follow(room.settings);
   view_->draw(room, width_, height_, elapsed, frame_);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
   return read_pixels(width_, height_);

@@ -6,6 +6,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
 
@@ -14,7 +15,6 @@ namespace room {
 namespace {
 
 constexpr double pi = 3.14159265358979;
-constexpr std::uint32_t most_bristles = 4'000'000;
 
 struct Panel {
   const Fonts& fonts;
@@ -104,7 +104,8 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   panel.slider("peak / kinetic", ratio, 1, 1.01, 2.0, "%.2f", false,
                "highest friction at first loading over that in sliding");
   if (s.kinetic != kinetic_before || ratio != ratio_before) s.peak = s.kinetic * ratio;
-  panel.slider("bristle length", s.presliding_length, 1e-6, 1, 10000, "%.0f µm", true,
+  panel.slider("bristle length", s.presliding_length, 1e-6, 1,
+               1e6 * range_of(&Settings::presliding_length).max, "%.0f µm", true,
                "presliding length: the mean deflection at which a bristle snaps");
   panel.slider("damping", s.damping_per_newton, 1, 0, 10, "%.2f s/m", false,
                "of all bristles, over the load, while they stick");
@@ -157,7 +158,7 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
 void bristles(Panel& panel, const Snapshot& room, Settings& s) {
   panel.heading("Bristles");
   panel.begin_row("in a patch", "representatives of each patch under the block");
-  static constexpr std::uint32_t low = 16, high = most_bristles;
+  static constexpr std::uint32_t low = fewest_bristles, high = most_bristles;
   const std::string shown = with_commas(s.bristles);
   std::uint32_t value = s.bristles;
   if (ImGui::SliderScalar("##value", ImGuiDataType_U32, &value, &low, &high, "%u",
@@ -253,8 +254,7 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
   ImGui::End();
 }
 
-void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
-              Wishes& wishes) {
+void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wishes& wishes) {
   if (layout.bar.height < 1) return;
   begin_panel("bar", layout.bar);
   const float scale = layout.scale;
@@ -303,7 +303,6 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Gu
   ImGui::TextUnformatted(time.c_str());
   ImGui::PopFont();
   ImGui::End();
-  (void)state;
 }
 
 void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, const History& history,

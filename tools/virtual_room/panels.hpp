@@ -31,13 +31,11 @@ struct GuiState {
   Settings settings;
   PlotRanges ranges;
   float plot_seconds = 8;
-  bool live = true;  ///< a person is there: show keys and what the mouse does
 };
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
                    Wishes& wishes);
-void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
-              Wishes& wishes);
+void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wishes& wishes);
 void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, const History& history,
                 const TimeHistogram& times, GuiState& state, float elapsed);
 

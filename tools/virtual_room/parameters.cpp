@@ -110,12 +110,11 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   next.settings = checked_settings(wanted, now_.settings, message);
   const bool same = now_.patches[0] && same_material(next.settings, now_.settings);
   const bristle::Material material = same ? material_ : material_of(next.settings);
-  next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles;
+  next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles ||
+                     next.settings.model != now_.settings.model;
   if (next.new_patches) {
-    old_ = now_.patches;
-    for (std::size_t p = 0; p < patch_count; ++p) {
-      next.patches[p] = batch_.add(material, options_of(next.settings, p));
-    }
+    next.patches = add_patches(next.settings, material);
+    old_ = now_.patches;  // in use up to here, and further where adding failed
   } else if (material != material_) {
     for (const bristle::PatchId id : next.patches) batch_.set_material(id, material);
   }
@@ -131,11 +130,26 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   return now_ = next;
 }
 
-void PatchMaker::remove_old() {
-  for (bristle::PatchId& id : old_) {
+PatchIds PatchMaker::add_patches(const Settings& settings, const bristle::Material& material) {
+  PatchIds added{};
+  try {
+    for (std::size_t p = 0; p < patch_count; ++p) {
+      added[p] = batch_.add(material, options_of(settings, p));
+    }
+  } catch (...) {
+    remove(added);
+    throw;
+  }
+  return added;
+}
+
+void PatchMaker::remove(PatchIds& ids) {
+  for (bristle::PatchId& id : ids) {
     if (id) batch_.remove(id);
     id = {};
   }
 }
+
+void PatchMaker::remove_old() { remove(old_); }
 
 }  // namespace room

@@ -33,6 +33,11 @@ inline constexpr std::array<SettingRange, 12> setting_ranges = {{
     {"hand_stiffness", &Settings::hand_stiffness, 0.0, 5000.0, "N/m"},
     {"hand_damping", &Settings::hand_damping, 0.0, 50.0, "N s/m"},
 }};
+constexpr const SettingRange& range_of(double Settings::*member) {
+  std::size_t i = 0;
+  while (setting_ranges[i].member != member) ++i;
+  return setting_ranges[i];
+}
 inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
 
 /// Patches are made before the loop runs and wait for contacts: four for the floor, as many corners as can
@@ -64,12 +69,16 @@ class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
   /// Parameters of checked settings; the materials of the patches change at once. New patches where the
-  /// number of bristles changed or `anew`; the old ones stay until remove_old().
+  /// number of bristles or the model changed, or `anew`; the old ones stay until remove_old(), and stay
+  /// in use when it throws.
   Parameters make(const Settings& wanted, bool anew);
   /// When the haptic loop no longer uses the patches of before.
   void remove_old();
 
  private:
+  PatchIds add_patches(const Settings& settings, const bristle::Material& material);
+  void remove(PatchIds& ids);
+
   bristle::PatchBatch& batch_;
   Parameters now_;
   bristle::Material material_;

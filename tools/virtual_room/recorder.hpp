@@ -45,6 +45,7 @@ class Recorder {
   void abandon() noexcept;  ///< closes what there is as it is
   ///@}
   bool is_open() const noexcept { return forces_.has_value(); }
+  bool has_hand() const noexcept { return hand_.has_value(); }  ///< begun by start_all
   std::uint64_t rows_written() const noexcept { return written_; }
   /// Rows that found the ring full since the recording began.
   std::uint64_t lost() const noexcept { return rows_.dropped() - lost_before_; }
@@ -61,7 +62,7 @@ class Recorder {
   double end_ = 0.0;
 };
 
-/// "floor corner 3" and the like, as the CSV's column `patch` has it.
+/// "floor_corner_3" and the like, as the CSV's column `patch` has it.
 std::string patch_name(int touch_key);
 
 }  // namespace room

@@ -12,8 +12,8 @@ namespace room {
 
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 
-/// What a person can change while the loops run. The graphic loop sends it whole; the haptic loop takes the
-/// newest at the start of a tick.
+/// What a person can change while the loops run. The graphic loop sends it whole; the desk makes patches and
+/// materials of the newest and hands them to the haptic loop (haptic_loop.cpp).
 struct Settings {
   FrictionModel model = FrictionModel::brush;
   double kinetic = 0.40, peak = 0.46;  ///< friction over load
@@ -60,8 +60,9 @@ struct ContactView {
 
 /// Some bristles of one patch, for the magnifying glass. Deflections in the patch's axes.
 struct BristleView {
-  std::uint64_t key = 0;  ///< of their contact; 0 = none
-  std::size_t count = 0;
+  std::uint64_t key = 0;    ///< of their contact; 0 = none
+  std::uint32_t total = 0;  ///< in the patch
+  std::size_t count = 0;    ///< of those shown
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};  ///< m
 };
 

@@ -32,6 +32,10 @@ void RoomView::forget() {
   gui.ranges = {};
 }
 
+void RoomView::follow(const Settings& in_force) {
+  if (!ImGui::IsAnyItemActive()) gui.settings = in_force;
+}
+
 void RoomView::set_scale(float scale) {
   if (scale == scale_) return;
   scale_ = scale;
@@ -48,7 +52,7 @@ Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed
   Wishes wishes;
   draw_overlay(layout_, fonts_, room, glass_, camera, measures_, notice);
   draw_settings(layout_, fonts_, room, gui, wishes);
-  draw_bar(layout_, fonts_, room, gui, wishes);
+  draw_bar(layout_, fonts_, room, wishes);
   draw_plots(layout_, fonts_, room, history_, times_, gui, elapsed);
   ImGui::Render();
 

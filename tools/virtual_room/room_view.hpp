@@ -30,6 +30,10 @@ class RoomView {
   void add(const PlotPoint& point);
   void forget();
 
+  /// The panel shows what is in force, unless the person is at it: a script, a replay or a number out of
+  /// range makes that another than what was asked for.
+  void follow(const Settings& in_force);
+
   /// For displays of another scale (1 = 96 dots an inch).
   void set_scale(float scale);
 

@@ -102,9 +102,13 @@ Script parse_script(const std::string& text, const std::string& path, const Room
   const auto rows = root.tables("hand");
   if (!rows.empty() && !script.hand.rows.empty()) root.fail("has both hand_file and [[hand]] rows: give one");
   for (const SceneTable& table : rows) {
-    const HandRow row = read_hand_row(table);
-    if (!script.hand.rows.empty() && row.t < script.hand.end())
-      table.fail("t", "is before that of the last row");
+    HandRow row = read_hand_row(table);
+    if (!script.hand.rows.empty()) {
+      const HandRow& last = script.hand.rows.back();
+      if (row.t < last.t) table.fail("t", "is before that of the last row");
+      // The spring fades as it lets go: its end stays where it was.
+      if (!row.hand.holds) std::copy_n(last.hand.position, 3, row.hand.position);
+    }
     script.hand.rows.push_back(row);
   }
   if (script.seconds == 0.0) {

@@ -18,7 +18,6 @@ namespace room {
 namespace {
 
 constexpr std::uint16_t version = 1;
-constexpr double silence = 0.1;   // s without a packet: lost
 constexpr int most_packets = 32;  // looked at in one tick; a flood must not stop the loop
 
 template <class T>
@@ -82,7 +81,7 @@ bool decode(const unsigned char* from, std::size_t size, ForcePacket& p) noexcep
   return true;
 }
 
-UdpDevice::UdpDevice(int port, const char* address) {
+UdpDevice::UdpDevice(int port, const char* address, double silence_s) : silence_s_(silence_s) {
   sockaddr_in own{};
   own.sin_family = AF_INET;
   own.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -107,7 +106,7 @@ UdpDevice::~UdpDevice() { close(socket_); }
 bool UdpDevice::read(double time_s, Hand& hand) noexcept {
   time_s_ = time_s;
   const double now = bristle::DeadlineMonitor::wall_now();
-  if (there_ && now - heard_at_ > silence) there_ = false;
+  if (there_ && now - heard_at_ > silence_s_) there_ = false;
   unsigned char bytes[hand_packet_size + 1];  // one more: a longer packet shows
   for (int i = 0; i < most_packets; ++i) {
     sockaddr_in from{};

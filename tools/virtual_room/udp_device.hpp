@@ -46,8 +46,8 @@ bool decode(const unsigned char* from, std::size_t size, ForcePacket& packet) no
 class UdpDevice final : public Device {
  public:
   /// Listens on `address` (loopback by default; anything else lets the network push the block) and `port`, 0
-  /// = any free one. Throws cli::UserError.
-  explicit UdpDevice(int port, const char* address = "127.0.0.1");
+  /// = any free one. Lost after `silence_s` without a packet. Throws cli::UserError.
+  explicit UdpDevice(int port, const char* address = "127.0.0.1", double silence_s = 0.1);
   ~UdpDevice() override;
   UdpDevice(const UdpDevice&) = delete;
   UdpDevice& operator=(const UdpDevice&) = delete;
@@ -62,6 +62,7 @@ class UdpDevice final : public Device {
 
  private:
   int socket_ = -1, port_ = 0;
+  double silence_s_;
   sockaddr_in peer_{};
   bool there_ = false;
   double heard_at_ = 0.0, time_s_ = 0.0;  // by the wall clock; of the simulation

@@ -33,6 +33,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double picture_period_s = 1.0 / 60;
 constexpr double notice_lasts_s = 4.0;
+constexpr double answer_takes_s = 1.0;  // at most, from settings sent to settings in force
 
 std::string last_glfw_error;
 
@@ -159,6 +160,7 @@ class RoomWindow {
     view_->set_scale(content_scale());
     follow_mouse(width);
     if (glfwGetTime() > notice_until_) view_->notice.clear();
+    if (glfwGetTime() > sent_at_ + answer_takes_s) view_->follow(room().settings);
     if (!touched_ && options_.device == DeviceKind::mouse) {
       view_->notice =
           "drag: push with the tool    wheel while dragging: height, with Ctrl: load    right drag: turn    "
@@ -173,11 +175,16 @@ class RoomWindow {
   }
 
   void obey(const Wishes& wishes) {
-    if (wishes.settings) exchange_.settings.write(view_->gui.settings);
+    if (wishes.settings) send_settings();
     if (wishes.act != Act::none) act(wishes.act);
     if (wishes.screenshot) screenshot_ = true;
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
     if (wishes.reset_view) view_->camera = Camera{};
+  }
+
+  void send_settings() {
+    exchange_.settings.write(view_->gui.settings);
+    sent_at_ = glfwGetTime();
   }
 
   void act(Act what) {
@@ -238,7 +245,7 @@ class RoomWindow {
     if (ImGui::GetIO().WantTextInput) return;
     const auto choose = [&](FrictionModel model) {
       view_->gui.settings.model = model;
-      exchange_.settings.write(view_->gui.settings);
+      send_settings();
     };
     switch (key) {
       case GLFW_KEY_SPACE:
@@ -286,6 +293,7 @@ class RoomWindow {
   MouseControl mouse_;
   bool screenshot_ = false, touched_ = false;
   double notice_until_ = 0, next_stall_ = 1.0;
+  double sent_at_ = 0;  // the settings; those of the beginning are sent already
   long pictures_ = 0;
 };
 

@@ -19,6 +19,7 @@ constexpr double tool_mass = 0.05;        // kg
 constexpr double air_damping = 0.5;       // N s/m, on the tool
 constexpr double normal_stiffness = 1e5;  // N/m, of one contact: rest penetration of a few micrometres
 constexpr double fastest_target = 2.0;    // m/s: a hand that jumps is followed at this speed
+constexpr double catching_up = 0.15;      // m/s: one that takes the tool from afar, at this one
 constexpr double tap_period = 0.25, tap_length = 0.02;  // s: a tap down the slope, the next one up
 constexpr double far_away = 5.0;                        // m: a block that got there is lost
 // A load that changes by less goes on as it was: rounding alone does not make a patch look at its bristles.
@@ -80,7 +81,7 @@ void World::reset() noexcept {
   tool_ = Vector3(-0.5 * measures_.block[0] - 0.05, 0.0, 0.5 * measures_.block[2]);
   target_ = tool_;
   target_velocity_.setZero();
-  held_ = false;
+  held_ = caught_up_ = false;
   body_ = {};
   places_ = {};
   patch_used_ = {};
@@ -119,18 +120,21 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   time_ += dt;
 }
 
-// The spring's end follows the hand, but not faster than a hand moves: a mouse may jump.
+// The spring's end follows the hand, but not faster than a hand moves: a mouse may jump. A tool that is taken
+// from afar comes slowly: the force limit bounds the spring, not the blow of a tool flung after it.
 void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   if (!hand.holds || grip <= 0.0) {
     target_ = tool_;
     target_velocity_.setZero();
+    caught_up_ = false;
     return;
   }
   const Vector3 wanted(hand.position[0], hand.position[1], hand.position[2]);
   if (!held_) put_tool(wanted);
   const Vector3 before = target_;
   const Vector3 way = wanted - target_;
-  const double length = way.norm(), longest = fastest_target * dt;
+  const double length = way.norm(), longest = (caught_up_ ? fastest_target : catching_up) * dt;
+  caught_up_ = caught_up_ || length <= longest;
   target_ += length > longest ? Vector3(way * (longest / length)) : way;
   target_velocity_ = (target_ - before) / dt;
 }
@@ -143,6 +147,7 @@ void World::put_tool(const Vector3& place) noexcept {
       ((block_.orientation.conjugate() * (place - block_.position)).cwiseAbs() - half).cwiseMax(0.0);
   if (out.norm() < measures_.tool_radius) return;
   tool_ = target_ = place;
+  caught_up_ = true;
   body_.velocity.tail<3>().setZero();
   collision_.find(block_, tool_, touches_);
 }
@@ -422,10 +427,12 @@ void World::show_bristles(BristleView& to) noexcept {
     }
   }
   to.key = shown_key_;
+  to.total = 0;
   to.count = 0;
   if (shown_key_ == 0 || parameters_.settings.model != FrictionModel::brush) return;
   double zx[bristles_shown], zy[bristles_shown], delta[bristles_shown];
   const auto patch = static_cast<std::size_t>(places_[index(shown_key_)].patch);
+  to.total = bristles_of(parameters_.settings, patch);
   to.count = batch_.read_bristles(friction_.patch(patch), zx, zy, delta);
   for (std::size_t i = 0; i < to.count; ++i) {
     to.zx[i] = static_cast<float>(zx[i]);

@@ -91,6 +91,7 @@ class World {
   Pose block_;
   Vector3 tool_ = Vector3::Zero(), target_ = Vector3::Zero(), target_velocity_ = Vector3::Zero();
   bool held_ = false;        // the spring has pulled since the reset
+  bool caught_up_ = false;   // its end has reached the hand since that took the tool
   Body body_;                // velocities; the mass without contacts
   Body coupled_;             // with hand and normal contacts in the mass
   Touches touches_, found_;  // in force in this tick; found at its end, for the next
