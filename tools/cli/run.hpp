@@ -83,6 +83,7 @@ struct RunResult {
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
   std::optional<OverloadResult> overload;  ///< where there was a budget, or a replay of one
+  std::string save_failure;  ///< why the state could not be saved, on a full disk for instance; empty: it was
 };
 
 /// Another time step, one over the rate; a deadline that would be longer becomes as long.
