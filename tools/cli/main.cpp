@@ -243,8 +243,7 @@ int run(int argc, char** argv) {
   add_realtime(run_app, realtime, realtime_options);
   run_app->add_option("--restore-state", run_options.restore_state,
                       "Go on from this state file, written by a run of the same scene");
-  run_app->add_option("--save-state", run_options.save_state,
-                      "Write where the run ended to this state file");
+  run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file");
 
   cli::CapacityOptions capacity_options;
   std::string deadline = "1ms";

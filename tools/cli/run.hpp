@@ -26,8 +26,8 @@ struct RunOptions {
   std::optional<std::uint64_t> steps;
   std::optional<std::uint32_t> bristles;    ///< of each patch, in place of the scene's
   std::optional<RealtimeOptions> realtime;  ///< against the clock; none: back to back
-  std::string restore_state;  ///< state file to go on from; empty: the scene's beginning
-  std::string save_state;     ///< state file to write at the end; empty: none
+  std::string restore_state;                ///< state file to go on from; empty: the scene's beginning
+  std::string save_state;                   ///< state file to write at the end; empty: none
   OverloadOptions overload;
 };
 
