@@ -21,6 +21,8 @@
 #include <bristle/version.hpp>
 
 #include "temporary_folder.hpp"
+#include "tools/cli/overload.hpp"
+#include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/waveform.hpp"
 
 using Catch::Matchers::Contains;
@@ -182,6 +184,21 @@ TEST_CASE("The table names step times, deadline, friction, features and the stat
   CHECK_THAT(outcome.out, !Contains("second axis"));  // it is used, so it is not left out
 }
 
+TEST_CASE("The table repeats what files say in short lines that no terminal obeys", "[cli]") {
+  const Folder folder;
+  SmallScene s;
+  replace(s.scene, "dt =", "description = \"\\u001b]0;x\\u0007" + std::string(1'000'000, 'd') + "\"\ndt =");
+  const std::string scene = folder.write("small.toml", s.text());
+  const std::string trace = folder.write("\x1b[31m.csv", "t,x,load,\x1b[31m" + std::string(1'000'000, 'c') +
+                                                             ",last\n0,0,1,2,3\n0.01,1e-4,1,2,3\n");
+  const Outcome outcome = run_cli(folder, "run '" + scene + "' --trace '" + trace + "'");
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.out.find('\x1b') == std::string::npos);
+  CHECK(outcome.out.size() < 5000);
+  CHECK_THAT(outcome.out, Contains("scene       small: ?]0;x?ddd") && Contains("?[31m.csv: 2 rows over") &&
+                              Contains("columns not used: ?[31mccc") && Contains("ccc, last\n"));
+}
+
 TEST_CASE("The block breaks away at the peak and slides at the kinetic coefficient", "[cli][physics]") {
   const Folder folder;
   const json report = run_report(folder, "run " + scene_path("block_on_floor"));
@@ -318,6 +335,62 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
   refused("step,patch,bristles\n1.5,first,20\n", "whole number");
   refused("step,patch,bristles\n2,first,20\n1,first,30\n", "step 1 comes after step 2");
   CHECK(run_cli(folder, "run '" + scene + "' --record-decisions '" + decisions + "'").code == 2);
+
+  const std::string recorded = read_file(decisions);
+  check_refused(
+      folder,
+      "run '" + scene + "' --replay-decisions '" + decisions + "' --record-decisions '" + decisions + "'",
+      {"a replay decides nothing"});
+  CHECK(read_file(decisions) == recorded);
+
+  // On stdout there is nothing else.
+  const Outcome rows_only = run_cli(folder, "run '" + scene + "' --budget 2 --record-decisions -");
+  CHECK(rows_only.code == 0);
+  CHECK(rows_only.out.rfind("step,patch,bristles\n", 0) == 0);
+  CHECK_THAT(rows_only.out, !Contains("state hash"));
+  check_refused(folder, "run '" + scene + "' --budget 2 --record-decisions - --json -",
+                {"--record-decisions -: only one can have stdout"});
+}
+
+TEST_CASE("What a step has decided is written when it has been timed, once", "[cli][overload]") {
+  const Folder folder;
+  const std::string decisions = folder.at("decisions.csv");
+  const cli::Scene scene = cli::parse_scene(SmallScene{}.text(), "small.toml");
+  cli::SceneStepper stepper(scene, {});
+  cli::OverloadOptions options;
+  options.budget_us = 2.0;
+  options.record = decisions;
+  cli::Overload overload(scene, options, stepper);
+  const std::string header = "step,patch,bristles\n";
+  for (int k = 0; k < 3; ++k) {
+    stepper.prescribe(1e-3 * k);
+    overload.before_step();
+    stepper.step(1e-3 * k);
+    overload.after_step(1.0 /* s: late by far */);
+    CHECK(read_file(decisions) == header);
+  }
+  overload.write_decisions();
+  const std::string written = read_file(decisions);
+  CHECK_THAT(written, Catch::Matchers::StartsWith(header) && Catch::Matchers::EndsWith(",tip,64\n"));
+  overload.write_decisions();
+  CHECK(read_file(decisions) == written);
+}
+
+TEST_CASE("A state that cannot be saved at the end costs no report", "[cli][state]") {
+  const Folder folder;
+  const std::string scene = folder.write("small.toml", SmallScene{}.text());
+  // No file may grow beyond a kilobyte; the state of a hundred bristles is larger.
+  const std::string script =
+      folder.write("limited.sh", "set -o pipefail\n(trap '' XFSZ; ulimit -f 1; '" BRISTLE_CLI "' run '" +
+                                     scene + "' --save-state '" + folder.at("state") + "' --json - 2>'" +
+                                     folder.at("err") + "') | cat >'" + folder.at("out") + "'\n");
+  const int status = std::system(("bash '" + script + "'").c_str());
+  CHECK(WEXITSTATUS(status) == 2);
+  CHECK(json::parse(read_file(folder.at("out")))["steps"] == 50);
+  const std::string message = read_file(folder.at("err"));
+  CHECK_THAT(message, Contains(folder.at("state") + ": cannot be written"));
+  CHECK(std::count(message.begin(), message.end(), '\n') == 1);
+  CHECK_FALSE(std::filesystem::exists(folder.at("state")));
 }
 
 TEST_CASE("Copies of a patch are stepped together and the force file says how many it holds", "[cli]") {
@@ -484,6 +557,14 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "run " + scene + " --out '" + folder.at("none/f.csv") + "'", {"cannot be written"});
   check_refused(folder, "run " + scene + " --json '" + folder.at("none/r.json") + "'", {"cannot be written"});
   check_refused(folder, "run " + scene + " --json - --out -", {"stdout"});
+  check_refused(folder, "run " + scene + " --save-state -", {"--save-state -", "name a file"});
+  check_refused(folder, "run " + scene + " --save-state '" + folder.at("none/state") + "'",
+                {folder.at("none/state") + ": cannot be written"});
+  check_refused(folder, "run " + scene + " --budget nan", {"--budget: Value nan not in range"});
+  check_refused(folder, "run " + scene + " --budget 1e-4", {"--budget: Value 1e-4 not in range 0.001 to"});
+  check_refused(folder, "fit data.csv --load nan", {"--load: Value nan not in range"});
+  check_refused(folder, "fit data.csv --load 2N", {"--load: Value 2N not in range"});
+  check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: Value -nan not in range"});
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
   check_refused(folder, "capacity --deadline 1ms --threads 0", {"--threads"});

@@ -62,6 +62,17 @@ std::string repeated(const std::string& text, std::size_t times) {
   return all;
 }
 
+/// Patches, each with a motion of the keys given.
+std::string patches_with(int count, const std::string& motion_keys) {
+  std::string all;
+  for (int i = 0; i < count; ++i) {
+    const std::string name = "p" + std::to_string(i);
+    all += "[[patch]]\nname = \"" + name + "\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 1\n" +
+           "[[motion]]\npatch = \"" + name + "\"\n" + motion_keys + "\n";
+  }
+  return all;
+}
+
 std::string thousands_of_materials() {
   std::string all;
   for (int i = 0; i < 2000; ++i)
@@ -110,6 +121,22 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
     INFO(c.name);
     check_one_line(run_cli(folder, "run '" + folder.write("scene.toml", c.text) + "'"), c.message);
   }
+}
+
+TEST_CASE("A scene of very many tables, or of one large trace many times, is soon read", "[cli][hostile]") {
+  const TemporaryFolder folder;
+  // A hundred thousand names looked for one after another would take minutes.
+  const std::string many = scene_with("bristles = 10") +
+                           patches_with(100'000, "type = \"hold\"\nload = 1.0") +
+                           "[[motion]]\npatch = \"nobody\"\ntype = \"hold\"\nload = 1.0\n";
+  check_one_line(run_cli(folder, "run '" + folder.write("scene.toml", many) + "'"), "names 'nobody'");
+  // 32 bytes a row: 640 MB if each motion had its own.
+  std::string trace = "t,x,load\n";
+  for (int i = 0; i < 20'000; ++i) trace += std::to_string(i) + ",0,1\n";
+  folder.write("trace.csv", trace);
+  const std::string one_trace =
+      scene_with("bristles = 10") + patches_with(1000, "type = \"trace\"\nfile = \"trace.csv\"");
+  CHECK(run_cli(folder, "run '" + folder.write("scene.toml", one_trace) + "' --steps 1").code == 0);
 }
 
 TEST_CASE("A motion file that means harm is refused in one line and little memory", "[cli][hostile]") {

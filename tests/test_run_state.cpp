@@ -1,6 +1,7 @@
 // `bristle run --save-state` and `--restore-state`: a run in two parts is the run.
 #include <catch2/catch.hpp>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -133,6 +134,24 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
   bristle::PatchBatch batch;
   bristle::save_state_file(folder.at("program"), batch);
   CHECK_THAT(refused("", "", folder.at("program")), Contains("no run"));
-  CHECK_THAT(refusal([&] { cli::run_scene(scene, options_of(3, "", "", "/dev/null")); }),
-             Contains("/dev/null") && Contains("not a file"));
+}
+
+TEST_CASE("A place where no state can be saved is refused before the run", "[cli][state]") {
+  const TemporaryFolder folder;
+  const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
+  const std::string file = folder.write("file", "");
+  const auto refused = [&](const std::string& place) {
+    // A force file would be there, had anything begun.
+    const std::string why = refusal([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
+    CHECK_THAT(why, Contains(place));
+    CHECK_FALSE(std::filesystem::exists(folder.at("f")));
+    return why;
+  };
+  CHECK_THAT(refused("/dev/null"), Contains("not a file"));
+  CHECK_THAT(refused(folder.path.string()), Contains("not a file"));
+  CHECK_THAT(refused(folder.at("none/state")), Contains("cannot be written: No such file"));
+  CHECK_THAT(refused(folder.at("none/")), Contains("cannot be written: No such file"));
+  CHECK_THAT(refused(file + "/state"), Contains("cannot be written: Not a directory"));
+  CHECK_THAT(refused(folder.at(std::string(300, 'a'))), Contains("cannot be written: File name too long"));
+  CHECK_THAT(refused("-"), Contains("name a file"));
 }

@@ -46,7 +46,6 @@ void BodyMotion::solve(Coupled<Dof>& coupled, bristle::PatchBatch& batch, double
   coupled.body.velocity = vector_of<Dof>(velocity_);
   const bristle::SolveReport report = bristle::solve_displacements<Dof>(
       batch, dt, coupled.body, vector_of<Dof>(applied_), coupled.contacts, motions);
-  ++statistics_.solves;
   statistics_.iterations += static_cast<std::uint64_t>(report.evaluations);
   statistics_.worst_iterations = std::max(statistics_.worst_iterations, report.evaluations);
   statistics_.worst_residual = std::max(statistics_.worst_residual, report.residual);

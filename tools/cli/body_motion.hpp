@@ -14,7 +14,6 @@ namespace cli {
 
 /// How hard the equation of motion was to solve, over all steps of one body.
 struct SolveStatistics {
-  std::uint64_t solves = 0;
   std::uint64_t iterations = 0;  ///< evaluations of the friction force
   int worst_iterations = 0;
   double worst_residual = 0.0;  ///< over the largest force in the equation
@@ -45,12 +44,10 @@ class BodyMotion {
     }
   }
 
-  const SceneBody& body() const noexcept { return body_; }
   const SolveStatistics& statistics() const noexcept { return statistics_; }
   const double (&position() const noexcept)[2] { return position_; }
   const double (&velocity() const noexcept)[2] { return velocity_; }
   double highest_speed() const noexcept { return highest_speed_; }
-  const double (&applied() const noexcept)[2] { return applied_; }
 
  private:
   /// The body on a rail or in the plane: one of the two is in use.

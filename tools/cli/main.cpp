@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <string>
@@ -95,6 +96,19 @@ double parse_share(const std::string& text) {
   return value;
 }
 
+/// CLI::Range of doubles lets "nan" pass.
+CLI::Validator within(double low, double high) {
+  const auto check = [low, high](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool is_number = !text.empty() && *end == 0;
+    return is_number && value >= low && value <= high
+               ? std::string()
+               : fmt::format("Value {} not in range {} to {}", text, low, high);
+  };
+  return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
+}
+
 // CLI11 itself would only say that a subcommand is missing.
 void check_command(const CLI::App& app, const std::string& name) {
   std::string known;
@@ -164,7 +178,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       "--realtime", wanted,
       "Step against the clock, a bare sleep loop in turn with it; Ctrl-C ends it with the report");
   run_app->add_option("--rate", options.rate_hz, "Ticks per second, e.g. 1000; the scene's dt becomes 1/rate")
-      ->check(CLI::Range(1.0, 1e5))
+      ->check(within(1.0, 1e5))
       ->needs(realtime);
   run_app->add_option("--fifo", options.thread.fifo_priority, "Real-time priority (SCHED_FIFO), if permitted")
       ->check(CLI::Range(1, 99))
@@ -176,7 +190,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->add_option_function<double>(
           "--busy-wait", [&options](double us) { options.busy_wait_s = 1e-6 * us; },
           "Sleep until so many us before a tick, then watch the clock")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(within(0.0, 1e6))
       ->needs(realtime);
   run_app->add_flag("--mlock", options.thread.lock_memory, "Lock the process in memory, if permitted")
       ->needs(realtime);
@@ -213,7 +227,7 @@ int run(int argc, char** argv) {
   run_app
       ->add_option("--budget", run_options.overload.budget_us,
                    "Time for a step, us: bristles are left out of one that takes longer, and come back")
-      ->check(CLI::Range(1e-3, 1e9));
+      ->check(within(1e-3, 1e9));
   run_app->add_option("--record-decisions", run_options.overload.record,
                       "Write what was left out and when to this CSV file");
   run_app->add_option("--replay-decisions", run_options.overload.replay,
@@ -229,8 +243,7 @@ int run(int argc, char** argv) {
   add_realtime(run_app, realtime, realtime_options);
   run_app->add_option("--restore-state", run_options.restore_state,
                       "Go on from this state file, written by a run of the same scene");
-  run_app->add_option("--save-state", run_options.save_state,
-                      "Write where the run ended to this state file");
+  run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file");
 
   cli::CapacityOptions capacity_options;
   std::string deadline = "1ms";
@@ -258,7 +271,7 @@ int run(int argc, char** argv) {
   fit_app->add_option("DATA", fit_options.data, "Measured friction, CSV t,x,load,force (tools/README.md)")
       ->required();
   fit_app->add_option("--load", fit_options.load, "Normal load, N, in place of a column")
-      ->check(CLI::Range(1e-9, 1e9));
+      ->check(within(1e-9, 1e9));
   add_choice(
       fit_app, "--sign",
       {{"auto", cli::ForceSign::automatic}, {"on", cli::ForceSign::on_body}, {"by", cli::ForceSign::by_body}},
@@ -301,7 +314,7 @@ int run(int argc, char** argv) {
                            "Write the scene with the recommended setting to this TOML file");
   accuracy_app->add_flag("--quick", accuracy_options.quick, "Fewer settings, less than a minute");
   accuracy_app->add_option("--seconds", accuracy_options.seconds, "Time to spend, about")
-      ->check(CLI::Range(0.5, 1e5));
+      ->check(within(0.5, 1e5));
   accuracy_app->add_option("--isa", accuracy_options.isa, "Instruction set: see bristle --version");
   accuracy_app->add_option("--json", accuracy_options.json,
                            "Write the report to this JSON file (- for stdout)");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -29,6 +30,9 @@ std::uint64_t parse_count(const char* cell, std::string_view column, double most
 
 Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStepper& stepper)
     : stepper_(stepper), record_path_(options.record) {
+  // Before the record is opened: it may be the very file to be replayed.
+  if (!options.replay.empty() && !options.record.empty())
+    throw UserError("--record-decisions and --replay-decisions: a replay decides nothing");
   for (std::size_t c = 0; c < stepper.copies().size(); ++c) copy_of_[stepper.motions()[c].id.value] = c;
   if (!options.replay.empty()) {
     if (options.budget_us) throw UserError("--budget and --replay-decisions: a replay asks no clock");
@@ -40,10 +44,17 @@ Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStep
       shedder_.emplace(bristle::LoadShedderOptions{}
                            .with_budget(result_.budget_s)
                            .with_record(2 * stepper.copies().size() + 16));
-      for (std::size_t c = 0; c < stepper.copies().size(); ++c) {
-        const ScenePatch& patch = scene.patches[stepper.copies()[c].patch];
-        shedder_->add(stepper.motions()[c].id, patch.priority, patch.least_bristles);
-      }
+      // The shedder keeps them by priority: in this order each comes last, and none has to make room.
+      std::vector<std::size_t> order(stepper.copies().size());
+      std::iota(order.begin(), order.end(), std::size_t{0});
+      const auto patch_of = [&](std::size_t c) -> const ScenePatch& {
+        return scene.patches[stepper.copies()[c].patch];
+      };
+      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return patch_of(a).priority < patch_of(b).priority;
+      });
+      for (const std::size_t c : order)
+        shedder_->add(stepper.motions()[c].id, patch_of(c).priority, patch_of(c).least_bristles);
     } catch (const bristle::Error& error) {
       throw UserError(error.what());
     }
@@ -84,11 +95,14 @@ void Overload::read_decisions(const std::string& path) {
 }
 
 void Overload::write_decisions() {
-  if (!record_ || shedder_->decisions().empty()) return;
-  std::string text;
-  for (const bristle::DetailDecision& d : shedder_->decisions())
-    text += fmt::format("{},{},{}\n", d.step, stepper_.copies()[copy_of_[d.patch.value]].name, d.bristles);
-  write_text(record_->get(), text, record_path_);
+  if (!shedder_ || shedder_->decisions().empty()) return;
+  if (record_) {
+    std::string text;
+    for (const bristle::DetailDecision& d : shedder_->decisions())
+      text += fmt::format("{},{},{}\n", d.step, stepper_.copies()[copy_of_[d.patch.value]].name, d.bristles);
+    write_text(record_->get(), text, record_path_);
+  }
+  shedder_->clear_decisions();
 }
 
 void Overload::note_worst(int changed) {
@@ -118,8 +132,6 @@ void Overload::before_step() {
 void Overload::after_step(double time_s) {
   if (!shedder_) return;
   note_worst(shedder_->after_step(stepper_.batch(), stepper_.motions(), time_s, stepper_.report()));
-  write_decisions();
-  shedder_->clear_decisions();
 }
 
 OverloadResult Overload::finish() {

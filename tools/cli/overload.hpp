@@ -40,12 +40,13 @@ class Overload {
   void before_step();
   /// `time_s` as CPU time where one thread steps, by the clock on the wall else.
   void after_step(double time_s);
-  /// Writes what is left to write. Throws UserError.
+  /// To the record, what was decided since the last call: once a step, outside of what is timed. Throws
+  /// UserError.
+  void write_decisions();
   OverloadResult finish();
 
  private:
   void read_decisions(const std::string& path);
-  void write_decisions();
   void note_worst(int changed);
 
   SceneStepper& stepper_;

@@ -30,7 +30,8 @@ class PacedClock {
   std::int64_t due_ns_ = 0;
 };
 
-/// While it lives the first SIGINT or SIGTERM only sets stop_requested(); the second one ends the program.
+/// While it lives SIGINT or SIGTERM only sets stop_requested(); one that comes more than half a second after
+/// the first ends the program. (One Ctrl-C may arrive twice: from the terminal, and passed on by `timeout`.)
 class StopOnSignal {
  public:
   StopOnSignal() noexcept;

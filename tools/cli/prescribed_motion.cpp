@@ -22,22 +22,6 @@ MotionRow interpolate(const std::vector<MotionRow>& rows, double t) noexcept {
 
 }  // namespace
 
-const char* to_string(MotionType type) noexcept {
-  switch (type) {
-    case MotionType::hold:
-      return "hold";
-    case MotionType::ramp:
-      return "ramp";
-    case MotionType::sine:
-      return "sine";
-    case MotionType::keyframes:
-      return "keyframes";
-    case MotionType::trace:
-      return "trace";
-  }
-  return "";
-}
-
 Position PrescribedMotion::at(double t) const noexcept {
   switch (type) {
     case MotionType::hold:
@@ -52,7 +36,7 @@ Position PrescribedMotion::at(double t) const noexcept {
     }
     case MotionType::keyframes:
     case MotionType::trace: {
-      const MotionRow row = interpolate(rows, t);
+      const MotionRow row = interpolate(rows(), t);
       return {row.x, row.y};
     }
   }
@@ -60,21 +44,12 @@ Position PrescribedMotion::at(double t) const noexcept {
 }
 
 double PrescribedMotion::load_over(double t, double dt) const noexcept {
-  return load_steps.empty() ? interpolate(rows, t + dt).load : load_at(load_steps, t + 0.5 * dt);
+  return load_steps.empty() ? interpolate(rows(), t + dt).load : load_at(load_steps, t + 0.5 * dt);
 }
 
 bool PrescribedMotion::moves_along_y() const noexcept {
   return velocity[1] != 0.0 || amplitude[1] != 0.0 || turn_per_copy != 0.0 ||
-         std::any_of(rows.begin(), rows.end(), [](const MotionRow& row) { return row.y != 0.0; });
-}
-
-double PrescribedMotion::highest_load() const noexcept {
-  double highest = 0.0;
-  for (const LoadStep& step : load_steps) highest = std::max(highest, step.load);
-  if (load_steps.empty()) {
-    for (const MotionRow& row : rows) highest = std::max(highest, row.load);
-  }
-  return highest;
+         std::any_of(rows().begin(), rows().end(), [](const MotionRow& row) { return row.y != 0.0; });
 }
 
 bool PrescribedMotion::stays_on_line(double (&direction)[2]) const noexcept {
@@ -82,8 +57,8 @@ bool PrescribedMotion::stays_on_line(double (&direction)[2]) const noexcept {
   direction[1] = 0.0;
   double far[2] = {velocity[0] + amplitude[0], velocity[1] + amplitude[1]};  // one of the two is zero
   const auto length = [](double x, double y) { return std::sqrt(x * x + y * y); };
-  for (const MotionRow& row : rows) {
-    const double x = row.x - rows.front().x, y = row.y - rows.front().y;
+  for (const MotionRow& row : rows()) {
+    const double x = row.x - rows().front().x, y = row.y - rows().front().y;
     if (length(x, y) > length(far[0], far[1])) {
       far[0] = x;
       far[1] = y;
@@ -93,8 +68,8 @@ bool PrescribedMotion::stays_on_line(double (&direction)[2]) const noexcept {
   if (!(longest > 0.0)) return true;
   direction[0] = far[0] / longest;
   direction[1] = far[1] / longest;
-  return std::all_of(rows.begin(), rows.end(), [&](const MotionRow& row) {
-    const double x = row.x - rows.front().x, y = row.y - rows.front().y;
+  return std::all_of(rows().begin(), rows().end(), [&](const MotionRow& row) {
+    const double x = row.x - rows().front().x, y = row.y - rows().front().y;
     return std::fabs(x * direction[1] - y * direction[0]) <= 1e-12 * longest;
   });
 }

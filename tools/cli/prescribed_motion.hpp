@@ -2,7 +2,7 @@
 #pragma once
 
 #include <limits>
-#include <string>
+#include <memory>
 #include <vector>
 
 #include "tools/cli/motion_file.hpp"
@@ -20,7 +20,6 @@ struct LoadStep {
 };
 
 enum class MotionType { hold, ramp, sine, keyframes, trace };
-const char* to_string(MotionType type) noexcept;
 
 struct PrescribedMotion {
   MotionType type = MotionType::hold;
@@ -30,14 +29,14 @@ struct PrescribedMotion {
   double amplitude[2] = {0.0, 0.0};  ///< sine, m
   double frequency = 1.0;            ///< sine, Hz
   double phase = 0.0;                ///< sine, turns
-  std::vector<MotionRow> rows;       ///< keyframes and trace: linear in between, the last one holds
-  std::vector<LoadStep> load_steps;  ///< empty: the load is that of the rows
-  std::string file;                  ///< trace
-  std::size_t file_rows = 0;
-  std::vector<std::string> ignored_columns;
-  double turn_per_copy = 0.0;   ///< copy i moves along directions turned by i times this, turns
-  double delay_per_copy = 0.0;  ///< copy i runs i times this later, s
+  std::vector<MotionRow> keyframes;
+  std::shared_ptr<const MotionFile> trace;  ///< of any number of motions: it may be large; begins at t = 0
+  std::vector<LoadStep> load_steps;         ///< empty: the load is that of the rows
+  double turn_per_copy = 0.0;               ///< copy i moves along directions turned by i times this, turns
+  double delay_per_copy = 0.0;              ///< copy i runs i times this later, s
 
+  /// Of keyframes or trace, else none: linear in between, the last one holds.
+  const std::vector<MotionRow>& rows() const noexcept { return trace ? trace->rows : keyframes; }
   /// Position of copy 0 at time t >= 0, m.
   Position at(double t) const noexcept;
   /// Load of copy 0 over the step from t to t + dt, N: of the rows at its end (a control loop reads
@@ -45,7 +44,6 @@ struct PrescribedMotion {
   double load_over(double t, double dt) const noexcept;
   /// Whether the second axis is needed.
   bool moves_along_y() const noexcept;
-  double highest_load() const noexcept;
   /// Whether copy 0 moves to and fro on one straight line; then its direction, a unit vector.
   bool stays_on_line(double (&direction)[2]) const noexcept;
 };

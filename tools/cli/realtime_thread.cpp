@@ -16,7 +16,14 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options)
   prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
   if (options.core) bind(*options.core);
   if (options.lock_memory) lock_memory();
-  if (options.fifo_priority) take_fifo(*options.fifo_priority);
+  if (!options.fifo_priority) return;
+  if (options.core && !is_bound()) {
+    // On any core it could keep a worker, which waits there with usual priority, from running for good.
+    refused_.push_back(fmt::format("SCHED_FIFO {}: not asked for without core {}; usual scheduling instead",
+                                   *options.fifo_priority, *options.core));
+    return;
+  }
+  take_fifo(*options.fifo_priority);
 }
 
 RealtimeThread::~RealtimeThread() {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include <fmt/format.h>
@@ -64,6 +65,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
+  if (!options.save_state.empty()) check_place_of_state(options.save_state);
   if (!options.restore_state.empty())
     result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
   if (!options.out.empty()) {
@@ -128,6 +130,7 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
 }
 
 void SceneRun::account(double t) {
+  overload_.write_decisions();
   for (std::size_t c = 0; c < ways_.size(); ++c) {
     const SceneCopy& copy = stepper_.copies()[c];
     Way& way = ways_[c];
@@ -182,8 +185,12 @@ void SceneRun::finish() {
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
   if (force_file_) force_file_->finish();
-  if (!options_.save_state.empty())
+  if (options_.save_state.empty()) return;
+  try {
     save_run(options_.save_state, stepper_, result_.steps_before + result_.steps, scene_.dt, ways_);
+  } catch (const UserError& error) {
+    result_.save_failure = error.what();
+  }
 }
 
 std::uint64_t SceneRun::steps_to_do() const {
@@ -247,7 +254,6 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
 
 void SceneRun::run_paced(const RealtimeOptions& realtime) {
   const RealtimeThread thread(realtime.thread);
-  const StopOnSignal stop;
   const QueueClock queue;
   RealtimeResult& result =
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
@@ -315,6 +321,11 @@ void run_command(const RunOptions& options) {
   const double scene_dt = scene.dt;
   if (options.realtime) {
     if (options.realtime->rate_hz) set_rate(scene, *options.realtime->rate_hz);
+    if (!(scene.dt >= 1e-5 && scene.dt <= 1.0)) {
+      throw UserError(fmt::format(
+          "{}: --realtime takes 1 to 100,000 ticks per second, and dt is {} s; give another --rate",
+          options.scene, scene.dt));
+    }
     if (options.realtime->thread.fifo_priority && !options.realtime->thread.core &&
         options.threads.value_or(scene.threads) != 1) {
       throw UserError(
@@ -323,20 +334,25 @@ void run_command(const RunOptions& options) {
     }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
-  if ((options.json == "-") + (options.out == "-") + (histogram_file == "-") > 1)
-    throw UserError("--json -, --out -, --histograms -: only one can have stdout");
+  const std::string outputs[] = {options.json, options.out, histogram_file, options.overload.record};
+  const auto to_stdout = std::count(std::begin(outputs), std::end(outputs), "-");
+  if (to_stdout > 1)
+    throw UserError("--json -, --out -, --histograms -, --record-decisions -: only one can have stdout");
   // Opened before the run: a path that cannot be written must not cost the result.
   std::optional<FilePointer> json;
   if (!options.json.empty()) json.emplace(open_for_writing(options.json));
   std::optional<FilePointer> histograms;
   if (!histogram_file.empty()) histograms.emplace(open_for_writing(histogram_file));
+  // Until the reports are written: the same Ctrl-C may come again meanwhile.
+  std::optional<StopOnSignal> stop;
+  if (options.realtime) stop.emplace();
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;
-  if (options.json != "-" && options.out != "-" && histogram_file != "-") {
-    write_text(stdout, run_table(scene, options, result), "standard output");
-  }
+  if (to_stdout == 0) write_text(stdout, run_table(scene, options, result), "standard output");
   if (json) write_text(json->get(), run_json(scene, options, result), options.json);
   if (histograms) write_text(histograms->get(), histogram_csv(*result.realtime), histogram_file);
+  // Told last: it must not cost the reports.
+  if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }
 
 }  // namespace cli

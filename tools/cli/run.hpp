@@ -26,8 +26,8 @@ struct RunOptions {
   std::optional<std::uint64_t> steps;
   std::optional<std::uint32_t> bristles;    ///< of each patch, in place of the scene's
   std::optional<RealtimeOptions> realtime;  ///< against the clock; none: back to back
-  std::string restore_state;  ///< state file to go on from; empty: the scene's beginning
-  std::string save_state;     ///< state file to write at the end; empty: none
+  std::string restore_state;                ///< state file to go on from; empty: the scene's beginning
+  std::string save_state;                   ///< state file to write at the end; empty: none
   OverloadOptions overload;
 };
 
@@ -83,6 +83,7 @@ struct RunResult {
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
   std::optional<OverloadResult> overload;  ///< where there was a budget, or a replay of one
+  std::string save_failure;  ///< why the state could not be saved, on a full disk for instance; empty: it was
 };
 
 /// Another time step, one over the rate; a deadline that would be longer becomes as long.

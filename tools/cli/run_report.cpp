@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/cli/conditions.hpp"
+#include "tools/cli/one_line.hpp"
 #include "tools/cli/run.hpp"
 #include "tools/cli/text_table.hpp"
 
@@ -46,12 +47,12 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   };
   const Conditions c = conditions();
   const bristle::DeadlineMonitor& m = r.monitor;
-  line("scene", scene.name + (scene.description.empty() ? "" : ": " + scene.description));
+  // What files say may hold anything.
+  line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
   line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
   line("machine", c.cpu);
-  std::size_t patch_count = 0;
-  for (const ScenePatch& patch : scene.patches) patch_count += patch.count;
+  const std::size_t patch_count = scene.patch_count();
   line("size",
        fmt::format("{} bristles in {} {}, {} kB", count_text(r.bristles), count_text(patch_count),
                    patch_count == 1 ? "patch" : "patches", count_text((r.memory_bytes + 1023) / 1024)));
@@ -76,12 +77,12 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   }
   for (const ScenePatch& patch : scene.patches) {
     if (!patch.motion || patch.motion->type != MotionType::trace) continue;
-    const PrescribedMotion& motion = *patch.motion;
-    line("trace",
-         fmt::format(
-             "{}: {} rows over {}{}", motion.file, count_text(motion.file_rows),
-             time_text(motion.rows.back().t),
-             motion.ignored_columns.empty() ? "" : "; columns not used: " + joined(motion.ignored_columns)));
+    const MotionFile& trace = *patch.motion->trace;
+    line("trace", fmt::format("{}: {} rows over {}{}", one_line(trace.name), count_text(trace.rows.size()),
+                              time_text(trace.rows.back().t),
+                              trace.ignored_columns.empty()
+                                  ? ""
+                                  : "; columns not used: " + one_line(joined(trace.ignored_columns))));
   }
   if (!options.out.empty()) {
     line("forces", fmt::format("{}: {} of {} patches{}", options.out, count_text(r.patches_written),
@@ -273,11 +274,12 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
   report["traces"] = Json::array();
   for (const ScenePatch& patch : scene.patches) {
     if (!patch.motion || patch.motion->type != MotionType::trace) continue;
+    const MotionFile& trace = *patch.motion->trace;
     report["traces"].push_back({{"patch", patch.name},
-                                {"file", patch.motion->file},
-                                {"rows", patch.motion->file_rows},
-                                {"length_s", patch.motion->rows.back().t},
-                                {"ignored_columns", patch.motion->ignored_columns}});
+                                {"file", trace.name},
+                                {"rows", trace.rows.size()},
+                                {"length_s", trace.rows.back().t},
+                                {"ignored_columns", trace.ignored_columns}});
   }
   if (!options.out.empty()) report["forces"] = {{"file", options.out}, {"patches", r.patches_written}};
   report["state_hash"] = fmt::format("{:016x}", r.state_hash);

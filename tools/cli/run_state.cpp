@@ -1,9 +1,15 @@
 #include "tools/cli/run_state.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
+#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -39,6 +45,21 @@ std::vector<double> to_numbers(const std::vector<std::byte>& bytes) {
 }
 
 }  // namespace
+
+void check_place_of_state(const std::string& path) {
+  if (path == "-")
+    throw UserError("--save-state -: a state is written beside its place and renamed: name a file");
+  struct stat there {};
+  int why = stat(path.c_str(), &there) == 0 ? 0 : errno;
+  if (why == 0 && !S_ISREG(there.st_mode))
+    throw UserError(path + ": is not a file: a state file cannot take its place");
+  if (why == 0 || why == ENOENT) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    // "/." fails on what is no folder.
+    why = access(((folder.empty() ? "." : folder) / ".").c_str(), W_OK | X_OK) == 0 ? 0 : errno;
+  }
+  if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
+}
 
 void save_run(const std::string& path, const SceneStepper& stepper, std::uint64_t steps, double dt,
               const std::vector<Way>& ways) {

@@ -15,6 +15,9 @@ struct Way {
   double slid_x = 0.0, slid_y = 0.0;  ///< m, since it last turned back or lost contact
 };
 
+/// Throws UserError where no state file can be written: what can be known of that before a long run.
+void check_place_of_state(const std::string& path);
+
 /// Writes the state of all patches, and with it the time, where bodies are, and the ways: all
 /// that the next steps depend on. `steps` were done since the scene's beginning. Throws UserError.
 void save_run(const std::string& path, const SceneStepper& stepper, std::uint64_t steps, double dt,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -122,32 +123,35 @@ SceneMaterial read_material(SceneTable table) {
 
 // ------------------------------------------------------------------------------------------- patches
 
-template <class Named>
-std::size_t find_name(const std::vector<Named>& all, const std::string& name, const SceneTable& table,
-                      std::string_view key) {
-  std::string known;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i].name == name) return i;
-    if (i < 8) known += fmt::format("{}{}", i ? ", " : "", all[i].name);
+/// The tables of one kind, by name: a scene may have hundreds of thousands.
+class Names {
+ public:
+  /// Of the table read next.
+  void add(const std::string& name, const SceneTable& table) {
+    if (!index_.emplace(name, index_.size()).second)
+      table.fail("name", fmt::format("'{}' appears twice", name));
   }
-  table.fail(
-      key, fmt::format("names '{}', which is not there; there is: {}", name, known.empty() ? "none" : known));
-}
-
-template <class Named>
-void refuse_second(const std::vector<Named>& all, const std::string& name, const SceneTable& table) {
-  for (const Named& other : all) {
-    if (other.name == name) table.fail("name", fmt::format("'{}' appears twice", name));
+  std::size_t find(const std::string& name, const SceneTable& table, std::string_view key) const {
+    const auto found = index_.find(name);
+    if (found != index_.end()) return found->second;
+    std::string known;
+    for (auto other = index_.begin(); other != index_.end() && known.size() < 100; ++other)
+      known += (known.empty() ? "" : ", ") + other->first;
+    table.fail(key, fmt::format("names '{}', which is not there; there is: {}", name,
+                                known.empty() ? "none" : known));
   }
-}
 
-ScenePatch read_patch(SceneTable table, const Scene& scene) {
+ private:
+  std::map<std::string, std::size_t> index_;
+};
+
+ScenePatch read_patch(SceneTable table, const Names& materials) {
   ScenePatch patch;
   patch.name = table.name();
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
                "sampling", "seed", "count", "priority", "least_bristles"});
-  patch.material = find_name(scene.materials, table.text("material"), table, "material");
+  patch.material = materials.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
   o.bristles = static_cast<std::uint32_t>(table.integer("bristles", 0, bristle::max_bristles_per_patch, 0));
@@ -207,23 +211,31 @@ std::vector<MotionRow> read_keyframes(const SceneTable& parent, bool with_load) 
   return rows;
 }
 
-void take_trace(PrescribedMotion& motion, const MotionFile& file, const std::string& where) {
-  if (!file.has_load && motion.load_steps.empty()) {
+using Trace = std::shared_ptr<const MotionFile>;
+
+Trace read_trace(const std::string& path) {
+  auto file = std::make_shared<MotionFile>(read_motion_file(path));
+  const double start = file->rows.front().t;
+  for (MotionRow& row : file->rows) row.t -= start;
+  return file;
+}
+
+void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
+  if (!trace->has_load && motion.load_steps.empty()) {
     throw UserError(
-        fmt::format("{}: {} has no column load; add one, or give load in the scene", where, file.name));
+        fmt::format("{}: {} has no column load; add one, or give load in the scene", where, trace->name));
   }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
     motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // of the motion replaced
-  motion.file = file.name;
-  motion.file_rows = file.rows.size();
-  motion.ignored_columns = file.ignored_columns;
-  if (file.has_load) motion.load_steps.clear();
-  motion.rows = file.rows;
-  for (MotionRow& row : motion.rows) row.t -= file.rows.front().t;
+  motion.keyframes.clear();
+  if (trace->has_load) motion.load_steps.clear();
+  motion.trace = trace;
 }
 
-PrescribedMotion read_motion(const SceneTable& table, const std::string& scene_path) {
+/// `traces`: those read before, by path.
+PrescribedMotion read_motion(const SceneTable& table, const std::string& scene_path,
+                             std::map<std::string, Trace>& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
   motion.type =
@@ -256,16 +268,19 @@ PrescribedMotion read_motion(const SceneTable& table, const std::string& scene_p
       break;
     case MotionType::keyframes:
       table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "keyframes"});
-      motion.rows = read_keyframes(table, motion.load_steps.empty());
+      motion.keyframes = read_keyframes(table, motion.load_steps.empty());
       break;
     case MotionType::trace: {
       table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file"});
       const std::filesystem::path path = std::filesystem::path(scene_path).parent_path() / table.text("file");
-      take_trace(motion, read_motion_file(path.string()), table.where("file"));
+      Trace& trace = traces[path.string()];
+      if (!trace) trace = read_trace(path.string());
+      take_trace(motion, trace, table.where("file"));
       break;
     }
   }
-  if (motion.load_steps.empty() && motion.rows.empty()) table.fail("key 'load' (or 'load_steps') is missing");
+  if (motion.load_steps.empty() && motion.rows().empty())
+    table.fail("key 'load' (or 'load_steps') is missing");
   return motion;
 }
 
@@ -308,7 +323,9 @@ std::vector<ForceSine> read_force_sines(const SceneTable& parent) {
   return sines;
 }
 
-SceneBody read_body(SceneTable table, Scene& scene) {
+/// `body_on`: for each patch that carries a body read so far, by index, the body's name.
+SceneBody read_body(SceneTable table, Scene& scene, const Names& patches,
+                    std::map<std::size_t, std::string>& body_on) {
   SceneBody body;
   body.name = table.name();
   table.allow({"name", "mass", "gravity", "extra_load", "extra_load_steps", "velocity", "patches", "force",
@@ -326,13 +343,11 @@ SceneBody read_body(SceneTable table, Scene& scene) {
   body.force_sines = read_force_sines(table);
 
   for (const std::string& name : table.texts("patches")) {
-    const std::size_t index = find_name(scene.patches, name, table, "patches");
+    const std::size_t index = patches.find(name, table, "patches");
     ScenePatch& patch = scene.patches[index];
-    for (const SceneBody& other : scene.bodies) {
-      if (std::count(other.patches.begin(), other.patches.end(), index)) {
-        table.fail("patches", fmt::format("names '{}', which body '{}' rests on already", name, other.name));
-      }
-    }
+    const auto [on, is_first] = body_on.emplace(index, body.name);
+    if (!is_first)
+      table.fail("patches", fmt::format("names '{}', which body '{}' rests on already", name, on->second));
     if (patch.motion)
       table.fail("patches", fmt::format("names '{}', which a [[motion]] moves already", name));
     if (!body.patches.empty() && patch.options.axes != body.axes) {
@@ -427,7 +442,7 @@ double Scene::trace_length() const noexcept {
   double longest = 0.0;
   for (const ScenePatch& patch : patches) {
     if (patch.motion && patch.motion->type == MotionType::trace) {
-      longest = std::max(longest, patch.motion->rows.back().t);
+      longest = std::max(longest, patch.motion->rows().back().t);
     }
   }
   return longest;
@@ -450,29 +465,32 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   read_scene_table(table.table("scene"), scene);
   // Setting one up takes hundredths of a second.
   constexpr std::size_t most_materials = 1000;
+  Names materials, patches, bodies;
   for (SceneTable& t : table.tables("material")) {
     if (scene.materials.size() == most_materials)
       t.fail(fmt::format("is one of more than {}", most_materials));
     SceneMaterial material = read_material(t);
-    refuse_second(scene.materials, material.name, t);
+    materials.add(material.name, t);
     scene.materials.push_back(std::move(material));
   }
   for (SceneTable& t : table.tables("patch")) {
-    ScenePatch patch = read_patch(t, scene);
-    refuse_second(scene.patches, patch.name, t);
+    ScenePatch patch = read_patch(t, materials);
+    patches.add(patch.name, t);
     scene.patches.push_back(std::move(patch));
   }
   if (scene.patches.empty()) throw UserError(fmt::format("{}: no [[patch]]", path));
+  std::map<std::string, Trace> traces;
   for (SceneTable& t : table.tables("motion")) {
-    ScenePatch& patch = scene.patches[find_name(scene.patches, t.text("patch"), t, "patch")];
+    ScenePatch& patch = scene.patches[patches.find(t.text("patch"), t, "patch")];
     if (patch.motion)
       t.fail("patch", fmt::format("names '{}', which another [[motion]] moves already", patch.name));
-    patch.motion = read_motion(t, path);
+    patch.motion = read_motion(t, path, traces);
     check_axes(patch, t.where());
   }
+  std::map<std::size_t, std::string> body_on;
   for (SceneTable& t : table.tables("body")) {
-    SceneBody body = read_body(t, scene);
-    refuse_second(scene.bodies, body.name, t);
+    SceneBody body = read_body(t, scene, patches, body_on);
+    bodies.add(body.name, t);
     scene.bodies.push_back(std::move(body));
   }
   check_all_moved(scene);
@@ -488,12 +506,12 @@ Scene read_scene(const std::string& path) {
 }
 
 void replace_motion(Scene& scene, const std::string& motion_path) {
-  const MotionFile file = read_motion_file(motion_path);
+  const Trace trace = read_trace(motion_path);
   const bool has_trace = scene.trace_length() > 0.0;
   bool replaced = false;
   for (ScenePatch& patch : scene.patches) {
     if (!patch.motion || (has_trace && patch.motion->type != MotionType::trace)) continue;
-    take_trace(*patch.motion, file, patch.where);
+    take_trace(*patch.motion, trace, patch.where);
     check_axes(patch, motion_path);
     replaced = true;
   }

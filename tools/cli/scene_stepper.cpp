@@ -38,11 +38,10 @@ SceneStepper::SceneStepper(const Scene& scene, const bristle::BatchOptions& opti
   batch_.warm_up();
 }
 
-SceneCopy SceneStepper::make_copy(std::size_t p, std::uint32_t number) const {
+SceneCopy SceneStepper::make_copy(std::size_t p, std::uint32_t number, const double* line) const {
   const ScenePatch& patch = scene_.patches[p];
   SceneCopy copy;
   copy.patch = p;
-  copy.number = number;
   copy.name = patch.count == 1 ? patch.name : fmt::format("{}.{}", patch.name, number);
   if (!patch.motion) return copy;
   copy.delay = number * patch.motion->delay_per_copy;
@@ -50,8 +49,7 @@ SceneCopy SceneStepper::make_copy(std::size_t p, std::uint32_t number) const {
     copy.cosine = cosine_of_turns(number * patch.motion->turn_per_copy);
     copy.sine = sine_of_turns(number * patch.motion->turn_per_copy);
   }
-  if (double line[2];
-      patch.options.axes == 1 && patch.motion->moves_along_y() && patch.motion->stays_on_line(line)) {
+  if (line) {
     copy.axis[0] = copy.cosine * line[0] - copy.sine * line[1];
     copy.axis[1] = copy.sine * line[0] + copy.cosine * line[1];
     copy.cosine = line[0];
@@ -64,6 +62,9 @@ SceneCopy SceneStepper::make_copy(std::size_t p, std::uint32_t number) const {
 void SceneStepper::add_patches() {
   for (std::size_t p = 0; p < scene_.patches.size(); ++p) {
     const ScenePatch& patch = scene_.patches[p];
+    double line[2];
+    const bool turned = patch.motion && patch.options.axes == 1 && patch.motion->moves_along_y() &&
+                        patch.motion->stays_on_line(line);
     for (std::uint32_t i = 0; i < patch.count; ++i) {
       const std::uint32_t number = i * patch.stride;
       bristle::PatchOptions copy_options = patch.options;
@@ -75,7 +76,7 @@ void SceneStepper::add_patches() {
       } catch (const bristle::Error& error) {
         throw UserError(fmt::format("{}: {}", patch.where, error.what()));
       }
-      copies_.push_back(make_copy(p, number));
+      copies_.push_back(make_copy(p, number, turned ? line : nullptr));
       motions_.push_back(motion);
     }
   }
@@ -83,11 +84,13 @@ void SceneStepper::add_patches() {
 }
 
 void SceneStepper::add_bodies() {
+  std::vector<std::vector<std::size_t>> places(scene_.patches.size());  // in the batch, of each patch
+  for (std::size_t c = 0; c < copies_.size(); ++c) places[copies_[c].patch].push_back(c);
   for (const SceneBody& body : scene_.bodies) {
-    std::vector<std::size_t> places;
-    for (std::size_t c = 0; c < copies_.size(); ++c)
-      if (std::count(body.patches.begin(), body.patches.end(), copies_[c].patch)) places.push_back(c);
-    bodies_.emplace_back(body, std::move(places));
+    std::vector<std::size_t> own;
+    for (const std::size_t p : body.patches) own.insert(own.end(), places[p].begin(), places[p].end());
+    std::sort(own.begin(), own.end());
+    bodies_.emplace_back(body, std::move(own));
   }
 }
 

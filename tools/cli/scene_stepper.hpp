@@ -16,7 +16,6 @@ namespace cli {
 /// A copy of a [[patch]]: one contact patch of the batch.
 struct SceneCopy {
   std::size_t patch = 0;  ///< index into Scene::patches
-  std::uint32_t number = 0;
   std::string name;
   double delay = 0.0;               ///< s
   double cosine = 1.0, sine = 0.0;  ///< of the turn of its directions
@@ -55,7 +54,8 @@ class SceneStepper {
 
  private:
   void add_patches();
-  SceneCopy make_copy(std::size_t patch, std::uint32_t number) const;
+  /// `line`: onto which the axis is turned; null: it stays.
+  SceneCopy make_copy(std::size_t patch, std::uint32_t number, const double* line) const;
   void add_bodies();
 
   const Scene& scene_;
