@@ -19,9 +19,10 @@ constexpr double telling_share = 0.05;
 /// A gift is at most this share of what a patch has, and at least that, or it waits.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
-/// A gift that has to be taken back within so many waits was a mistake; without one for as long, none of late
-/// was.
+/// A gift that has to be taken back within so many waits was a mistake.
 constexpr std::uint64_t regret_waits = 4;
+/// So many without one, and the wait halves: more than it takes to come back to where the last one was made.
+constexpr std::uint64_t calm_waits = 16;
 constexpr std::uint64_t longest_wait = 64;  ///< in terms of the first
 
 }  // namespace
@@ -189,7 +190,7 @@ struct LoadShedder::Impl {
     chosen->wanted = chosen->detail + static_cast<std::uint32_t>(gift);
     decide(batch, *chosen);
     // Nothing had to be taken back of late: no longer so careful.
-    if (steps - last_wait_change >= regret_waits * wait) change_wait(wait / 2);
+    if (steps - last_wait_change >= calm_waits * wait) change_wait(wait / 2);
     last_gift = steps;
     return 1;
   }
@@ -228,7 +229,9 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   entry.least = least_bristles;
   const auto at = std::upper_bound(impl.entries.begin(), impl.entries.end(), priority,
                                    [](int p, const Impl::Entry& e) { return p < e.priority; });
-  impl.index_entries(static_cast<std::size_t>(impl.entries.insert(at, entry) - impl.entries.begin()));
+  const auto first = static_cast<std::size_t>(at - impl.entries.begin());
+  impl.entries.insert(at, entry);
+  impl.index_entries(first);
 }
 
 void LoadShedder::remove(PatchId patch) noexcept {
