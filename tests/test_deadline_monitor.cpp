@@ -278,26 +278,31 @@ TEST_CASE("A reader finds a monitor that is assigned or reset as it was or as it
   const DeadlineMonitor few = with(10), many = with(1000);
   DeadlineMonitor monitor = few;
   std::atomic<bool> done{false};
-  std::uint64_t snapshots = 0, torn = 0, negative = 0;
+  std::atomic<int> turns{0};  // snapshots that differ from the one before
+  std::uint64_t torn = 0, negative = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;
+    std::uint64_t last = 0;
     while (!done) {
-      negative += monitor.misses_machine() > 1000;
+      for (int k = 0; k < 1000; ++k) negative += monitor.misses_machine() > 1000;
       if (!monitor.snapshot(seen)) continue;
-      ++snapshots;
+      turns += seen.count() != last;
+      last = seen.count();
       torn += seen.misses() != seen.count() || seen.misses_ours() != seen.count() ||
               (seen.count() > 0 && seen.max() != 2e-3);
     }
   });
-  for (std::uint64_t k = 0; k < bristle_test::test_size(20000); ++k) {
+  // Until the reader has looked often enough, or on one core for three seconds.
+  const double start = DeadlineMonitor::wall_now();
+  for (int k = 0; turns < 1000 && DeadlineMonitor::wall_now() - start < 3.0; ++k) {
     monitor = k % 2 ? few : many;
-    if (k % 5 == 0) monitor.reset();
+    if (k % 4 == 0) monitor.reset();
+    const double gap = DeadlineMonitor::wall_now();  // as between ticks
+    while (DeadlineMonitor::wall_now() - gap < 1e-5) continue;
   }
-  // A thread that comes late finds a monitor that rests.
-  for (int k = 0; k < 1000 && snapshots == 0; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   done = true;
   reader.join();
-  CHECK(snapshots > 0);
+  CHECK(turns > 0);
   CHECK(torn == 0);
   CHECK(negative == 0);
   CHECK(monitor.deadline() == 1e-3);
