@@ -1,5 +1,4 @@
-// Runs a target on files and folders of files: the kept corpus in the tests, a crash that a fuzzer found,
-// and AFL++ ("bristle_fuzz_replay TARGET @@").
+// Runs a target on files and folders of files: the kept corpus in the tests, a crash that a fuzzer found.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
