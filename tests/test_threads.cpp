@@ -171,20 +171,15 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
 }
 
 TEST_CASE("A step whose patches all hold still was done by the calling thread", "[threads]") {
-  PatchBatch batch(BatchOptions{}.with_threads(2));
-  Motion motion;
-  motion.id = batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
-                        plain_options(300000));
-  motion.normal_load = 300000.0;
-  motion.displacement[0] = 0.1 * dbar;
-  Response response;
-  batch.step(tick, {&motion, 1}, {&response, 1});
-  motion.displacement[0] = 1e-6 * dbar;  // within every bound
+  constexpr std::uint32_t n = 300000;
+  OnePatch patch(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
+                 plain_options(n), BatchOptions{}.with_threads(2));
+  patch.step(0.1 * dbar, 0.0, n);
   for (int k = 0; k < 10; ++k) {
-    const bristle::StepReport report = batch.step(tick, {&motion, 1}, {&response, 1});
-    CHECK(report.patches_stepped == 1);
-    CHECK(report.tasks >= 1);
-    CHECK(report.threads >= 1);
+    patch.step(1e-6 * dbar, 0.0, n);  // within every bound
+    CHECK(patch.report.patches_stepped == 1);
+    CHECK(patch.report.tasks >= 1);
+    CHECK(patch.report.threads >= 1);
   }
 }
 
