@@ -4,8 +4,8 @@
 // Nothing here needs the standard library, so that no inline function is shared between objects
 // compiled for different instruction sets.
 //
-// Lengths inside kernels are *scaled*: divided by a power of two near the mean snap length
-// (DESIGN.md 2.2). Positions of a patch and sums over a block are fixed point, 2^-44 of that length,
+// Lengths inside kernels are *scaled*: divided by a power of two near the mean snap length (core/MODEL.md,
+// section 9). Positions of a patch and sums over a block are fixed point, 2^-44 of that length,
 // so that sums over blocks are exact integers: neither the order of blocks, nor the number of workers,
 // nor whether a block was visited can change a bit.
 #pragma once
@@ -36,7 +36,7 @@ struct alignas(64) Block {
   std::int64_t position[2];  ///< patch position at the last rewrite, fixed point
   std::int64_t stored[2];    ///< weighted sum of stored deflections, fixed point
   // Cache, never part of the state, forgotten on restore: no bristle of the block snaps while the patch stays
-  // within `reach` of `anchor` (DESIGN.md 2.3). reach < 0: unknown, visit.
+  // within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, visit.
   std::int64_t anchor[2];
   float reach;         ///< scaled length
   float shortest;      ///< shortest first snap length of the block, scaled: reach of an all-zero block

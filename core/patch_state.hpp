@@ -64,7 +64,7 @@ struct PatchState : PatchContact {
   Block* blocks = nullptr;
   Reach* groups = nullptr;
 
-  // --- bounds: a cache, never part of the state (DESIGN.md 2.3)
+  // --- bounds: a cache, never part of the state (core/MODEL.md, section 10)
   Reach bound{{0, 0}, -1.0};  ///< no bristle snaps while the position stays within it
   bool skips = true;          ///< blocks whose bound holds are left out
   bool tracks = true;         ///< bounds are renewed: worth it while most visited blocks hold still

@@ -11,7 +11,7 @@
 namespace bristle::detail {
 
 /// u_i in (0, 1): golden-ratio sequence, shifted by the seed. Any first k of them are spread to order
-/// 1/k over the unit interval, so any active prefix is a stratified sample (DESIGN.md 2.1).
+/// 1/k over the unit interval, so any active prefix is a stratified sample (core/MODEL.md, section 5).
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// u_i in (0, 1): independent numbers, a hash of seed and i (Sampling::random).

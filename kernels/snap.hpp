@@ -2,7 +2,7 @@
 //
 // A step moves the patch by `length` along the unit vector e. A bristle bends along until its deflection
 // reaches its snap length, after a way tau; there it lets go, and what is left of the way bends it again,
-// or snaps it again (DESIGN.md 2.2; symbols as in core/MODEL.md).
+// or snaps it again (core/MODEL.md, section 3, with the symbols).
 #pragma once
 
 #include <limits>

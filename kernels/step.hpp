@@ -2,7 +2,7 @@
 //
 // A block is visited in two passes. The first asks whether any of its bristles snaps; if none does, nothing
 // is written: the block's displacement since its last rewrite grows by itself. The second rewrites all its
-// deflections (snap.hpp). Blocks whose bound holds are not visited at all (DESIGN.md 2.3).
+// deflections (snap.hpp). Blocks whose bound holds are not visited at all (core/MODEL.md, section 10).
 #pragma once
 
 #include <limits>

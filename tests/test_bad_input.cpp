@@ -1,5 +1,5 @@
-// Bad input, one by one (DESIGN.md 2.5): flagged, zero force, state kept, neighbours untouched; errors at
-// set-up.
+// Bad input, one by one (core/MODEL.md, section 14): flagged, zero force, state kept, neighbours untouched;
+// errors at set-up.
 #include <catch2/catch.hpp>
 
 #include <cmath>

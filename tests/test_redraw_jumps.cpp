@@ -1,7 +1,7 @@
-// Redraw at bounded cost: a step that holds many snaps jumps over them in law (DESIGN.md 2.2). The law is
-// tested against brute force (every snap drawn, brute_force.hpp), against the stationary law of a renewal
-// process, and against renewal-reward theory: deflection, snap length, force, dissipated energy and its
-// variance.
+// Redraw at bounded cost: a step that holds many snaps jumps over them in law (core/MODEL.md, section 12).
+// The law is tested against brute force (every snap drawn, brute_force.hpp), against the stationary law of a
+// renewal process, and against renewal-reward theory: deflection, snap length, force, dissipated energy and
+// its variance.
 //
 // Level of significance: Kolmogorov-Smirnov at 1e-5, means and variances at 5 standard deviations (6e-7),
 // plus the bias of 1e-3 that the design allows a jump. Seeds are fixed, so an outcome never changes between

@@ -170,7 +170,7 @@ std::uint64_t total_bristles(const Scene& scene, const Setting& setting);
 std::string setting_name(const Setting& setting, double dt_s);
 /// What to put into the scene file.
 std::string scene_fragment(const Scene& scene, const AccuracyResult& result);
-/// The whole scene file with that in it; its comments are lost. `to` is where it will lie.
+/// The whole scene file with that in it, comments and all. `to` is where it will lie.
 std::string tuned_scene(const Scene& scene, const AccuracyResult& result, const std::string& to);
 
 std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& result);

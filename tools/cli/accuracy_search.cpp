@@ -25,7 +25,7 @@ constexpr double literal_limit =
     0.7;  // mean snap lengths a step; beyond, most friction is gone and no law holds
 constexpr std::uint32_t search_rounds = 100'000, confirm_rounds = 200'000;  // seeds of their own
 
-// What the theory says of more bristles. DESIGN: stratified lengths help until the bristles have forgotten
+// What the theory says of more bristles: stratified lengths help until the bristles have forgotten
 // them.
 std::string count_theory(const bristle::Material& m, double snaps_slid, bristle::Sampling sampling) {
   if (sampling == bristle::Sampling::random) return "-1/2: independent bristles";

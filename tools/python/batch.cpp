@@ -158,8 +158,8 @@ void define_batch(py::module_& module) {
       module, "PatchBatch",
       "Contact patches stepped together. Patches are named by ids (int). One thread steps and reads; "
       "another one may add, remove and change materials meanwhile: the change takes effect at the next "
-      "step. A second thread that steps gets bristle.Error. step and warm_up let go of the "
-      "interpreter's lock.")
+      "step. A second thread that steps gets bristle.Error. step, find_force and warm_up let "
+      "go of the interpreter's lock.")
       .def(py::init([](int threads, const char* isa, bool eager, int servo_core) {
              return std::make_unique<Batch>(batch_options(threads, isa, eager, servo_core));
            }),

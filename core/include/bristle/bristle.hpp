@@ -1,4 +1,5 @@
-// All of bristle's C++ interface.
+// All of bristle's C++ interface that needs no other library: coupling.hpp, contact_frame.hpp and
+// haptic_point.hpp are over Eigen. bristle.h is the interface for C.
 #pragma once
 
 #include "bristle/build_check.hpp"
@@ -13,6 +14,6 @@
 #include "bristle/patch_batch.hpp"
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
-#include "bristle/time_histogram.hpp"
 #include "bristle/state_file.hpp"
+#include "bristle/time_histogram.hpp"
 #include "bristle/version.hpp"

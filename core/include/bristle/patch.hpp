@@ -152,7 +152,7 @@ struct PatchInfo {
   double max_normal_load = 0.0;    ///< N, from which all representatives are in contact
   std::uint64_t memory_bytes = 0;  ///< state of this patch
   std::uint32_t bytes_per_bristle = 0;
-  const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, mean, single"; lives for ever
+  const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };
 
 }  // namespace bristle

@@ -119,8 +119,9 @@ class BRISTLE_API PatchBatch {
   PatchInfo info(PatchId id) const noexcept;
   /// Elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
   double stored_energy(PatchId id) const noexcept;
-  /// Hash of deflections, block displacements, snap lengths, draw counters, active count and material,
-  /// in bristle order. Equal on every instruction set, worker count and batch composition.
+  /// Hash of deflections, block displacements, snap lengths, draw counters, active count, weight, overload
+  /// factor and material, in bristle order. Equal on every instruction set, worker count and batch
+  /// composition.
   std::uint64_t state_hash(PatchId id) const noexcept;
   std::uint64_t state_hash() const noexcept;  ///< over all patches in slot order
 

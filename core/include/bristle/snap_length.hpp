@@ -13,8 +13,9 @@ BRISTLE_API const char* to_string(SnapLaw law) noexcept;
 
 /// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==.
 /// The factories throw bristle::Error with the parameter, its value and the allowed range; lengths
-/// below 1e-12 m are refused by name. Every function is reproducible to the bit on every machine
-/// (no libm transcendental) and safe to call from several threads.
+/// below 1e-12 m are refused by name, but for 0 where it makes sense: the lower end of `uniform` and of a
+/// table, a deviation. Every function is reproducible to the bit on every machine (no libm transcendental)
+/// and safe to call from several threads.
 class BRISTLE_API SnapLength {
  public:
   /// Largest number of values that `table` takes.

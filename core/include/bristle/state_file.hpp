@@ -25,7 +25,8 @@ struct StateFile {
 /// Writes what PatchBatch::save_state wrote, and bytes of the caller's own beside it. The file is there whole
 /// or not at all: written beside `path` under a name of its own, flushed to the disk, and renamed over what
 /// was there. A symbolic link is replaced by the file. Throws bristle::Error naming the file when it cannot
-/// be written, and when `path` is something else than a file; what was there then stays.
+/// be written, and when `path` is something else than a file; what was there then stays. One error
+/// comes after the renaming, and says so: the file was written, its folder could not be flushed to the disk.
 BRISTLE_API void write_state_file(const std::string& path, Span<const std::byte> state,
                                   Span<const std::byte> extra = {});
 
