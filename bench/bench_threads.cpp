@@ -84,7 +84,7 @@ void register_fork_join() {
         const std::string name =
             std::string(wait ? "threads/worker_comes/" : "threads/fork_join/") + name_of(pacing);
         add_timed_benchmark(name + (bound ? "/bound" : "/free"), [=](benchmark::State& state) {
-          bristle::detail::Workers workers(2, bound ? servo_core : -1);
+          bristle::detail::Workers workers(2, bound ? servo_core() : -1);
           workers.warm_up();
           std::optional<BoundThread> here;
           if (bound) here.emplace();
@@ -115,7 +115,7 @@ struct SharedStep {
 void add_shared_step(const std::string& name, const SharedStep& what) {
   add_timed_benchmark(name, [what](benchmark::State& state) {
     BatchOptions options = BatchOptions{}.with_threads(what.shared ? 2 : 1);
-    if (what.bound) options.with_servo_core(servo_core);
+    if (what.bound) options.with_servo_core(servo_core());
     // Shared whatever the size, to find from where it pays.
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
     MeasuredScene scene(options);

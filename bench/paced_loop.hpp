@@ -8,7 +8,15 @@
 
 namespace bristle_bench {
 
-constexpr int servo_core = 0;
+/// The first core that this process may use.
+inline int servo_core() noexcept {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  sched_getaffinity(0, sizeof cores, &cores);
+  int core = 0;
+  while (core + 1 < CPU_SETSIZE && !CPU_ISSET(core, &cores)) ++core;
+  return core;
+}
 
 /// Binds this thread to the servo core for as long as it lives. To be made after the workers: oneTBB takes
 /// the number of threads from the cores that the process may use when it starts.
@@ -18,7 +26,7 @@ class BoundThread {
     sched_getaffinity(0, sizeof before_, &before_);
     cpu_set_t one;
     CPU_ZERO(&one);
-    CPU_SET(servo_core, &one);
+    CPU_SET(servo_core(), &one);
     sched_setaffinity(0, sizeof one, &one);
   }
   ~BoundThread() { sched_setaffinity(0, sizeof before_, &before_); }

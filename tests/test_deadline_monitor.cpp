@@ -227,8 +227,8 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
 
 #if defined(__linux__)
 TEST_CASE("Page faults and preemptions since the last reading are told of late ticks only", "[deadline]") {
-  constexpr std::size_t page = 4096;
-  const auto touch = [](std::size_t pages) {  // fresh memory: each page faults once
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  const auto touch = [page](std::size_t pages) {  // fresh memory: each page faults once
     void* block = mmap(nullptr, pages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     REQUIRE(block != MAP_FAILED);
     madvise(block, pages * page, MADV_NOHUGEPAGE);
@@ -316,7 +316,8 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
   constexpr double us = 1e-6;
   DeadlineMonitor monitor(0.5 * us, 1e-3);
   std::atomic<bool> done{false};
-  std::uint64_t snapshots = 0, refused = 0, torn = 0, backward = 0, last_count = 0;
+  std::atomic<std::uint64_t> snapshots{0};
+  std::uint64_t refused = 0, torn = 0, backward = 0, last_count = 0;
   std::thread reader([&] {
     DeadlineMonitor seen;
     while (!done) {
@@ -349,6 +350,8 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
     while (k % 4 == 0 && DeadlineMonitor::wall_now() - start < 20e-6) {  // ticks come in bursts of four
     }
   }
+  const double end_of_ticks = DeadlineMonitor::wall_now();
+  while (snapshots <= 10 && DeadlineMonitor::wall_now() - end_of_ticks < 10.0) std::this_thread::yield();
   done = true;
   reader.join();
   INFO(snapshots << " snapshots, " << refused << " refused");

@@ -37,7 +37,7 @@ struct Outcome {
 /// Runs `bristle ARGUMENTS`, limited, with a command's output as its input where one is given.
 Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments, const std::string& input = "") {
   const std::string command = (input.empty() ? "" : input + " 2>/dev/null | ") + "( " + limits +
-                              "exec timeout 60 '" BRISTLE_CLI "' " + arguments + " >/dev/null 2>'" +
+                              "exec timeout 300 '" BRISTLE_CLI "' " + arguments + " >/dev/null 2>'" +
                               folder.at("stderr") + "' )";
   const int status = std::system(command.c_str());
   Outcome outcome;

@@ -2,6 +2,7 @@
 // here depends on how fast or how busy the machine is.
 #include <catch2/catch.hpp>
 
+#include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <string>
@@ -61,6 +63,9 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
     cli::PacedClock clock(period, busy_wait);
     clock.start();
     const double start = clock.due_s();
+    // To the nanosecond the clock counts in, or what a double holds of the time since the machine was
+    // started.
+    const double rounding = 2e-9 + 4.0 * std::numeric_limits<double>::epsilon() * start;
     std::uint64_t points = 0;
     for (int k = 0; k < 40; ++k) {
       const double called = DeadlineMonitor::wall_now();
@@ -72,10 +77,10 @@ TEST_CASE("A paced clock keeps to its grid, never starts early, and leaves out w
       const std::uint64_t left_out = clock.wait();
       points += 1 + left_out;
       if (overran) CHECK(left_out >= 3);
-      // On the grid after any number of ticks, to the nanosecond the clock counts in.
-      CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < 2e-9);
-      CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - 1e-9);
-      CHECK(clock.due_s() > called - 1e-9);  // a point that was still to come
+      // On the grid after any number of ticks.
+      CHECK(std::fabs(clock.due_s() - start - static_cast<double>(points) * period) < rounding);
+      CHECK(DeadlineMonitor::wall_now() >= clock.due_s() - rounding);
+      CHECK(clock.due_s() > called - rounding);  // a point that was still to come
     }
   }
 }
@@ -112,17 +117,24 @@ TEST_CASE("Steps longer than the period are all late, and cost whole periods ins
   cli::RunOptions options;
   options.steps = 200;
   options.realtime.emplace();
-  const cli::RunResult result = cli::run_scene(scene, options);
-  const DeadlineMonitor& m = result.monitor;
-  REQUIRE(m.p50() > 1e-5);
-  CHECK(m.misses() > 150);
-  CHECK(m.skipped() > m.misses());
-  CHECK(m.longest_run() > 100);
-  // Grid points used and left out span the time of the loop: nothing was made up for.
-  const double points = static_cast<double>(m.count() + m.skipped() + result.realtime->held_up);
-  CHECK(points * scene.dt == Approx(result.realtime->ours.seconds).epsilon(0.2).margin(5e-3));
-  CHECK(m.worst().late);
-  CHECK(cli::worst_tick_text(result.realtime->ours, 1).find("after it was due") != std::string::npos);
+  // Grid points used and left out span the time of the loop: nothing was made up for. The time has more in
+  // it, what is before and after each segment's grid, and a machine may stop the loop there: not five times.
+  bool spanned = false;
+  for (int attempt = 0; attempt < 5 && !spanned; ++attempt) {
+    const cli::RunResult result = cli::run_scene(scene, options);
+    const DeadlineMonitor& m = result.monitor;
+    REQUIRE(m.p50() > 1e-5);
+    CHECK(m.misses() > 150);
+    CHECK(m.skipped() > m.misses());
+    CHECK(m.longest_run() > 100);
+    CHECK(m.worst().late);
+    CHECK(cli::worst_tick_text(result.realtime->ours, 1).find("after it was due") != std::string::npos);
+    const double seconds = result.realtime->ours.seconds;
+    const double on_grid = static_cast<double>(m.count() + m.skipped() + result.realtime->held_up) * scene.dt;
+    CHECK(on_grid <= seconds + 4.0 * scene.dt);
+    spanned = on_grid >= 0.8 * seconds - 5e-3;
+  }
+  CHECK(spanned);
 }
 
 TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
@@ -157,7 +169,7 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
 TEST_CASE("A thread that shares its core is told how long it was queued", "[realtime]") {
   const bristle_test::SharedCore shared;
   const cli::QueueClock queue;
-  const double queued = queue.now(), start = DeadlineMonitor::wall_now(), cpu = DeadlineMonitor::cpu_now();
+  const double start = DeadlineMonitor::wall_now(), queued = queue.now(), cpu = DeadlineMonitor::cpu_now();
   while (DeadlineMonitor::wall_now() - start < 0.1) {
   }
   const double waited = queue.now() - queued, wall = DeadlineMonitor::wall_now() - start;
@@ -223,14 +235,43 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["bristle"]["step_time"]["p50_s"] == report["step_time"]["p50_s"]);
 }
 
+TEST_CASE("Where workers have no core but the servo thread's, it is no SCHED_FIFO", "[realtime][cli]") {
+  const TemporaryFolder folder;
+  const std::string core = std::to_string(sched_getcpu());
+  REQUIRE(run_shell("taskset -c " + core + " '" BRISTLE_CLI "' run '" + stroke +
+                    "' --realtime --bristles 1000 --steps 20 --threads 2 --fifo 5 --core " + core + " > '" +
+                    folder.at("out") + "'") == 0);
+  CHECK(read_file(folder.at("out"))
+            .find("SCHED_FIFO 5: not asked for, workers have no other core than " + core) !=
+        std::string::npos);
+}
+
+TEST_CASE("A paced run of few ticks has a period to tell of, one of a single tick has none", "[realtime]") {
+  cli::Scene scene = cli::read_scene(stroke);
+  cli::set_bristles(scene, 100);
+  for (const auto& [steps, periods] : {std::pair{4, 2}, std::pair{2, 1}, std::pair{1, 0}}) {
+    cli::RunOptions options;
+    options.steps = static_cast<std::uint64_t>(steps);
+    options.realtime.emplace();
+    const cli::RunResult result = cli::run_scene(scene, options);
+    CHECK(static_cast<int>(result.realtime->bare.monitor.period_jitter().count()) == periods);
+  }
+}
+
 TEST_CASE("An interrupt ends a paced run with its report", "[realtime][cli]") {
   const TemporaryFolder folder;
   const std::string file = folder.at("report.json");
   for (const char* signal : {"INT", "TERM"}) {
-    REQUIRE(run_shell(std::string("timeout --foreground --preserve-status -s ") + signal +
-                      " 0.5 '" BRISTLE_CLI "' run '" + stroke +
-                      "' --realtime --bristles 1000 --steps 1000000 --json '" + file + "' > '" +
-                      folder.at("out") + "'") == 0);
+    // A signal that comes before the program is ready for it ends it: then it is given more time.
+    int status = -1;
+    for (const char* seconds : {"0.5", "2", "8"}) {
+      status = run_shell(std::string("timeout --foreground --preserve-status -s ") + signal + ' ' + seconds +
+                         " '" BRISTLE_CLI "' run '" + stroke +
+                         "' --realtime --bristles 1000 --steps 1000000 --json '" + file + "' > '" +
+                         folder.at("out") + "'");
+      if (status == 0) break;
+    }
+    REQUIRE(status == 0);
     const json report = json::parse(read_file(file));
     CHECK(report["realtime"]["stopped"] == true);
     CHECK(report["steps"] < 1000000);

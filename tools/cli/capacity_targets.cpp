@@ -205,7 +205,7 @@ class Targets {
       CapacityCase what = make(Regime::sliding, SnapRule::keep, Outputs::mean);
       CapacitySubject one(what, n, options_.isa);
       what.threads = 2;
-      what.servo_core = servo_core;
+      what.servo_core = servo_core();
       CapacitySubject two(what, n, options_.isa);
       const BoundThread here;
       std::vector<double> ratios;

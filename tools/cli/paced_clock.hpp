@@ -1,6 +1,7 @@
 // The points in time at which a paced loop starts its ticks.
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 
 namespace cli {
@@ -38,6 +39,10 @@ class StopOnSignal {
   ~StopOnSignal();
   StopOnSignal(const StopOnSignal&) = delete;
   StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+ private:
+  struct sigaction interrupt_before_;
+  struct sigaction terminate_before_;
 };
 bool stop_requested() noexcept;
 

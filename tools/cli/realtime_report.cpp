@@ -19,6 +19,7 @@ std::string times_text(std::uint64_t count) {
 }
 
 void add_times(std::vector<std::string>& row, const TimeHistogram& histogram) {
+  if (histogram.count() == 0) return void(row.insert(row.end(), 4, "-"));
   for (double share : {0.5, 0.99, 0.999}) row.push_back(time_text(histogram.percentile(share)));
   row.push_back(time_text(histogram.max()));
 }
@@ -35,11 +36,12 @@ std::vector<std::string> loop_row(const char* name, const PacedLoopResult& loop)
 }
 
 Json times_json(const TimeHistogram& histogram) {
-  return {{"p50_s", histogram.percentile(0.5)},
-          {"p99_s", histogram.percentile(0.99)},
-          {"p999_s", histogram.percentile(0.999)},
-          {"max_s", histogram.max()},
-          {"mean_s", histogram.mean()}};
+  const auto measured = [&](double seconds) { return histogram.count() > 0 ? Json(seconds) : Json(); };
+  return {{"p50_s", measured(histogram.percentile(0.5))},
+          {"p99_s", measured(histogram.percentile(0.99))},
+          {"p999_s", measured(histogram.percentile(0.999))},
+          {"max_s", measured(histogram.max())},
+          {"mean_s", measured(histogram.mean())}};
 }
 
 Json events_json(const bristle::ThreadEvents& events) {

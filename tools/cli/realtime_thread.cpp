@@ -23,6 +23,12 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options)
                                    *options.fifo_priority, *options.core));
     return;
   }
+  if (options.has_workers && before_ && before_->size() == 1) {
+    refused_.push_back(fmt::format(
+        "SCHED_FIFO {}: not asked for, workers have no other core than {}; usual scheduling instead",
+        *options.fifo_priority, *options.core));
+    return;
+  }
   take_fifo(*options.fifo_priority);
 }
 

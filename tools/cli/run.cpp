@@ -227,16 +227,17 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
   for (; k < first + ticks; ++k) {
     // The step was done in time, but it and what this tool does after it do not fit into a period: no fault
     // of step or machine.
-    const bool held_up =
-        end <= clock.next_due_s() && step_cpu + DeadlineMonitor::cpu_now() - end_cpu > clock.period_s();
-    const std::uint64_t left_out = clock.wait();
+    const double busy_s = step_cpu + DeadlineMonitor::cpu_now() - end_cpu;
+    const bool held_up = end <= clock.next_due_s() && busy_s > clock.period_s();
+    std::uint64_t left_out = clock.wait();
     if (stop_requested()) break;
     if (held_up) {
-      result_.realtime->held_up += left_out;
+      const auto by_accounts = static_cast<std::uint64_t>(busy_s / clock.period_s());
+      result_.realtime->held_up += std::min(left_out, by_accounts);
+      left_out -= std::min(left_out, by_accounts);
       loop.monitor.pause();
-    } else if (left_out > 0) {
-      loop.monitor.record_skipped(left_out);
     }
+    if (left_out > 0) loop.monitor.record_skipped(left_out);
     const double t = time_of(k);
     const double cpu = DeadlineMonitor::cpu_now();
     const double start = DeadlineMonitor::wall_now();
@@ -253,15 +254,18 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
 }
 
 void SceneRun::run_paced(const RealtimeOptions& realtime) {
-  const RealtimeThread thread(realtime.thread);
+  RealtimeThreadOptions wanted = realtime.thread;
+  wanted.has_workers = stepper_.batch().threads() > 1;
+  const RealtimeThread thread(wanted);
   const QueueClock queue;
   RealtimeResult& result =
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
   Progress progress("run --realtime");
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
-  // A second each in turn, so that both loops meet the same machine; shorter where the run is.
+  // A second each in turn, so that both loops meet the same machine; shorter where the run is, but for two
+  // ticks, which have a period between them.
   const std::uint64_t segment = std::clamp<std::uint64_t>(
-      result_.steps / 4, 1, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 1.0)));
+      result_.steps / 4, 2, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 2.0)));
   std::uint64_t done = 0;
   stepper_.prescribe(time_of(0));
   while (done < result_.steps && !stop_requested()) {
@@ -343,9 +347,11 @@ void run_command(const RunOptions& options) {
   if (!options.json.empty()) json.emplace(open_for_writing(options.json));
   std::optional<FilePointer> histograms;
   if (!histogram_file.empty()) histograms.emplace(open_for_writing(histogram_file));
-  // Until the reports are written: the same Ctrl-C may come again meanwhile.
-  std::optional<StopOnSignal> stop;
-  if (options.realtime) stop.emplace();
+  if (options.realtime) {
+    // Never given back: the same Ctrl-C may come again while the reports are written and the program ends.
+    static const StopOnSignal& stop = *new StopOnSignal;
+    (void)stop;
+  }
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;
   if (to_stdout == 0) write_text(stdout, run_table(scene, options, result), "standard output");
