@@ -568,6 +568,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
   check_refused(folder, "capacity --deadline 1ms --threads 0", {"--threads"});
+  check_refused(folder, "capacity --targets --csv x.csv", {"--csv", "--targets"});
+  check_refused(folder, "capacity --features --quick --csv x.csv", {"--csv", "--features"});
   check_refused(folder, "stability --threads -1", {"--threads"});
   check_refused(folder, "stability --json - --csv -", {"--json -", "--csv -", "stdout"});
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
