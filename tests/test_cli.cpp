@@ -21,6 +21,7 @@
 #include <bristle/version.hpp>
 
 #include "temporary_folder.hpp"
+#include "tools/cli/capacity.hpp"
 #include "tools/cli/overload.hpp"
 #include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/waveform.hpp"
@@ -631,6 +632,17 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   CHECK(
       read_file(folder.at("capacity.csv")).rfind("motion,kernel,layout,threads,bristles,p50_us,p99_us", 0) ==
       0);
+}
+
+TEST_CASE("The paper's loop is compared in steady motion, as the others are", "[cli]") {
+  // Deflections uniform between straight and snap: half of the snap lengths' mean, 0.8 of it along x. The
+  // literal rule takes half a step off.
+  const std::uint64_t n = 14'400;
+  const double expected = -0.8 * (0.5 - 0.5 * 0.003) * 10e-6 * static_cast<double>(n);
+  for (cli::Contestant loop : {cli::paper_loop<double, 3>("", cli::Regime::presliding, n),
+                               cli::paper_loop<float, 2>("", cli::Regime::presliding, n)}) {
+    for (int i = 0; i < 400; ++i) REQUIRE(loop.step() == Approx(expected).epsilon(0.02));
+  }
 }
 
 TEST_CASE("An experiment writes its curves, its findings and its picture, and says what it takes", "[cli]") {

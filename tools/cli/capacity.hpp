@@ -117,6 +117,9 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
                                    std::uint64_t bristles, std::uint64_t rounds);
 Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
+/// The paper's loop in steady motion, as compiled: <double, 3> and <float, 2>.
+template <class Real, int Dimensions>
+Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
 /// Called with what is measured next.
 using Report = std::function<void(const std::string& what)>;
