@@ -634,6 +634,17 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       0);
 }
 
+TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their own memory is beyond counting
+  // Stacks of 256 MB in an address space of 1.5 GB: there are a few. 124 when still at work in the end; 1 if
+  // what it computes finds no memory either; but never ended by a signal.
+  const int status = std::system("ulimit -v 1500000; ulimit -s 250000; timeout 1 '" BRISTLE_CLI
+                                 "' stability --quick --threads 1024 >/dev/null 2>&1");
+  REQUIRE(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) < 128);
+#endif
+}
+
 TEST_CASE("The paper's loop is compared in steady motion, as the others are", "[cli]") {
   // Deflections uniform between straight and snap: half of the snap lengths' mean, 0.8 of it along x. The
   // literal rule takes half a step off.
