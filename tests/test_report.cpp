@@ -217,6 +217,17 @@ TEST_CASE("The report page is well-formed, of one piece, and shows the numbers o
   CHECK(page.rfind(image) > page.find("<h2 id=\"pictures\""));
 }
 
+TEST_CASE("A row that no run confirmed is not said to be too slow", "[report]") {
+  const Folder folder;
+  std::string report = capacity_report();
+  const std::string bristles = "\"bristles\": 1543000";
+  report.replace(report.find(bristles), bristles.size(), "\"bristles\": 0, \"unconfirmed\": true");
+  const std::string page = page_of({folder.write("capacity.json", report)});
+  CHECK(page.find(">not confirmed: machine too busy<") != std::string::npos);
+  CHECK(page.find("Bristles that all snap, threads: 1: not confirmed") != std::string::npos);
+  CHECK(page.find("fewer than 900") == std::string::npos);
+}
+
 TEST_CASE("Names in a report cannot break the page", "[report]") {
   const Folder folder;
   const std::string page =

@@ -14,8 +14,12 @@ using Json = nlohmann::ordered_json;
 
 std::string text_of(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
 
+// Reports of older builds do not say.
+bool is_unconfirmed(const Json& row) { return row.value("unconfirmed", false); }
+
 std::string bristles_text(const Json& row) {
   const auto bristles = row.at("bristles").get<unsigned long long>();
+  if (is_unconfirmed(row)) return "not confirmed: machine too busy";
   if (bristles == 0) return "fewer than 900";
   return (row.at("more_would_fit").get<bool>() ? "> " : "") + count_text(bristles);
 }
@@ -105,6 +109,10 @@ std::vector<std::string> capacity_summary(const Json& capacity) {
       continue;
     }
     const int threads = row.at("threads").get<int>();
+    if (is_unconfirmed(row)) {
+      lines.push_back(fmt::format("Bristles that all snap, threads: {}: {}.", threads, bristles_text(row)));
+      continue;
+    }
     lines.push_back(fmt::format(
         "{} bristles that all snap fit in {} on {} {} (rule keep, end and mean force, two axes, float).",
         bristles_text(row), time_text(capacity.at("deadline_s").get<double>()), threads,
