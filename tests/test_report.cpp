@@ -265,6 +265,9 @@ TEST_CASE("What is no report or no picture is refused by name", "[report]") {
   std::string cut = capacity_report();
   cut.replace(cut.find("\"at_capacity\""), 13, "\"at\"");
   check_refused({folder.write("cut.json", cut)}, "cut.json: not a complete bristle-capacity-1 report");
+  std::string none = capacity_report();
+  none.replace(none.find("{\"bristles\": 900}"), 17, "{\"bristles\": 0}");
+  check_refused({folder.write("none_of.json", none)}, "none_of.json: paper.bristles is 0");
   check_refused({folder.write("bare.json", R"({"schema": "bristle-stability-1"})")},
                 "bare.json: not a complete");
 }

@@ -6,6 +6,7 @@
 
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/report.hpp"
+#include "tools/cli/user_error.hpp"
 
 namespace cli {
 namespace {
@@ -137,6 +138,11 @@ std::vector<std::string> capacity_summary(const Json& capacity) {
 
 void add_capacity(HtmlPage& page, const std::string& id, const Measurement& measurement) {
   const Json& capacity = measurement.json;
+  // Rows are set beside it.
+  const double papers = capacity.at("paper").at("bristles").get<double>();
+  if (!(papers >= 1.0)) {
+    throw UserError(fmt::format("{}: paper.bristles is {}; it must be at least 1", measurement.file, papers));
+  }
   const std::string deadline = time_text(capacity.at("deadline_s").get<double>());
   page.paragraph(fmt::format(
       "How many bristles a step of {} holds. Mean snap length {} µm, snap lengths {}; a row fits when 99 % "
