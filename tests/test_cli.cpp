@@ -11,6 +11,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <sys/wait.h>
@@ -21,6 +22,7 @@
 #include <bristle/version.hpp>
 
 #include "temporary_folder.hpp"
+#include "tools/cli/capacity.hpp"
 #include "tools/cli/overload.hpp"
 #include "tools/cli/scene_stepper.hpp"
 #include "tools/cli/waveform.hpp"
@@ -568,6 +570,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
   check_refused(folder, "capacity --deadline 1ms --threads 0", {"--threads"});
+  check_refused(folder, "capacity --targets --csv x.csv", {"--csv", "--targets"});
+  check_refused(folder, "capacity --features --quick --csv x.csv", {"--csv", "--features"});
   check_refused(folder, "stability --threads -1", {"--threads"});
   check_refused(folder, "stability --json - --csv -", {"--json -", "--csv -", "stdout"});
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
@@ -629,6 +633,74 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   CHECK(
       read_file(folder.at("capacity.csv")).rfind("motion,kernel,layout,threads,bristles,p50_us,p99_us", 0) ==
       0);
+}
+
+TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {
+  const cli::CapacityOptions options;  // 1 ms
+  // 1 ns a bristle, on a machine that is late by a factor where asked.
+  const auto clock = [](double probes, double confirming, std::uint64_t late_from = 0, double ns = 1.0) {
+    return [=](std::uint64_t bristles, std::uint64_t steps) {
+      const double factor = steps <= 300 ? probes : bristles >= late_from ? confirming : 1.0;
+      const double seconds = 1e-9 * ns * static_cast<double>(bristles);
+      return cli::StepTimes{bristles, steps, seconds, factor * seconds, factor * seconds, factor * seconds};
+    };
+  };
+  const auto told = [&](const cli::CapacityRow& row) {
+    cli::CapacityResult result;
+    result.rows = {row};
+    return std::pair(cli::capacity_table(options, result),
+                     json::parse(cli::capacity_json(options, result))["capacities"][0]);
+  };
+
+  const cli::CapacityRow usual = cli::find_capacity({}, options, clock(1.0, 1.0));
+  CHECK(usual.fits.bristles <= 1'000'000);
+  CHECK(usual.fits.bristles >= 980'000);  // the search ends at 2 %
+  CHECK_FALSE(usual.unconfirmed);
+
+  // So cheap that 2^24 fit in every probe, and not in the confirming run: a step of 5 % less.
+  const std::uint64_t most = 1u << 24;
+  const cli::CapacityRow capped = cli::find_capacity({}, options, clock(1.0, 1.0, most, 1e-3));
+  CHECK(capped.capped);
+  CHECK(capped.fits.bristles == most);
+  const cli::CapacityRow backed_off = cli::find_capacity({}, options, clock(1.0, 1e3, most, 1e-3));
+  CHECK_FALSE(backed_off.capped);
+  CHECK(backed_off.fits.bristles == static_cast<std::uint64_t>(0.95 * static_cast<double>(most)));
+  CHECK(backed_off.fits.p99_s <= options.deadline_s);
+
+  const cli::CapacityRow busy = cli::find_capacity({}, options, clock(1.0, 1e4));
+  CHECK(busy.unconfirmed);
+  const auto [table, row] = told(busy);
+  CHECK_THAT(table, Contains("not confirmed: machine too busy") && !Contains("fewer than 900"));
+  CHECK(row["bristles"] == 0);
+  CHECK(row["unconfirmed"] == true);
+
+  const cli::CapacityRow slow = cli::find_capacity({}, options, clock(1e4, 1e4));
+  const auto [slow_table, slow_row] = told(slow);
+  CHECK_THAT(slow_table, Contains("fewer than 900"));
+  CHECK(slow_row["bristles"] == 0);
+  CHECK(slow_row["unconfirmed"] == false);
+}
+
+TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their own memory is beyond counting
+  // Stacks of 256 MB in an address space of 1.5 GB: there are a few. 124 when still at work in the end; 1 if
+  // what it computes finds no memory either; but never ended by a signal.
+  const int status = std::system("ulimit -v 1500000; ulimit -s 250000; timeout 1 '" BRISTLE_CLI
+                                 "' stability --quick --threads 1024 >/dev/null 2>&1");
+  REQUIRE(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) < 128);
+#endif
+}
+
+TEST_CASE("The paper's loop is compared in steady motion, as the others are", "[cli]") {
+  // Deflections uniform between straight and snap: half of the snap lengths' mean, 0.8 of it along x. The
+  // literal rule takes half a step off.
+  const std::uint64_t n = 14'400;
+  const double expected = -0.8 * (0.5 - 0.5 * 0.003) * 10e-6 * static_cast<double>(n);
+  for (cli::Contestant loop : {cli::paper_loop<double, 3>("", cli::Regime::presliding, n),
+                               cli::paper_loop<float, 2>("", cli::Regime::presliding, n)}) {
+    for (int i = 0; i < 400; ++i) REQUIRE(loop.step() == Approx(expected).epsilon(0.02));
+  }
 }
 
 TEST_CASE("An experiment writes its curves, its findings and its picture, and says what it takes", "[cli]") {

@@ -266,6 +266,18 @@ TEST_CASE("Friction lags with LuGre as the table says, and not with the brush", 
   }
 }
 
+TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from it", "[experiment]") {
+  const auto counted = [](const std::string& speeds) {
+    const ExperimentResult result =
+        run("stribeck", {"speeds=" + speeds, "stribeck_velocity=1e-3", "way=1"}, {"lugre"});
+    return std::count_if(result.findings.begin(), result.findings.end(),
+                         [](const cli::Finding& f) { return f.phenomenon == "dry_constant"; });
+  };
+  CHECK(counted("1e-3,5e-3") == 0);
+  CHECK(counted("1e-3,1e-2") == 0);  // a single one
+  CHECK(counted("1e-2,2e-2") == 1);
+}
+
 TEST_CASE("Steady friction over speed follows the tables of both damper decays", "[experiment]") {
   const std::map<std::string, Sets> surfaces = {
       {"hand_10um", {"load=1", "presliding=1e-5", "damping=90", "bristles_per_newton=900", "viscous=0.4"}},

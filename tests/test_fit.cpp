@@ -14,6 +14,7 @@
 #include "tests/reference_table.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tools/cli/fit.hpp"
+#include "tools/cli/fit_solve.hpp"
 #include "tools/cli/mean_brush.hpp"
 #include "tools/cli/text_file.hpp"
 #include "tools/cli/user_error.hpp"
@@ -191,6 +192,17 @@ TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
   check_recovered(fitted[cli::fit_length], s.length, 0.1 * s.length);
   check_recovered(fitted[cli::fit_spread], s.spread, 0.3 * s.spread);
   CHECK(fitted.result.material.snap_rule == SnapRule::keep);
+}
+
+TEST_CASE("Student's quantile is that of the tables, from one degree of freedom on", "[fit]") {
+  const double table[][2] = {{1, 12.706}, {1.5, 6.0167}, {2, 4.3027},  {2.5, 3.5746}, {3, 3.1824},
+                             {4, 2.7764}, {5, 2.5706},   {10, 2.2281}, {30, 2.0423},  {1e9, 1.9600}};
+  for (const auto& [degrees, quantile] : table) {
+    CAPTURE(degrees);
+    CHECK(cli::student_quantile(degrees) == Approx(quantile).epsilon(0.01));
+  }
+  // No fewer than one: half a degree would ask for a factor of hundreds.
+  CHECK(cli::student_quantile(-2.0) == cli::student_quantile(1.0));
 }
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {

@@ -217,6 +217,17 @@ TEST_CASE("The report page is well-formed, of one piece, and shows the numbers o
   CHECK(page.rfind(image) > page.find("<h2 id=\"pictures\""));
 }
 
+TEST_CASE("A row that no run confirmed is not said to be too slow", "[report]") {
+  const Folder folder;
+  std::string report = capacity_report();
+  const std::string bristles = "\"bristles\": 1543000";
+  report.replace(report.find(bristles), bristles.size(), "\"bristles\": 0, \"unconfirmed\": true");
+  const std::string page = page_of({folder.write("capacity.json", report)});
+  CHECK(page.find(">not confirmed: machine too busy<") != std::string::npos);
+  CHECK(page.find("Bristles that all snap, threads: 1: not confirmed") != std::string::npos);
+  CHECK(page.find("fewer than 900") == std::string::npos);
+}
+
 TEST_CASE("Names in a report cannot break the page", "[report]") {
   const Folder folder;
   const std::string page =
@@ -254,6 +265,9 @@ TEST_CASE("What is no report or no picture is refused by name", "[report]") {
   std::string cut = capacity_report();
   cut.replace(cut.find("\"at_capacity\""), 13, "\"at\"");
   check_refused({folder.write("cut.json", cut)}, "cut.json: not a complete bristle-capacity-1 report");
+  std::string none = capacity_report();
+  none.replace(none.find("{\"bristles\": 900}"), 17, "{\"bristles\": 0}");
+  check_refused({folder.write("none_of.json", none)}, "none_of.json: paper.bristles is 0");
   check_refused({folder.write("bare.json", R"({"schema": "bristle-stability-1"})")},
                 "bare.json: not a complete");
 }

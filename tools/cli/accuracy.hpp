@@ -76,9 +76,9 @@ struct Recommendation {
   bool found = false;
   Setting setting;
   double wanted = 0.0;
-  PatchError promised;  ///< from the search
+  PatchError promised;  ///< the one that met what was wanted
   double promised_step_s = 0.0;
-  PatchError confirmed;  ///< from runs of their own with other seeds
+  PatchError confirmed;  ///< from runs that nothing was chosen by, with other seeds: may lie above `wanted`
   double confirmed_step_s = 0.0;
   double p99_s = 0.0, max_s = 0.0;  ///< of single steps, wall time, with the scene's threads and seeds
   std::uint64_t misses = 0, misses_ours = 0, steps = 0;

@@ -123,6 +123,10 @@ std::string CapacityCase::layout_name() const {
 void capacity_command(const CapacityOptions& options) {
   if ((options.json == "-") + (options.csv == "-") > 1)
     throw UserError("--json - and --csv -: only one can have stdout");
+  if (!options.csv.empty() && (options.targets || options.features)) {
+    throw UserError(fmt::format("--csv: holds the curves of the search, which --{} leaves out",
+                                options.targets ? "targets" : "features"));
+  }
   std::optional<FilePointer> json, csv;
   if (!options.json.empty()) json.emplace(open_for_writing(options.json));
   if (!options.csv.empty()) csv.emplace(open_for_writing(options.csv));

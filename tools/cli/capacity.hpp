@@ -68,6 +68,7 @@ struct CapacityRow {
   StepTimes in_cache;            ///< at 14,400 bristles
   StepTimes fits;                ///< the most bristles with p99 inside the deadline, in the confirming run
   bool capped = false;           ///< more would have fitted; not tried
+  bool unconfirmed = false;      ///< probes fitted, no confirming run did; `fits` is then the last of these
 };
 
 /// One loop beside bristle's in an interleaved comparison.
@@ -117,6 +118,9 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
                                    std::uint64_t bristles, std::uint64_t rounds);
 Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
+/// The paper's loop in steady motion, as compiled: <double, 3> and <float, 2>.
+template <class Real, int Dimensions>
+Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
 /// Called with what is measured next.
 using Report = std::function<void(const std::string& what)>;
@@ -125,8 +129,13 @@ std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Rep
 /// capacity_features.cpp
 std::vector<FeatureRow> measure_features(const CapacityOptions& options, const Report& report);
 
+/// Times so many steps of so many bristles.
+using MeasureSteps = std::function<StepTimes(std::uint64_t bristles, std::uint64_t steps)>;
 /// capacity_search.cpp
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options);
+/// The same search with another clock.
+CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options,
+                          const MeasureSteps& measure);
 /// capacity_compare.cpp
 std::vector<ComparisonRow> compare_loops(const CapacityOptions& options);
 /// capacity_report.cpp

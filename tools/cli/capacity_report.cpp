@@ -73,8 +73,9 @@ std::string rows_table(const CapacityResult& result) {
     const StepTimes& t = row.fits;
     std::vector<std::string> cells = {to_string(row.what.regime), row.what.kernel_name(),
                                       row.what.layout_name(), fmt::format("{}", row.what.threads)};
-    if (t.bristles == 0) {
-      cells.insert(cells.end(), {"fewer than 900", "-", "-", "-", "-", "-", "-"});
+    if (row.unconfirmed || t.bristles == 0) {
+      cells.insert(cells.end(), {row.unconfirmed ? "not confirmed: machine too busy" : "fewer than 900", "-",
+                                 "-", "-", "-", "-", "-"});
     } else {
       cells.push_back((row.capped ? "> " : "") + count_text(t.bristles));
       cells.push_back(
@@ -213,7 +214,8 @@ std::string capacity_json(const CapacityOptions& options, const CapacityResult& 
                                     {"kernel", row.what.kernel_name()},
                                     {"layout", row.what.layout_name()},
                                     {"threads", row.what.threads},
-                                    {"bristles", row.fits.bristles},
+                                    {"bristles", row.unconfirmed ? 0 : row.fits.bristles},
+                                    {"unconfirmed", row.unconfirmed},
                                     {"more_would_fit", row.capped},
                                     {"at_capacity", times_json(row.fits)},
                                     {"in_cache", times_json(row.in_cache)},

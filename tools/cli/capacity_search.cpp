@@ -14,14 +14,15 @@ constexpr double resolution = 1.02;                  // of the search
 
 class Search {
  public:
-  Search(const CapacityCase& what, const CapacityOptions& options) : options_(options) { row_.what = what; }
+  Search(const CapacityCase& what, const CapacityOptions& options, const MeasureSteps& measure)
+      : options_(options), measure_(measure) {
+    row_.what = what;
+  }
 
   CapacityRow run() {
     grow();
-    if (row_.capped) {
-      row_.fits = measure_with_patience(fits_, confirming_steps(), 2);
-    } else if (fits_ > 0) {
-      narrow();
+    if (fits_ > 0) {
+      if (!row_.capped) narrow();
       confirm();
     }
     std::sort(row_.curve.begin(), row_.curve.end(), [](auto& a, auto& b) { return a.bristles < b.bristles; });
@@ -39,18 +40,13 @@ class Search {
     return std::max(unit, n / unit * unit);
   }
 
-  StepTimes measure(std::uint64_t bristles, std::uint64_t steps) const {
-    CapacitySubject subject(row_.what, bristles, options_.isa);
-    return time_steps(subject, steps);
-  }
-
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
   // Measures again where most steps are well inside and only the 99th percentile is not: it was the machine.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
-    StepTimes best = measure(bristles, steps);
+    StepTimes best = measure_(bristles, steps);
     for (int i = 1; i < tries && !fits(best) && best.p50_s < 0.9 * options_.deadline_s; ++i) {
-      const StepTimes again = measure(bristles, steps);
+      const StepTimes again = measure_(bristles, steps);
       if (again.p99_s < best.p99_s) best = again;
     }
     return best;
@@ -99,11 +95,13 @@ class Search {
       row_.fits = measure_with_patience(fits_, confirming_steps(), 2);
       if (fits(row_.fits)) return;
       fits_ = whole(0.95 * static_cast<double>(fits_));
+      row_.capped = false;
     }
-    row_.fits.bristles = 0;  // too noisy to tell
+    row_.unconfirmed = true;  // too noisy to tell
   }
 
   const CapacityOptions& options_;
+  const MeasureSteps& measure_;
   CapacityRow row_;
   std::uint64_t fits_ = 0;      // most that fitted so far
   std::uint64_t too_many_ = 0;  // fewest that did not
@@ -112,7 +110,15 @@ class Search {
 }  // namespace
 
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options) {
-  return Search(what, options).run();
+  return find_capacity(what, options, [&](std::uint64_t bristles, std::uint64_t steps) {
+    CapacitySubject subject(what, bristles, options.isa);
+    return time_steps(subject, steps);
+  });
+}
+
+CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options,
+                          const MeasureSteps& measure) {
+  return Search(what, options, measure).run();
 }
 
 }  // namespace cli

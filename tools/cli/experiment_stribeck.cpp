@@ -65,12 +65,15 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
   const double rise = (lubricated.force.back() - *lowest) / kinetic;
   result.findings.push_back({"viscous_rise", model, 100.0 * rise, rise > 0.02});
   double low = INFINITY, high = -INFINITY;
+  int away_from_rest = 0;
   for (std::size_t i = 0; i < dry.speed.size(); ++i) {
     if (dry.speed[i] < 10.0 * vs) continue;
     low = std::min(low, dry.force[i]);
     high = std::max(high, dry.force[i]);
+    ++away_from_rest;
   }
-  const double spread = high >= low ? (high - low) / kinetic : 0.0;
+  if (away_from_rest < 2) return;  // nothing to compare
+  const double spread = (high - low) / kinetic;
   result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
 }
 

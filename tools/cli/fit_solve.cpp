@@ -179,10 +179,16 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
 }
 
 double student_quantile(double nu) {
-  // Expansion about the normal law's 1.96 (Abramowitz and Stegun 26.7.5); within 1 % from 4 degrees on.
+  if (nu < 3.0) {
+    // Exact at 1, 2 and 3 degrees; a parabola of the logarithm over 1 / nu is within 1 % in between.
+    const double one = std::log(12.70620), two = std::log(4.302653), three = std::log(3.182446);
+    const double x = 1.0 / std::max(nu, 1.0);
+    return std::exp(one * 3.0 * (x - 1.0 / 2.0) * (x - 1.0 / 3.0) - two * 12.0 * (x - 1.0) * (x - 1.0 / 3.0) +
+                    three * 9.0 * (x - 1.0) * (x - 1.0 / 2.0));
+  }
+  // Expansion about the normal law's 1.96 (Abramowitz and Stegun 26.7.5); within 1 % from 3 degrees on.
   constexpr double z = 1.959963984540054;
   constexpr double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
-  nu = std::max(nu, 3.0);
   return z + (z3 + z) / (4 * nu) + (5 * z5 + 16 * z3 + 3 * z) / (96 * nu * nu) +
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * nu * nu * nu);
 }

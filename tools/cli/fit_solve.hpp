@@ -50,7 +50,7 @@ inline double kinetic_bend(bristle::SnapRule rule, double cv) {
   return rule == bristle::SnapRule::keep ? 0.5 : 0.5 * (1.0 + cv * cv);
 }
 
-/// 97.5 % point of Student's law.
+/// 97.5 % point of Student's law, within 1 %; below one degree of freedom that of one.
 double student_quantile(double degrees_of_freedom);
 
 }  // namespace cli

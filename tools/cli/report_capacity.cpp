@@ -6,6 +6,7 @@
 
 #include "tools/cli/conditions.hpp"
 #include "tools/cli/report.hpp"
+#include "tools/cli/user_error.hpp"
 
 namespace cli {
 namespace {
@@ -14,8 +15,12 @@ using Json = nlohmann::ordered_json;
 
 std::string text_of(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
 
+// Reports of older builds do not say.
+bool is_unconfirmed(const Json& row) { return row.value("unconfirmed", false); }
+
 std::string bristles_text(const Json& row) {
   const auto bristles = row.at("bristles").get<unsigned long long>();
+  if (is_unconfirmed(row)) return "not confirmed: machine too busy";
   if (bristles == 0) return "fewer than 900";
   return (row.at("more_would_fit").get<bool>() ? "> " : "") + count_text(bristles);
 }
@@ -105,6 +110,10 @@ std::vector<std::string> capacity_summary(const Json& capacity) {
       continue;
     }
     const int threads = row.at("threads").get<int>();
+    if (is_unconfirmed(row)) {
+      lines.push_back(fmt::format("Bristles that all snap, threads: {}: {}.", threads, bristles_text(row)));
+      continue;
+    }
     lines.push_back(fmt::format(
         "{} bristles that all snap fit in {} on {} {} (rule keep, end and mean force, two axes, float).",
         bristles_text(row), time_text(capacity.at("deadline_s").get<double>()), threads,
@@ -129,6 +138,11 @@ std::vector<std::string> capacity_summary(const Json& capacity) {
 
 void add_capacity(HtmlPage& page, const std::string& id, const Measurement& measurement) {
   const Json& capacity = measurement.json;
+  // Rows are set beside it.
+  const double papers = capacity.at("paper").at("bristles").get<double>();
+  if (!(papers >= 1.0)) {
+    throw UserError(fmt::format("{}: paper.bristles is {}; it must be at least 1", measurement.file, papers));
+  }
   const std::string deadline = time_text(capacity.at("deadline_s").get<double>());
   page.paragraph(fmt::format(
       "How many bristles a step of {} holds. Mean snap length {} µm, snap lengths {}; a row fits when 99 % "

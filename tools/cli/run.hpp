@@ -72,7 +72,7 @@ struct BodyResult {
 struct RunResult {
   std::uint64_t steps = 0;
   std::uint64_t steps_before = 0;  ///< in the run whose state was restored
-  double seconds = 0.0;            ///< wall time of the loop
+  double seconds = 0.0;            ///< wall time of the loop; of ours, where a bare one ran in turn with it
   bristle::DeadlineMonitor monitor;
   std::string isa;
   int threads = 1;

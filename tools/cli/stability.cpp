@@ -42,7 +42,11 @@ class Jobs {
   void run(int threads) {
     Progress progress("stability");
     std::vector<std::thread> helpers;
-    for (int t = 1; t < threads; ++t) helpers.emplace_back([this] { work(nullptr); });
+    try {
+      for (int t = 1; t < threads; ++t) helpers.emplace_back([this] { work(nullptr); });
+    } catch (const std::exception&) {
+      // The system has no more threads, or no memory for them: those that there are do the work.
+    }
     work(&progress);
     for (std::thread& helper : helpers) helper.join();
     if (failure_) std::rethrow_exception(failure_);
