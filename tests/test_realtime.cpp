@@ -235,6 +235,7 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["bristle"]["step_time"]["p50_s"] == report["step_time"]["p50_s"]);
 }
 
+#if BRISTLE_WITH_TBB
 TEST_CASE("Where workers have no core but the servo thread's, it is no SCHED_FIFO", "[realtime][cli]") {
   const TemporaryFolder folder;
   const std::string core = std::to_string(sched_getcpu());
@@ -245,6 +246,7 @@ TEST_CASE("Where workers have no core but the servo thread's, it is no SCHED_FIF
             .find("SCHED_FIFO 5: not asked for, workers have no other core than " + core) !=
         std::string::npos);
 }
+#endif
 
 TEST_CASE("A paced run of few ticks has a period to tell of, one of a single tick has none", "[realtime]") {
   cli::Scene scene = cli::read_scene(stroke);
