@@ -309,7 +309,7 @@ TEST_CASE("A second interrupt ends the program when the first is half a second o
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {  // no Catch in here
-    const cli::StopOnSignal stop;
+    cli::stop_on_signals();
     if (cli::stop_requested()) _exit(1);
     for (int i = 0; i < 5; ++i) raise(i % 2 ? SIGTERM : SIGINT);
     if (!cli::stop_requested()) _exit(2);

@@ -57,18 +57,11 @@ std::uint64_t PacedClock::wait() noexcept {
   return static_cast<std::uint64_t>(left_out);
 }
 
-StopOnSignal::StopOnSignal() noexcept {
-  first_signal_ns = 0;
+void stop_on_signals() noexcept {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, &interrupt_before_);
-  sigaction(SIGTERM, &action, &terminate_before_);
-}
-
-StopOnSignal::~StopOnSignal() {
-  sigaction(SIGINT, &interrupt_before_, nullptr);
-  sigaction(SIGTERM, &terminate_before_, nullptr);
-  first_signal_ns = 0;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
 }
 
 bool stop_requested() noexcept { return first_signal_ns != 0; }

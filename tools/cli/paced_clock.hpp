@@ -1,7 +1,6 @@
 // The points in time at which a paced loop starts its ticks.
 #pragma once
 
-#include <csignal>
 #include <cstdint>
 
 namespace cli {
@@ -31,19 +30,10 @@ class PacedClock {
   std::int64_t due_ns_ = 0;
 };
 
-/// While it lives SIGINT or SIGTERM only sets stop_requested(); one that comes more than half a second after
-/// the first ends the program. (One Ctrl-C may arrive twice: from the terminal, and passed on by `timeout`.)
-class StopOnSignal {
- public:
-  StopOnSignal() noexcept;
-  ~StopOnSignal();
-  StopOnSignal(const StopOnSignal&) = delete;
-  StopOnSignal& operator=(const StopOnSignal&) = delete;
-
- private:
-  struct sigaction interrupt_before_;
-  struct sigaction terminate_before_;
-};
+/// To the end of the program SIGINT or SIGTERM only sets stop_requested(); one that comes more than half a
+/// second after the first ends the program. (One Ctrl-C may arrive twice, from the terminal and passed on by
+/// `timeout`: the second may come while the program writes its reports, or later still.)
+void stop_on_signals() noexcept;
 bool stop_requested() noexcept;
 
 }  // namespace cli

@@ -348,11 +348,7 @@ void run_command(const RunOptions& options) {
   if (!options.json.empty()) json.emplace(open_for_writing(options.json));
   std::optional<FilePointer> histograms;
   if (!histogram_file.empty()) histograms.emplace(open_for_writing(histogram_file));
-  if (options.realtime) {
-    // Never given back: the same Ctrl-C may come again while the reports are written and the program ends.
-    static const StopOnSignal& stop = *new StopOnSignal;
-    (void)stop;
-  }
+  if (options.realtime) stop_on_signals();
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;
   if (to_stdout == 0) write_text(stdout, run_table(scene, options, result), "standard output");
