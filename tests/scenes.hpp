@@ -42,6 +42,9 @@ inline std::vector<Precision> precisions() {
   return {Precision::single};
 }
 
+/// The scalar reference: it visits every bristle, and is no vector code.
+inline bool is_scalar(const PatchBatch& batch) { return std::string(batch.isa()) == "scalar"; }
+
 /// A material that makes arithmetic plain: one bristle per newton of load, sigma0 = 1 N/m, no damper. The
 /// elastic force is then minus the sum of the deflections in metres.
 inline Material plain_material(const SnapLength& law, SnapRule rule) {

@@ -213,7 +213,8 @@ TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determi
         motions[i].id = ids[i];
         const std::uint32_t n = batch.info(ids[i]).bristles;
         if ((static_cast<std::size_t>(k) + i) % 3 == 0)
-          batch.set_detail(ids[i], 1 + static_cast<std::uint32_t>((static_cast<std::uint64_t>(k) * 7919 + i * 104729) % n));
+          batch.set_detail(ids[i], 1 + static_cast<std::uint32_t>(
+                                           (static_cast<std::uint64_t>(k) * 7919 + i * 104729) % n));
       }
       batch.step(tick, motions, responses);
       outcome.responses.insert(outcome.responses.end(), responses.begin(), responses.end());

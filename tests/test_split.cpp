@@ -95,8 +95,7 @@ TEST_CASE("Splitting a straight step in two gives the same end state with keep",
 
 TEST_CASE("Splitting a straight step in two gives the same end state with redraw while nothing jumps",
           "[step]") {
-  // Below the distance from which many snaps are jumped at once: 3.4 mean lengths at cv
-  // 0.3.
+  // Below the distance from which many snaps are jumped at once: 3.4 mean lengths at cv 0.3.
   for (Precision precision : precisions()) {
     for (const NamedLaw& law : reference_laws()) {
       if (law.law.law() == bristle::SnapLaw::exponential)

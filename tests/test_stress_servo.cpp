@@ -87,9 +87,8 @@ OnePatch sliding_patch(std::uint32_t n, SnapRule rule, const SnapLength& law = u
 
 /// Asserted of kernels as wide as the machine's vectors, which the plain loop is compiled for.
 void check_vectors_below(const PatchBatch& batch, double value, double limit, const char* what) {
-  const std::string isa = batch.isa();
-  if (isa == "scalar" || std::getenv("BRISTLE_ISA") != nullptr)
-    std::printf("%s, %s kernels: %.4g (not asserted)\n", what, isa.c_str(), value);
+  if (is_scalar(batch) || std::getenv("BRISTLE_ISA") != nullptr)
+    std::printf("%s, %s kernels: %.4g (not asserted)\n", what, batch.isa(), value);
   else
     check_below(value, limit, what);
 }

@@ -19,7 +19,10 @@ std::string times_text(std::uint64_t count) {
 }
 
 void add_times(std::vector<std::string>& row, const TimeHistogram& histogram) {
-  if (histogram.count() == 0) return void(row.insert(row.end(), 4, "-"));
+  if (histogram.count() == 0) {
+    row.insert(row.end(), 4, "-");
+    return;
+  }
   for (double share : {0.5, 0.99, 0.999}) row.push_back(time_text(histogram.percentile(share)));
   row.push_back(time_text(histogram.max()));
 }

@@ -11,7 +11,7 @@
 
 namespace cli {
 
-RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options)
+RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_workers)
     : slack_ns_(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0)) {
   prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
   if (options.core) bind(*options.core);
@@ -23,7 +23,7 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options)
                                    *options.fifo_priority, *options.core));
     return;
   }
-  if (options.has_workers && before_ && before_->size() == 1) {
+  if (has_workers && before_ && before_->size() == 1) {
     refused_.push_back(fmt::format(
         "SCHED_FIFO {}: not asked for, workers have no other core than {}; usual scheduling instead",
         *options.fifo_priority, *options.core));

@@ -11,7 +11,6 @@ struct RealtimeThreadOptions {
   std::optional<int> fifo_priority;  ///< SCHED_FIFO, 1 to 99
   std::optional<int> core;           ///< to be bound to
   bool lock_memory = false;          ///< no page of the process is taken away (mlockall of what there is)
-  bool has_workers = false;          ///< other threads work for it: they must not starve under fifo_priority
 };
 
 /// Makes the calling thread a real-time thread for as long as it lives, as far as the system permits. What is
@@ -19,7 +18,8 @@ struct RealtimeThreadOptions {
 /// permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:
-  explicit RealtimeThread(const RealtimeThreadOptions& options);
+  /// `has_workers`: other threads work for it, and must not starve under its priority.
+  RealtimeThread(const RealtimeThreadOptions& options, bool has_workers);
   ~RealtimeThread();
   RealtimeThread(const RealtimeThread&) = delete;
   RealtimeThread& operator=(const RealtimeThread&) = delete;

@@ -232,9 +232,9 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     std::uint64_t left_out = clock.wait();
     if (stop_requested()) break;
     if (held_up) {
-      const auto by_accounts = static_cast<std::uint64_t>(busy_s / clock.period_s());
-      result_.realtime->held_up += std::min(left_out, by_accounts);
-      left_out -= std::min(left_out, by_accounts);
+      const auto by_tool = std::min(left_out, static_cast<std::uint64_t>(busy_s / clock.period_s()));
+      result_.realtime->held_up += by_tool;
+      left_out -= by_tool;  // the rest is the machine's
       loop.monitor.pause();
     }
     if (left_out > 0) loop.monitor.record_skipped(left_out);
@@ -254,9 +254,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
 }
 
 void SceneRun::run_paced(const RealtimeOptions& realtime) {
-  RealtimeThreadOptions wanted = realtime.thread;
-  wanted.has_workers = stepper_.batch().threads() > 1;
-  const RealtimeThread thread(wanted);
+  const RealtimeThread thread(realtime.thread, stepper_.batch().threads() > 1);
   const QueueClock queue;
   RealtimeResult& result =
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
