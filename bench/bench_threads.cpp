@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "bench/paced_loop.hpp"
-#include "core/workers.hpp"
+#include "core/runtime/workers.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
 

@@ -52,7 +52,7 @@ struct Reach {
 /// Numbers of the snap-length laws, as the kernels' switch knows them.
 enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_exponential, law_table };
 
-/// Law of the snap length in scaled lengths, for redraw. Built by core/kernel_law.cpp.
+/// Law of the snap length in scaled lengths, for redraw. Built by core/materials/kernel_law.cpp.
 struct KernelLaw {
   std::int32_t kind;
   // uniform: low, span. normal: mean, deviation of the uncut law. lognormal: mu, s. exponential: mean.

@@ -2,7 +2,7 @@
 // instruction set.
 #pragma once
 
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 #include "scalar_lanes.hpp"
 
 namespace bristle::detail {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "elementary.hpp"
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 namespace {

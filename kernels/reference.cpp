@@ -3,7 +3,7 @@
 // same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
 #include "block_squares.hpp"
 #include "far.hpp"
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
 #include "variants.hpp"

@@ -1,5 +1,5 @@
 // Lists the instruction sets of this build, best first.
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 

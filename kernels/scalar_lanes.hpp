@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -1,7 +1,7 @@
 // The variants of a step that a build has, as one list: features are taken out here and nowhere else.
 #pragma once
 
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/hashing.hpp"
+#include "core/common/hashing.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"
 

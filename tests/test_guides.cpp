@@ -61,10 +61,10 @@ double number(const std::string& text) {
 
 TEST_CASE("The guides print the programs that the tests run", "[guides]") {
   for (const auto& [guide, program] : std::vector<std::pair<std::string, std::string>>{
-           {"core/GUIDE_HAPTICS.md", "tools/examples/hello_haptics.cpp"},
-           {"core/GUIDE_ENGINES.md", "tools/examples/hello_engine.cpp"},
-           {"core/GUIDE_ENGINES.md", "tools/examples/block_on_slope.cpp"},
-           {"core/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"}}) {
+           {"core/guides/GUIDE_HAPTICS.md", "tools/examples/hello_haptics.cpp"},
+           {"core/guides/GUIDE_ENGINES.md", "tools/examples/hello_engine.cpp"},
+           {"core/guides/GUIDE_ENGINES.md", "tools/examples/block_on_slope.cpp"},
+           {"core/guides/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"}}) {
     INFO(guide << " and " << program);
     const std::string shown = shown_part(text_of(program));
     CHECK(shown.size() > 500);
@@ -73,7 +73,7 @@ TEST_CASE("The guides print the programs that the tests run", "[guides]") {
 }
 
 TEST_CASE("Each row of the table of materials is a material, and gives back its coefficients", "[guides]") {
-  const auto rows = rows_after(text_of("core/MATERIALS.md"), "| pair | kinetic | peak |");
+  const auto rows = rows_after(text_of("core/guides/MATERIALS.md"), "| pair | kinetic | peak |");
   CHECK(rows.size() >= 10);
   for (const std::vector<std::string>& row : rows) {
     REQUIRE(row.size() == 7);

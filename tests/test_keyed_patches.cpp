@@ -11,7 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "core/key_table.hpp"
+#include "core/contacts/key_table.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../core/elementary.hpp"
+#include "../core/materials/elementary.hpp"
 #include "brute_force.hpp"
 #include "expect.hpp"
 

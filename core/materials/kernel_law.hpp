@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bristle/material.hpp"
-#include "kernel_table.hpp"
+#include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 

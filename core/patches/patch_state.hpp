@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "bristle/patch.hpp"
-#include "kernel_law.hpp"
-#include "kernel_table.hpp"
+#include "core/materials/kernel_law.hpp"
+#include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 

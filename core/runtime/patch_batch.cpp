@@ -11,15 +11,15 @@
 
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
-#include "command_list.hpp"
-#include "float_mode.hpp"
-#include "hashing.hpp"
-#include "patch_detail.hpp"
-#include "patch_state.hpp"
-#include "range_check.hpp"
-#include "sharing.hpp"
-#include "state_io.hpp"
-#include "workers.hpp"
+#include "core/runtime/command_list.hpp"
+#include "core/runtime/float_mode.hpp"
+#include "core/common/hashing.hpp"
+#include "core/patches/patch_detail.hpp"
+#include "core/patches/patch_state.hpp"
+#include "core/common/range_check.hpp"
+#include "core/runtime/sharing.hpp"
+#include "core/patches/state_io.hpp"
+#include "core/runtime/workers.hpp"
 
 namespace bristle {
 

@@ -1,4 +1,4 @@
-#include "population.hpp"
+#include "core/patches/population.hpp"
 
 #include <algorithm>
 

@@ -1,13 +1,13 @@
 // A population may shrink to any prefix of itself, since every prefix is well spread, and grow again by
 // copies of those that stayed. Either way the sum of the deflections is off by a little then: a common shift
 // of some bristles puts it right (core/MODEL.md, "Detail").
-#include "patch_detail.hpp"
+#include "core/patches/patch_detail.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "patch_state.hpp"
+#include "core/patches/patch_state.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -1,4 +1,4 @@
-#include "workers.hpp"
+#include "core/runtime/workers.hpp"
 
 namespace bristle::detail {
 

@@ -28,7 +28,7 @@ endif()
 set(bristle_cxx_runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
 list(FILTER bristle_cxx_runtime INCLUDE REGEX "^(stdc\\+\\+|c\\+\\+)$")
 list(REMOVE_DUPLICATES bristle_cxx_runtime)
-configure_package_config_file(core/bristle-config.cmake.in ${PROJECT_BINARY_DIR}/package/bristle-config.cmake
+configure_package_config_file(core/package/bristle-config.cmake.in ${PROJECT_BINARY_DIR}/package/bristle-config.cmake
   INSTALL_DESTINATION ${package_dir} NO_SET_AND_CHECK_MACRO)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/bristle-config-version.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
@@ -65,6 +65,6 @@ set(pc_includedir ${CMAKE_INSTALL_INCLUDEDIR})
 if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
   set(pc_includedir "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
 endif()
-configure_file(core/bristle.pc.in ${PROJECT_BINARY_DIR}/package/bristle.pc @ONLY)
+configure_file(core/package/bristle.pc.in ${PROJECT_BINARY_DIR}/package/bristle.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/package/bristle.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT bristle_development)

@@ -1,4 +1,4 @@
-#include "state_io.hpp"
+#include "core/patches/state_io.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <string>
 
 #include "bristle/error.hpp"
-#include "hashing.hpp"
-#include "little_endian.hpp"
+#include "core/common/hashing.hpp"
+#include "core/common/little_endian.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "bristle/material.hpp"
-#include "elementary.hpp"
-#include "range_check.hpp"
+#include "core/materials/elementary.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "bristle/error.hpp"
-#include "range_check.hpp"
-#include "sharing.hpp"
+#include "core/common/range_check.hpp"
+#include "core/runtime/sharing.hpp"
 
 namespace bristle {
 

@@ -1,13 +1,13 @@
-#include "patch_state.hpp"
+#include "core/patches/patch_state.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <new>
 
-#include "hashing.hpp"
-#include "population.hpp"
-#include "range_check.hpp"
+#include "core/common/hashing.hpp"
+#include "core/patches/population.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "patch_state.hpp"
+#include "core/patches/patch_state.hpp"
 
 namespace bristle::detail {
 

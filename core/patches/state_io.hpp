@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "hashing.hpp"
-#include "patch_state.hpp"
+#include "core/common/hashing.hpp"
+#include "core/patches/patch_state.hpp"
 
 namespace bristle::detail {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <string>
 
-#include "elementary.hpp"
-#include "range_check.hpp"
+#include "core/materials/elementary.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle {
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "bristle/keyed_patches.hpp"
-#include "key_table.hpp"
-#include "range_check.hpp"
+#include "core/contacts/key_table.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle {
 

@@ -14,9 +14,9 @@
 #include <limits>
 
 #include "bristle/error.hpp"
-#include "hashing.hpp"
-#include "little_endian.hpp"
-#include "state_io.hpp"
+#include "core/common/hashing.hpp"
+#include "core/common/little_endian.hpp"
+#include "core/patches/state_io.hpp"
 
 namespace bristle {
 

@@ -11,7 +11,7 @@
 #include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_scheduler_observer.h>
 
-#include "workers.hpp"
+#include "core/runtime/workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
 // TBB is not built for the thread sanitizer: tell it of the fork and the join. The tags are global because a

@@ -1,8 +1,8 @@
 // Material: range checks and the closed forms of sections 2.2 and 2.3 of the paper.
 #include "bristle/material.hpp"
 
-#include "elementary.hpp"
-#include "range_check.hpp"
+#include "core/materials/elementary.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle {
 

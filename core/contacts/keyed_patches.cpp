@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "key_table.hpp"
-#include "range_check.hpp"
+#include "core/contacts/key_table.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle {
 

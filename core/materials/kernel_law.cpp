@@ -1,12 +1,12 @@
-#include "kernel_law.hpp"
+#include "core/materials/kernel_law.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
-#include "elementary.hpp"
-#include "hashing.hpp"
-#include "range_check.hpp"
+#include "core/materials/elementary.hpp"
+#include "core/common/hashing.hpp"
+#include "core/common/range_check.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "bristle/patch.hpp"
 #include "bristle/span.hpp"
-#include "kernel_law.hpp"
+#include "core/materials/kernel_law.hpp"
 
 namespace bristle::detail {
 
