@@ -1,4 +1,4 @@
-#include "core/patches/population.hpp"
+#include "core/patches/representatives/population.hpp"
 
 #include <algorithm>
 
