@@ -54,10 +54,11 @@ struct alignas(64) Patch {
   std::int64_t position[2] = {0, 0};  ///< fixed point (kernel_table.hpp)
   Reach bound{{0, 0}, -1.0};          ///< nothing snaps while the position stays within it
   std::uint32_t whole = 0;            ///< bristles that count as one each, in full blocks
-  bool skips = true;                  ///< steps within bounds are not computed bristle by bristle
-  bool tracks = true;                 ///< bounds are renewed: worth it while most visited blocks hold still
-  bool literal = false;               ///< StepRule::literal
-  bool damps = false;                 ///< the damper depends on the velocity
+  bool skips : 1 = true;              ///< steps within bounds are not computed bristle by bristle
+  bool tracks : 1 = true;             ///< bounds are renewed: worth it while most visited blocks hold still
+  bool literal : 1 = false;           ///< StepRule::literal
+  bool damps : 1 = false;             ///< the damper depends on the velocity
+  std::uint8_t fetched_lines = 0;     ///< cache lines of the record that are worth asking for ahead of a step
   double part = 0.0;                  ///< bristles beyond `whole`, a real number
   double newtons_per_unit = 0.0;      ///< elastic force of one unit of the sum
 

@@ -67,6 +67,8 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   p.outputs = record.options.outputs;
   p.literal = record.options.step_rule == StepRule::literal;
   p.lengths_per_metre = record.material->lengths_per_metre;
+  // More than this streams by itself.
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
   return p;
 }
 
