@@ -22,10 +22,10 @@
 #include <bristle/version.hpp>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/capacity.hpp"
-#include "tools/cli/overload.hpp"
-#include "tools/cli/scene_stepper.hpp"
-#include "tools/cli/waveform.hpp"
+#include "tools/capacity/capacity.hpp"
+#include "tools/run/overload.hpp"
+#include "tools/scene/scene_stepper.hpp"
+#include "tools/scene/waveform.hpp"
 
 using Catch::Matchers::Contains;
 using nlohmann::json;

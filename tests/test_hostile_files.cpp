@@ -15,7 +15,7 @@
 
 #include "expect.hpp"
 #include "temporary_folder.hpp"
-#include "tools/cli/one_line.hpp"
+#include "tools/files/one_line.hpp"
 
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;

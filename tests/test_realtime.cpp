@@ -25,9 +25,9 @@
 #include "scenes.hpp"
 #include "shared_core.hpp"
 #include "temporary_folder.hpp"
-#include "tools/cli/paced_clock.hpp"
-#include "tools/cli/realtime.hpp"
-#include "tools/cli/run.hpp"
+#include "tools/run/paced_clock.hpp"
+#include "tools/run/realtime.hpp"
+#include "tools/run/run.hpp"
 
 using bristle::DeadlineMonitor;
 using bristle_test::TemporaryFolder;

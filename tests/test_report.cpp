@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/html_page.hpp"
-#include "tools/cli/report.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/html_page.hpp"
+#include "tools/reports/report.hpp"
 
 using Catch::Matchers::Contains;
 

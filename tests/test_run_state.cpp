@@ -10,8 +10,8 @@
 #include <bristle/state_file.hpp>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/run.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/run/run.hpp"
 
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;

@@ -16,16 +16,16 @@
 #include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
 
-#include "tools/cli/accuracy.hpp"
-#include "tools/cli/capacity.hpp"
-#include "tools/cli/conditions.hpp"
-#include "tools/cli/experiment_command.hpp"
-#include "tools/cli/fit.hpp"
-#include "tools/cli/one_line.hpp"
-#include "tools/cli/report.hpp"
-#include "tools/cli/run.hpp"
-#include "tools/cli/stability.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/accuracy/accuracy.hpp"
+#include "tools/capacity/capacity.hpp"
+#include "tools/experiments/command.hpp"
+#include "tools/files/one_line.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/fit.hpp"
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/report.hpp"
+#include "tools/run/run.hpp"
+#include "tools/stability/stability.hpp"
 
 namespace {
 

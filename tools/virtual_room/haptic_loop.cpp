@@ -20,7 +20,7 @@
 #include <bristle/bristle.hpp>
 
 #include "bench/paced_loop.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
 #include "tools/virtual_room/parameters.hpp"

@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
-#include "tools/cli/progress.hpp"
-#include "tools/cli/text_table.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/progress.hpp"
+#include "tools/reports/text_table.hpp"
 
 namespace room {
 namespace {

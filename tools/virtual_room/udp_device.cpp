@@ -12,7 +12,7 @@
 
 #include <bristle/deadline_monitor.hpp>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 
 namespace room {
 namespace {

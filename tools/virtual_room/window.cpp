@@ -17,7 +17,7 @@
 #include <string>
 #include <thread>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/png_file.hpp"
 #include "tools/virtual_room/quantity_text.hpp"

@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "tools/cli/waveform.hpp"
+#include "tools/scene/waveform.hpp"
 
 namespace room {
 namespace {
