@@ -133,7 +133,7 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
   // A program's state file has patches, but no run.
   bristle::PatchBatch batch;
   bristle::save_state_file(folder.at("program"), batch);
-  CHECK_THAT(refused("", "", folder.at("program")), Contains("no run"));
+  CHECK_THAT(refused("", "", folder.at("program")), Contains("not the state of a run"));
 }
 
 TEST_CASE("A place where no state can be saved is refused before the run", "[cli][state]") {

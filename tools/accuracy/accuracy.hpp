@@ -78,7 +78,7 @@ struct Recommendation {
   double wanted = 0.0;
   PatchError promised;  ///< the one that met what was wanted
   double promised_step_s = 0.0;
-  PatchError confirmed;  ///< from runs that nothing was chosen by, with other seeds: may lie above `wanted`
+  PatchError confirmed;  ///< from held-out seeds: may lie above `wanted`
   double confirmed_step_s = 0.0;
   double p99_s = 0.0, max_s = 0.0;  ///< of single steps, wall time, with the scene's threads and seeds
   std::uint64_t misses = 0, misses_ours = 0, steps = 0;
@@ -128,7 +128,7 @@ struct AccuracyStudy {
   std::optional<ClosedForm> closed_form;
   StepCost cost;                           ///< of the cut scene in single precision
   double full_over_cut = 1.0;              ///< patches of the scene over those of the cut one
-  std::function<void(const char*)> spend;  ///< tells progress what goes on
+  std::function<void(const char*)> spend;  ///< shows what is being measured
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }

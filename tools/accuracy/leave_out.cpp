@@ -1,4 +1,4 @@
-// Each feature a scene has or could do without: the scene run with it and without it, in turns.
+// Each feature a scene uses or could leave out: the scene run with it and without it, in turns.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -117,7 +117,7 @@ Trial redraw_trial(const Scene& scene) {
       if (m.material.snap_length.cv() <= 1.25) m = with_rule(m, SnapRule::redraw);
     }
   }
-  t.note = "keep is another model: every bristle its own length for ever";
+  t.note = "keep is another model: every bristle keeps its own length";
   return t;
 }
 

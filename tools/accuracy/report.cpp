@@ -156,7 +156,7 @@ std::string recommendation_text(const Scene& scene, const AccuracyResult& r) {
   std::string text = fmt::format(
       "Cheapest setting with at most {} % rms: {}\n  in the search  {} % at {} us a scene step\n"
       "  run again      {} % rms, {} % max, {} % energy at {} us a scene step (other seeds)\n"
-      "  as a scene     p99 {}, max {} a step, {} of {} over {} ({} ours; {})\n",
+      "  as a scene     p99 {}, max {} a step, {} of {} over {} ({} by this program; {})\n",
       percent(best.wanted), setting_name(best.setting, r.reference_dt_s * best.setting.parts),
       percent(best.promised.rms), microseconds(best.promised_step_s * parts), percent(best.confirmed.rms),
       percent(best.confirmed.max), percent(best.confirmed.energy),
@@ -252,7 +252,7 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions&, const Acc
   text += fmt::format(
       "\nThe front: nothing tried is both faster and better. (Steps no longer than the scene's, the force it "
       "uses: {}.)\n"
-      "People tell forces apart from {:.0f} to {:.0f} % on.\n\n",
+      "People notice differences of force from {:.0f} to {:.0f} % up.\n\n",
       r.own_mean ? "mean" : "end", 100.0 * discrimination_low, 100.0 * discrimination_high);
   text += settings_table(scene, r, true);
   text += fmt::format(

@@ -52,8 +52,8 @@ struct SettingRun {
   RunTime time;
 };
 
-/// Every patch goes on with its bristles over `divisor` after `every` steps, with all after as many more, and
-/// so on.
+/// Every patch continues with its bristles over `divisor` after `every` steps, with all after as many more,
+/// and so on.
 struct DetailSwitch {
   std::uint32_t divisor = 1;
   std::uint64_t every = 1;

@@ -169,7 +169,7 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
 }
 
 // The ladder picked the luckiest: a setting must meet the error with seeds that it did not see. That choice
-// favours the lucky again, so what is told of the setting comes from seeds that nothing is chosen by,
+// favours the lucky again, so the figures reported for the setting come from held-out seeds,
 // however it turns out.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
   Recommendation& to = study.result.recommendation;

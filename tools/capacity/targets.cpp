@@ -244,7 +244,7 @@ class Targets {
         p50.push_back(1e3 * times.p50_s);
         p99.push_back(1e3 * times.p99_s);
       }
-      // The best of the runs: the others tell of the machine.
+      // The best of the runs: in the others the machine was busier.
       rows_.push_back(
           {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
     };

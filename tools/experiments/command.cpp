@@ -25,10 +25,10 @@ std::vector<std::string> chosen_models(const ExperimentOptions& options) {
   for (const std::string& model : models) {
     if (std::find(model_names().begin(), model_names().end(), model) == model_names().end()) {
       throw UserError(
-          fmt::format("--models: '{}' is no model; there are: {}", model, fmt::join(model_names(), ", ")));
+          fmt::format("--models: '{}' is not a model; allowed: {}", model, fmt::join(model_names(), ", ")));
     }
     if (std::count(models.begin(), models.end(), model) > 1) {
-      throw UserError(fmt::format("--models: '{}' is there twice", model));
+      throw UserError(fmt::format("--models: '{}' appears twice", model));
     }
   }
   return models;
@@ -47,7 +47,7 @@ Settings settings_for(const Experiment& experiment, const ExperimentOptions& opt
     if (options.name == "all") {
       const auto dot = text.find('.');
       if (dot == std::string_view::npos || dot > text.find('=')) {
-        throw UserError(fmt::format("--set {}: with 'all' it wants EXPERIMENT.KEY=VALUE", assignment));
+        throw UserError(fmt::format("--set {}: with 'all' it needs EXPERIMENT.KEY=VALUE", assignment));
       }
       if (find_experiment(text.substr(0, dot)).name != experiment.name) continue;
       text.remove_prefix(dot + 1);
@@ -81,7 +81,7 @@ void check_plot(const ExperimentOptions& options) {
   const std::string script = plot_script(options.name);
   if (!fs::exists(script)) {
     throw UserError(
-        fmt::format("--plot: {} is not there; BRISTLE_PLOTS names the folder of the scripts", script));
+        fmt::format("--plot: {} does not exist; set BRISTLE_PLOTS to the folder of the scripts", script));
   }
   quoted(options.plot);
   quoted(script);
@@ -100,7 +100,7 @@ void draw(const ExperimentOptions& options, const ExperimentReport& report) {
   const int code = std::system(command.c_str());
   std::error_code ignored;
   fs::remove(data, ignored);
-  if (code != 0) throw UserError("--plot: gnuplot failed; its own words are above");
+  if (code != 0) throw UserError("--plot: gnuplot failed; its message is above");
 }
 
 class OutputFile {

@@ -41,8 +41,8 @@ struct Profile {
   }
 };
 
-// Mean position over windows of time that follow each other: springs without dampers go on ringing a little,
-// and that is no drift.
+// Mean position over windows of time that follow each other: springs without dampers keep ringing a little,
+// and that is not drift.
 class WindowMeans {
  public:
   WindowMeans(double from, double window) : from_(from), window_(window) {}

@@ -23,7 +23,7 @@ const Experiment& find_experiment(std::string_view name) {
     if (experiment.name == name) return experiment;
     known += experiment.name + ", ";
   }
-  throw UserError(fmt::format("'{}' is no experiment; there are: {}all, list", name, known));
+  throw UserError(fmt::format("'{}' is not an experiment; allowed: {}all, list", name, known));
 }
 
 ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input) {

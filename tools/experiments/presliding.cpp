@@ -9,7 +9,7 @@
 namespace cli {
 namespace {
 
-// A contact moved by displacement at constant speed, its path and force on record.
+// A contact moved by displacement at constant speed, its path and force recorded.
 class Path {
  public:
   Path(const ExperimentInput& input, const std::string& model, std::string panel, ExperimentResult& result)
@@ -151,7 +151,8 @@ Experiment presliding_experiment() {
         "area of a loop of 0.7 presliding lengths to either side, over that of rigid Coulomb friction", "%",
         "above 2 %"},
        {"return_point", "inner loops close",
-        "after a loop inside a loop the outer one goes on as if nothing had been: memory of every open "
+        "after a loop inside a loop the outer one continues as if it had not been interrupted: memory of "
+        "every open "
         "reversal (Swevers et al. 2000)",
         "force missed at the two points of return, over kinetic friction", "%", "below 0.5 %"},
        {"permanent_set", "a permanent set after letting go",

@@ -23,7 +23,7 @@ const Reason reasons[] = {
     {"hold",
      false,
      {dahl},
-     "it has no damper: the block goes on ringing for a while on its spring, and its deflection gives way "
+     "it has no damper: the block keeps ringing for a while on its spring, and its deflection gives way "
      "with every swing"},
     {"hold", true, {lugre}, "at constant force dz/dt = 0 means v = 0; the damper has ended the ringing"},
     {"hold", true, {plastic}, "elastic below its break-away deflection"},
@@ -54,10 +54,7 @@ const Reason reasons[] = {
     {"slope", true, {maxwell, gms}, "after the first period no element slips"},
     {"slope", true, {redraw, keep}, "after the first period no bristle snaps"},
 
-    {"presliding",
-     false,
-     {coulomb},
-     "full friction from the creep velocity on: there is no displacement in it"},
+    {"presliding", false, {coulomb}, "full friction from the creep velocity on: it contains no displacement"},
     {"presliding", true, {dahl, lugre, plastic}, "one bristle, a spring of stiffness sigma0 at first"},
     {"presliding", true, {maxwell, gms}, "springs in parallel"},
     {"presliding", true, {redraw, keep}, "all bristles bend before the first one snaps"},
@@ -106,7 +103,8 @@ const Reason reasons[] = {
     {"peak_again",
      false,
      {redraw, keep},
-     "a stop changes no bristle: they stand at every stage, out of step, and go on as they slid. A full peak "
+     "a stop changes no bristle: they stand at every stage, out of step, and continue as they slid. A full "
+     "peak "
      "needs a new contact, or a first reversal"},
     {"break_away_rate", false, {coulomb, dahl, maxwell}, "no rate in them"},
     {"break_away_rate",
@@ -135,7 +133,7 @@ const Reason reasons[] = {
     {"dwell_time",
      false,
      {coulomb, dahl, lugre, plastic, maxwell, gms, redraw, keep},
-     "nothing in its equations goes on while dx = 0"},
+     "nothing in its equations changes while dx = 0"},
 
     {"stick_slip", false, {coulomb}, "no static peak: it settles at once"},
     {"stick_slip",

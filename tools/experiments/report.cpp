@@ -52,7 +52,7 @@ std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon
     const Finding* f = find(result, phenomenon.id, model);
     if (!f) continue;
     std::string reason = reason_of(phenomenon.id, model, f->shown);
-    if (reason.empty()) reason = "not the outcome of the default parameters: no reason on record";
+    if (reason.empty()) reason = "differs from the outcome with default parameters: no reason is given";
     reason = (f->shown ? "shown: " : "not shown: ") + reason;
     auto group = groups.begin();
     while (group != groups.end() && group->first != reason) ++group;

@@ -48,7 +48,7 @@ std::string place(const std::string& path, const toml::node& node, std::string_v
 std::vector<double> toml_numbers(const toml::node& node, const std::string& where) {
   const auto one = [&](const toml::node& n) {
     const auto value = n.is_number() ? n.value<double>() : std::nullopt;
-    if (!value) throw UserError(where + " wants a number");
+    if (!value) throw UserError(where + " needs a number");
     return *value;
   };
   std::vector<double> numbers;
@@ -68,7 +68,7 @@ Parameter& Settings::find(std::string_view name, const std::string& where) {
     if (p.name == name) return p;
     known += (known.empty() ? "" : ", ") + p.name;
   }
-  throw UserError(fmt::format("{}: there is no parameter '{}'; there are: {}", where, name, known));
+  throw UserError(fmt::format("{}: '{}' is not a parameter; allowed: {}", where, name, known));
 }
 
 const Parameter& Settings::find(std::string_view name) const {
@@ -106,7 +106,7 @@ void Settings::check(Parameter& p, const std::string& text, const std::string& w
 void Settings::set(std::string_view assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string_view::npos) {
-    throw UserError(fmt::format("--set {}: wants KEY=VALUE", assignment));
+    throw UserError(fmt::format("--set {}: needs KEY=VALUE", assignment));
   }
   const std::string name(trimmed(assignment.substr(0, equals)));
   const std::string_view value = trimmed(assignment.substr(equals + 1));
@@ -125,7 +125,7 @@ void Settings::read_file(const std::string& path, const std::string& experiment,
   for (const auto& [key, node] : file) {
     if (node.is_table() && !is_table_name(key.str())) {
       throw UserError(
-          fmt::format("{}:{}: there is no experiment '{}'", path, node.source().begin.line, key.str()));
+          fmt::format("{}:{}: '{}' is not an experiment", path, node.source().begin.line, key.str()));
     }
   }
   const toml::table* own = file[experiment].as_table();

@@ -29,7 +29,7 @@ class Settings {
   /// "key=value"; lists with commas. Throws UserError that names what is allowed.
   void set(std::string_view assignment);
   /// Keys of a TOML file, at its top or, where there is one, in the table called `experiment`.
-  /// `is_table_name` tells experiments from slips of the pen.
+  /// `is_table_name` distinguishes experiments from typing errors.
   void read_file(const std::string& path, const std::string& experiment,
                  const std::function<bool(std::string_view)>& is_table_name);
 

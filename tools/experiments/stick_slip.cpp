@@ -65,13 +65,13 @@ Experiment stick_slip_experiment() {
                   number_parameter("duration", 30.0, "s", "of the pull", 1e-2, 1e5),
                   number_parameter("settling_share", 0.6, "", "of the duration, before the swing is measured",
                                    0.0, 0.99)},
-          {{"stick_slip", "goes on sticking and slipping, lubricated",
-            "a mass pulled slowly by a soft spring goes on sticking and slipping (Rabinowicz 1958; Canudas "
+          {{"stick_slip", "keeps sticking and slipping, lubricated",
+            "a mass pulled slowly by a soft spring keeps sticking and slipping (Rabinowicz 1958; Canudas "
             "de Wit et al. 1995)",
             "swing of the spring force after settling, over kinetic friction", "%",
             "above 10 %, and slower than a fiftieth of the pull for a tenth of the time"},
-           {"stick_slip_dry", "goes on sticking and slipping, without lubricant",
-            "a mass pulled slowly by a soft spring goes on sticking and slipping (Rabinowicz 1958; Canudas "
+           {"stick_slip_dry", "keeps sticking and slipping, without lubricant",
+            "a mass pulled slowly by a soft spring keeps sticking and slipping (Rabinowicz 1958; Canudas "
             "de Wit et al. 1995)",
             "swing of the spring force after settling, over kinetic friction", "%",
             "above 10 %, and slower than a fiftieth of the pull for a tenth of the time"}},

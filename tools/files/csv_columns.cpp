@@ -17,7 +17,7 @@ std::string unit_names(std::span<const Unit> units) {
   return names;
 }
 
-// "x [mm]" -> column x, unit mm. A column that is not ours is noted and left alone.
+// "x [mm]" -> column x, unit mm. An unknown column is noted and ignored.
 void read_header_cell(std::string_view cell, const std::string& where, std::span<const ColumnKind> kinds,
                       CsvHeader& header) {
   const auto bracket = cell.find('[');

@@ -45,7 +45,7 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where, std::
 
 std::string_view trim(std::string_view text);
 
-/// What every such file asks of a row: time goes on, no load is negative. Throw UserError.
+/// What every such file asks of a row: time increases, no load is negative. Throw UserError.
 void require_later(double t, double last_t, const std::string& where);
 void require_load(double load_n, std::string_view cell, const std::string& where);
 

@@ -55,7 +55,7 @@ void refuse_deep_keys(std::string_view text, const std::string& path) {
     if (c == '.') {
       if (++dots > most_dots)
         throw UserError(
-            fmt::format("{}:{}: not TOML of ours: a key with more than {} dots", path, line, most_dots));
+            fmt::format("{}:{}: a key with {} dots; allowed: at most {}", path, line, dots, most_dots));
     } else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) {
       dots = 0;
     }

@@ -7,7 +7,8 @@
 
 namespace cli {
 
-/// Throws UserError naming file and line where the text is not TOML, or nests deeper than any file of ours.
+/// Throws UserError naming file and line where the text is not TOML, or nests deeper than a file of bristle
+/// may.
 toml::table parse_toml(const std::string& text, const std::string& path);
 
 }  // namespace cli

@@ -270,9 +270,9 @@ std::string Fitter::lacking(FitParameter p) const {
       return "neither break-away nor a reversal is resolved";
     case fit_offset:
     case fit_drift:
-      return "not told apart from friction";
+      return "cannot be separated from friction";
     default:
-      return "not told apart from other terms";
+      return "cannot be separated from other terms";
   }
 }
 
@@ -419,7 +419,7 @@ FitResult Fitter::report(const FitPoint& point) {
   result.explained = 1.0 - r.squaredNorm() / squares;
   if (!(result.explained >= least_explained) || point.free.empty()) {
     throw UserError(
-        fmt::format("{}: the brush explains {:.0f} % of the force, less than {:.0f} %: this is no friction "
+        fmt::format("{}: the brush explains {:.0f} % of the force, less than {:.0f} %: this is not friction "
                     "of this motion (sign, units, columns?)",
                     data_.columns.name, 100.0 * std::max(result.explained, 0.0), 100.0 * least_explained));
   }

@@ -1,4 +1,4 @@
-// What `bristle fit` tells: table, JSON, CSV, TOML, picture. Schema: tools/README.md.
+// What `bristle fit` reports: table, JSON, CSV, TOML, picture. Schema: tools/README.md.
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -88,7 +88,7 @@ void draw(const FitData& data, const FitResult& result, const std::string& pictu
   const std::string script =
       fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\ntitle={}\n{}", fit_csv(data, result),
                   quoted(picture), quoted(data.columns.name), fit_plot_script);
-  // Where nobody reads it, the write shall fail instead of ending this program.
+  // Where nobody reads it, the write must fail instead of ending this program.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   std::fwrite(script.data(), 1, script.size(), pipe);
   const int status = pclose(pipe);
@@ -96,7 +96,7 @@ void draw(const FitData& data, const FitResult& result, const std::string& pictu
   if (status == 0) return;
   std::remove(picture.c_str());
   throw UserError(WIFEXITED(status) && WEXITSTATUS(status) == 127
-                      ? "--plot: gnuplot is not there; install the package gnuplot-nox"
+                      ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
                       : "--plot: gnuplot failed on " + picture);
 }
 

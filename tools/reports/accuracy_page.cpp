@@ -141,8 +141,8 @@ void add_accuracy(HtmlPage& page, const std::string& id, const Measurement& meas
   for (const Picture& picture : measurement.pictures) {
     page.picture(picture.bytes, picture.media_type,
                  "Error of the force against CPU time of a step, scene " + name +
-                     ". Down and left is better; the yellow band is where people begin to tell forces "
-                     "apart.");
+                     ". Down and left is better; the yellow band is where people begin to notice "
+                     "a difference of force.");
   }
   page.heading("Recommended");
   add_recommendation(page, accuracy);

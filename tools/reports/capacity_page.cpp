@@ -103,7 +103,7 @@ HtmlTable features_table(const Json& capacity) {
 
 std::vector<std::string> capacity_summary(const Json& capacity) {
   std::vector<std::string> lines;
-  // Every bristle snaps in every step, and all that a force-feedback loop may want is computed.
+  // Every bristle snaps in every step, and all that a force-feedback loop may need is computed.
   for (const Json& row : capacity.at("capacities")) {
     if (text_of(row, "motion") != "all snap" || text_of(row, "layout") != "one patch" ||
         text_of(row, "kernel") != "2 axes, keep, end + mean, single") {

@@ -30,9 +30,9 @@ Json parse(const std::string& file) {
 Picture read_picture(const std::string& file, bool png) {
   Picture picture{file, png ? "image/png" : "image/svg+xml", read_text_file(file, most_data_bytes, true)};
   if (png && !picture.bytes.starts_with("\x89PNG\r\n\x1A\n"))
-    throw UserError(file + ": no PNG picture, though its name says so");
+    throw UserError(file + ": not a PNG picture, though its name ends in .png");
   if (!png && picture.bytes.find("<svg") == std::string::npos)
-    throw UserError(file + ": no SVG picture, though its name says so");
+    throw UserError(file + ": not an SVG picture, though its name ends in .svg");
   return picture;
 }
 
@@ -124,11 +124,12 @@ void add_how_to_read(HtmlPage& page) {
        "Capacity: how many bristles end their step inside the deadline. 99 of 100 steps had to. Times depend "
        "on the machine and on what else ran; ratios taken in one run hold better.",
        "Error against run time: choose the error you can live with, take the setting recommended for it. "
-       "People tell forces apart from 7 to 10 % on; below the error of the reference no figure means "
+       "People notice differences of force from 7 to 10 % up; below the error of the reference no figure "
+       "means "
        "anything.",
        "Slopes: -1/2 means four times the bristles halve the error; 1 means half the step halves it.",
        "Stability: blue settles. Where colour and line part, the table says why. k = K T²/m is how stiff the "
-       "contact is for the step: an explicit loop wants it small, the couplings of the library do not mind.",
+       "contact is for the step: an explicit loop needs it small, the couplings of the library do not.",
        "The same inputs give the same state hash on every machine; another hash means another computation."});
 }
 

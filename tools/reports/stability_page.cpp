@@ -141,7 +141,7 @@ void add_stability(HtmlPage& page, const std::string& id, const Measurement& mea
       number_text(k.at(0)), number_text(k.at(k.size() - 1)), number_text(second.at(0)),
       number_text(second.at(second.size() - 1))));
   page.list({"settles: the energy falls to the end of the run",
-             "rings: bristles go on snapping, with an amplitude of a snap length or so",
+             "rings: bristles keep snapping, with an amplitude of a snap length or so",
              "grows: the energy rises, and nothing snaps yet or there is no bound"});
   for (const Picture& picture : measurement.pictures) {
     page.picture(picture.bytes, picture.media_type,

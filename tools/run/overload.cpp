@@ -32,10 +32,12 @@ Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStep
     : stepper_(stepper), record_path_(options.record) {
   // Before the record is opened: it may be the very file to be replayed.
   if (!options.replay.empty() && !options.record.empty())
-    throw UserError("--record-decisions and --replay-decisions: a replay decides nothing");
+    throw UserError(
+        "--record-decisions and --replay-decisions: a replay makes no decisions; give one of them");
   for (std::size_t c = 0; c < stepper.copies().size(); ++c) copy_of_[stepper.motions()[c].id.value] = c;
   if (!options.replay.empty()) {
-    if (options.budget_us) throw UserError("--budget and --replay-decisions: a replay asks no clock");
+    if (options.budget_us)
+      throw UserError("--budget and --replay-decisions: a replay does not read the clock; give one of them");
     result_.replayed = true;
     read_decisions(options.replay);
   } else if (options.budget_us || scene.budget) {
@@ -60,7 +62,9 @@ Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStep
     }
   }
   if (record_path_.empty()) return;
-  if (!is_on()) throw UserError("--record-decisions: there are none without --budget (or [scene] budget)");
+  if (!is_on())
+    throw UserError(
+        "--record-decisions: there are no decisions without a budget; give --budget, or budget in [scene]");
   record_.emplace(open_for_writing(record_path_));
   write_text(record_->get(), std::string(expected) + '\n', record_path_);
 }

@@ -7,7 +7,7 @@ namespace cli {
 
 /// A grid of points one period apart, and a sleep from one to the next. Absolute times: it never drifts. A
 /// tick that is woken late starts at once. Points that have passed when it is done are left out and never
-/// made up for: a late tick costs whole periods, and the loop goes on in step with the grid, one tick a
+/// made up for: a late tick costs whole periods, and the loop continues in step with the grid, one tick a
 /// point.
 class PacedClock {
  public:

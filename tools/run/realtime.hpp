@@ -1,4 +1,4 @@
-// `bristle run --realtime`: steps a scene against the clock, and a bare sleep loop in turn with it.
+// `bristle run --realtime`: steps a scene against the clock, alternating with a bare sleep loop.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ struct RealtimeResult {
   bool stopped = false;       ///< by a signal
 };
 
-/// How long this thread has been ready to run while its core did something else, as Linux tells it: what a
+/// How long this thread has been ready to run while its core did something else, as Linux reports it: what a
 /// busy machine costs. To be made and read on one thread; a read is a system call of about a microsecond.
 class QueueClock {
  public:
@@ -73,10 +73,11 @@ void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& cl
 /// Records a tick, and how long it was queued if it is the worst so far.
 void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue, double& queued_s);
 
-/// CPU time that the hypervisor has taken from all cores since the system started, s; 0 where it is not told.
+/// CPU time that the hypervisor has taken from all cores since the system started, s; 0 where the system does
+/// not report it.
 double stolen_now();
 
-/// What made the worst tick of a loop, as far as can be told.
+/// What delayed the worst tick of a loop, as far as the system reports it.
 std::string worst_tick_text(const PacedLoopResult& loop, int threads);
 
 std::string realtime_table(const RealtimeResult& result, int threads);

@@ -103,11 +103,11 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
   std::vector<std::string> causes;
   const bool long_step = worst.step > m.deadline();
   if (worst.cpu > m.deadline()) {
-    causes.push_back("ours: the step used more CPU time than the deadline");
+    causes.push_back("this program: the step used more CPU time than the deadline");
   } else if (!long_step && worst.started_late > worst.step) {
-    causes.push_back("the machine's: woken late");
+    causes.push_back("the machine: woken late");
   } else {
-    causes.push_back(fmt::format("the machine's: off the CPU or waiting for {}",
+    causes.push_back(fmt::format("the machine: off the CPU or waiting for {}",
                                  time_text(worst.step > worst.cpu ? worst.step - worst.cpu : 0.0)));
   }
   // Below a tenth of the delay it does not explain it.
@@ -127,7 +127,7 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
   if (causes.size() == 1 && worst.cpu <= m.deadline())
     causes.push_back(
         "no wait for a core, preemption, page fault or steal was counted: an interrupt, or a host that does "
-        "not tell");
+        "not report");
   for (std::size_t i = 0; i < causes.size(); ++i) text += (i == 0 ? "; " : ", ") + causes[i];
   return text;
 }
@@ -145,13 +145,12 @@ std::string realtime_table(const RealtimeResult& r, int threads) {
   if (r.stopped) text += fmt::format("{:<12}by a signal, before the end of the scene\n", "stopped");
   if (r.held_up > 0) {
     text += fmt::format(
-        "{:<12}{} ticks left out because the accounts of this tool took too long: fewer patches, no --out, "
-        "or a "
-        "lower --rate\n",
-        "held up", count_text(r.held_up));
+        "{:<12}{} ticks, because writing and counting between ticks took too long: give fewer "
+        "patches, no --out, or a lower --rate\n",
+        "left out", count_text(r.held_up));
   }
-  TextTable table({"<loop, in turns", "ticks", "step p50", "p99", "p99.9", "max", "jitter p50", "p99",
-                   "p99.9", "max", "late: ours", "machine's", "skipped", "longest run", "stolen"});
+  TextTable table({"<loop, alternating", "ticks", "step p50", "p99", "p99.9", "max", "jitter p50", "p99",
+                   "p99.9", "max", "late: program", "machine", "skipped", "longest run", "stolen"});
   table.add(loop_row("bristle", r.ours));
   table.add(loop_row("bare sleep", r.bare));
   text += '\n' + table.text();

@@ -1,4 +1,4 @@
-// What a thread asks of the system so as to be on time.
+// What a thread requests of the system in order to be on time.
 #pragma once
 
 #include <optional>
@@ -13,9 +13,9 @@ struct RealtimeThreadOptions {
   bool lock_memory = false;          ///< no page of the process is taken away (mlockall of what there is)
 };
 
-/// Makes the calling thread a real-time thread for as long as it lives, as far as the system permits. What is
-/// refused is told and done without. Timers are made exact (the usual 50 us of slack go), which needs no
-/// permission. Threads made later do not inherit the priority.
+/// Makes the calling thread a real-time thread for as long as it lives, as far as the system permits. What
+/// is refused is reported and skipped. Timers are made exact (without the usual 50 us of slack), which needs
+/// no permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:
   /// `has_workers`: other threads work for it, and must not starve under its priority.

@@ -60,12 +60,12 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
                             time_text(static_cast<double>(r.steps) * scene.dt), time_text(r.seconds)));
   if (r.steps_before > 0)
     line("restored",
-         fmt::format("{}: goes on after {} steps", options.restore_state, count_text(r.steps_before)));
+         fmt::format("{}: continues after {} steps", options.restore_state, count_text(r.steps_before)));
   line("step time", fmt::format("p50 {}   p99 {}   p99.9 {}   max {}", time_text(m.p50()), time_text(m.p99()),
                                 time_text(m.p999()), time_text(m.max())));
   line("deadline",
-       fmt::format("{}: {} late ({} ours, {} the machine's)", time_text(m.deadline()), count_text(m.misses()),
-                   count_text(m.misses_ours()), count_text(m.misses_machine())));
+       fmt::format("{}: {} late ({} by this program, {} by the machine)", time_text(m.deadline()),
+                   count_text(m.misses()), count_text(m.misses_ours()), count_text(m.misses_machine())));
   if (r.overload) {
     const OverloadResult& o = *r.overload;
     line("overload",

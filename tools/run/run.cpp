@@ -197,8 +197,9 @@ std::uint64_t SceneRun::steps_to_do() const {
   if (options_.steps) return *options_.steps;
   const std::uint64_t all = step_count(scene_);
   if (result_.steps_before >= all)
-    throw UserError(fmt::format("{}: was saved after {} steps, and the scene has {}; give --steps to go on",
-                                options_.restore_state, result_.steps_before, all));
+    throw UserError(
+        fmt::format("{}: was saved after {} steps, and the scene has {}; give --steps to continue",
+                    options_.restore_state, result_.steps_before, all));
   return all - result_.steps_before;
 }
 

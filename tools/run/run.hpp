@@ -26,7 +26,7 @@ struct RunOptions {
   std::optional<std::uint64_t> steps;
   std::optional<std::uint32_t> bristles;    ///< of each patch, in place of the scene's
   std::optional<RealtimeOptions> realtime;  ///< against the clock; none: back to back
-  std::string restore_state;                ///< state file to go on from; empty: the scene's beginning
+  std::string restore_state;                ///< state file to continue from; empty: the scene's beginning
   std::string save_state;                   ///< state file to write at the end; empty: none
   OverloadOptions overload;
 };
@@ -72,7 +72,7 @@ struct BodyResult {
 struct RunResult {
   std::uint64_t steps = 0;
   std::uint64_t steps_before = 0;  ///< in the run whose state was restored
-  double seconds = 0.0;            ///< wall time of the loop; of ours, where a bare one ran in turn with it
+  double seconds = 0.0;  ///< wall time of the loop, without that of a bare loop that alternated with it
   bristle::DeadlineMonitor monitor;
   std::string isa;
   int threads = 1;

@@ -47,15 +47,14 @@ std::vector<double> to_numbers(const std::vector<std::byte>& bytes) {
 }  // namespace
 
 void check_place_of_state(const std::string& path) {
-  if (path == "-")
-    throw UserError("--save-state -: a state is written beside its place and renamed: name a file");
+  if (path == "-") throw UserError("--save-state -: a state cannot go to stdout; name a file");
   struct stat there {};
   int why = stat(path.c_str(), &there) == 0 ? 0 : errno;
   if (why == 0 && !S_ISREG(there.st_mode))
     throw UserError(path + ": is not a file: a state file cannot take its place");
   if (why == 0 || why == ENOENT) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    // "/." fails on what is no folder.
+    // "/." fails on everything but a folder.
     why = access(((folder.empty() ? "." : folder) / ".").c_str(), W_OK | X_OK) == 0 ? 0 : errno;
   }
   if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
@@ -85,7 +84,8 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
     const bristle::StateFile file =
         bristle::read_state_file(path, stepper.batch().state_size() + 8 * wanted + head);
     const std::vector<double> numbers = to_numbers(file.extra);
-    if (numbers.size() < numbers_of_run) refuse("holds patches, but no run of bristle to go on with");
+    if (numbers.size() < numbers_of_run)
+      refuse("holds patches, but not the state of a run; it must be written by bristle run --save-state");
     const auto bodies = static_cast<double>(stepper.bodies().size());
     if (numbers.size() != wanted || numbers[2] != static_cast<double>(ways.size()) || numbers[3] != bodies)
       refuse(fmt::format("is of a scene with {} patches and {} bodies; this one has {} and {}", numbers[2],
@@ -95,7 +95,7 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
     const bool finite =
         std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
     if (!finite || !(numbers[0] >= 0.0 && numbers[0] <= 1e15) || numbers[0] != std::floor(numbers[0]))
-      refuse("holds no sound time or place");
+      refuse("its step count, or a place in it, is not a finite number in range: the file is damaged");
     stepper.batch().restore_state(file.state);
     const double* at = numbers.data() + numbers_of_run;
     for (Way& way : ways) {

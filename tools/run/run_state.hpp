@@ -1,4 +1,4 @@
-// Where a run stands, saved and taken up again: `bristle run --save-state` and `--restore-state`.
+// Where a run stands, saved and restored: `bristle run --save-state` and `--restore-state`.
 #pragma once
 
 #include <cstdint>

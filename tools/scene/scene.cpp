@@ -137,7 +137,7 @@ class Names {
     std::string known;
     for (auto other = index_.begin(); other != index_.end() && known.size() < 100; ++other)
       known += (known.empty() ? "" : ", ") + other->first;
-    table.fail(key, fmt::format("names '{}', which is not there; there is: {}", name,
+    table.fail(key, fmt::format("names '{}', which does not exist; allowed: {}", name,
                                 known.empty() ? "none" : known));
   }
 
@@ -468,7 +468,8 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   Names materials, patches, bodies;
   for (TomlTable& t : table.tables("material")) {
     if (scene.materials.size() == most_materials)
-      t.fail(fmt::format("is one of more than {}", most_materials));
+      t.fail(
+          fmt::format("is material {}; allowed: at most {} in a scene", most_materials + 1, most_materials));
     SceneMaterial material = read_material(t);
     materials.add(material.name, t);
     scene.materials.push_back(std::move(material));

@@ -27,8 +27,8 @@ struct ScenePatch {
   bristle::PatchOptions options;
   std::uint32_t count = 1;            ///< copies; copy i has seed + i and the name "name.i"
   int priority = 0;                   ///< under a budget: the lowest gives bristles first
-  std::uint32_t least_bristles = 64;  ///< and keeps so many
-  std::uint32_t stride = 1;  ///< only every so manyth copy: the k-th of `count` is then copy k stride
+  std::uint32_t least_bristles = 64;  ///< and keeps at least this many
+  std::uint32_t stride = 1;  ///< only every `stride`-th copy: the k-th of `count` is then copy k stride
   std::string where;         ///< "file:line: [[patch]] 'name'", for messages
   std::optional<PrescribedMotion> motion;
 

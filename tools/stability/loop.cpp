@@ -15,7 +15,7 @@ namespace {
 constexpr double zeta = 1000.0;          // bristles at 1 N, the largest load
 constexpr double rest_amplitude = 1e-7;  // of the mean snap length: at rest
 constexpr double bound_amplitude = 1e5;  // of the mean snap length: without bound
-constexpr double lasting_energy = 0.8;   // of the quarter before: snapping goes on
+constexpr double lasting_energy = 0.8;   // of the quarter before: snapping continues
 constexpr double lasting_amplitude =
     0.5;                                // of the mean snap length, peak to peak: the shortest bristle snaps
 constexpr double quanta_at_rest = 4.0;  // an encoder keeps a loop busy within its counts

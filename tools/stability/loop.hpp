@@ -72,7 +72,7 @@ struct LoopSetup {
 enum class Verdict {
   settles,  ///< the amplitude falls, or is nothing
   grows,    ///< the amplitude rises and nothing snaps yet, or rises without bound
-  rings     ///< bristles snap for ever at a lasting amplitude
+  rings     ///< bristles keep snapping at a lasting amplitude
 };
 const char* to_string(Verdict verdict) noexcept;
 

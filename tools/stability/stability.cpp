@@ -24,7 +24,7 @@ constexpr double push = 0.3;             // mean snap lengths: amplitude of the 
 constexpr double slide = 20.0;           // mean snap lengths: way of the start in sliding, to its stop
 constexpr double encoder_quantum = 0.1;  // mean snap lengths
 
-// Logarithmic, off the round numbers: theory's limits k = c and k = 2 c shall lie between cells, and c = 1
+// Logarithmic, off the round numbers: theory's limits k = c and k = 2 c lie between cells, and c = 1
 // would stop a mass dead.
 std::vector<double> axis_values(double from, double to, int per_decade, double offset) {
   std::vector<double> values;
@@ -254,7 +254,7 @@ void stability_command(const StabilityOptions& options) {
   try {
     result = measure(options);
   } catch (const bristle::Error& error) {
-    throw UserError(error.what());  // BRISTLE_ISA asks for what is not there
+    throw UserError(error.what());  // BRISTLE_ISA names an instruction set that this machine lacks
   }
   result.seconds_taken = bristle::DeadlineMonitor::wall_now() - start;
   if (options.json != "-" && options.csv != "-") {

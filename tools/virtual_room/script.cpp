@@ -40,7 +40,7 @@ void allow_settings(const TomlTable& table, bool with_time) {
   table.allow({"t", "model", "rule", "bristles", "kinetic", "peak", "presliding_length", "damping_per_newton",
                "viscous_friction", "stribeck_velocity", "mass", "extra_load", "slope", "slope_deg", "tapping",
                "hand_stiffness", "hand_damping"});
-  if (!with_time && table.has("t")) table.fail("t", "belongs into [[change]]");
+  if (!with_time && table.has("t")) table.fail("t", "belongs in [[change]]");
 }
 
 bool read_vector(const TomlTable& table, std::string_view key, const Range& range, double (&to)[3]) {
@@ -126,7 +126,7 @@ std::string settings_as_toml(const Settings& s) {
       fmt::format("model = \"{}\"\nrule = \"{}\"\nbristles = {}\n",
                   model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw", s.bristles);
   for (const SettingRange& r : setting_ranges) {
-    // TOML wants a point or an exponent in a float; {:e} has both.
+    // TOML requires a point or an exponent in a float; {:e} has both.
     text += fmt::format("{} = {:.17e}\n", r.name, s.*r.member);
   }
   return text;
