@@ -13,7 +13,9 @@
 namespace bristle {
 
 struct BuildSignature;
-
+namespace detail {
+struct BatchAccess;
+}
 struct BatchOptions {
   int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
   const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA or the best here
@@ -149,6 +151,7 @@ class BRISTLE_API PatchBatch {
   struct Impl;
 
  private:
+  friend struct detail::BatchAccess;
   std::unique_ptr<Impl> impl_;
 };
 
