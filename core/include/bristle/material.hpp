@@ -6,10 +6,14 @@
 
 namespace bristle {
 
+/// The largest coefficient of variation of the snap length that representatives can follow by
+/// SnapRule::redraw: with a wider law they forget their past too slowly.
+constexpr double widest_redraw_cv = 1.25;
+
 /// What a bristle does after it snapped (paper, section 2.1, read in two ways).
 enum class SnapRule : unsigned char {
-  redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default. ///< For
-           ///< laws with a coefficient of variation up to 1.25.
+  redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
+           ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
   keep     ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
 };
 
@@ -126,6 +130,10 @@ struct BRISTLE_API Material {
 
   /// Throws bristle::Error naming the first parameter out of range, its value and the range.
   void validate() const;
+  /// The same, and of what representatives cannot do: a law wider than widest_redraw_cv with
+  /// SnapRule::redraw. PatchBatch::add throws the same; a program that reads materials calls it where it can
+  /// name the place.
+  void validate_for_representatives() const;
 
   /// zeta = N / (sigma_perp sigma), eq. (9). A real number.
   double bristles_in_contact(double normal_load_n) const noexcept {
