@@ -11,7 +11,7 @@
 
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
-#include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/scene/scene_stepper.hpp"
 

@@ -16,7 +16,8 @@
 #include "tools/fitting/fit.hpp"
 #include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/table.hpp"
 
 namespace cli {
 namespace {
@@ -117,7 +118,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
                   data.sign_found ? "found from the data" : "as given", start_text(r.start));
   text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(options.law),
                       options.rule == bristle::SnapRule::keep ? "keep" : "redraw");
-  TextTable table({"<parameter", "value", "95 % from", "to", "<unit"});
+  Table table({"<parameter", "value", "95 % from", "to", "<unit"});
   for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
     const FitEstimate& e = estimate(r, i);
     if (!e.fitted) continue;
@@ -127,7 +128,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   }
   text += table.text();
   text += "\nnot determined by these data, left at\n";
-  TextTable left({"<", ">", "<", "<"});
+  Table left({"<", ">", "<", "<"});
   for (std::size_t i = 0; i < fit_parameters; ++i) {
     const FitEstimate& e = r.estimates[i];
     if (e.fitted) continue;
