@@ -140,7 +140,7 @@ std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::
 std::string experiment_csv(const ExperimentReport& report) {
   fmt::memory_buffer buffer;
   const auto to = std::back_inserter(buffer);
-  fmt::format_to(to, "panel,model,{}\n", fmt::join(report.result.columns, ","));
+  fmt::format_to(to, "panel,model,{}\n", fmt::join(report.experiment->columns, ","));
   for (const SeriesRow& row : report.result.series) {
     fmt::format_to(to, "{},{}", row.panel, row.model);
     for (const double value : row.values) fmt::format_to(to, ",{:.9g}", value);
