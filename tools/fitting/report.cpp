@@ -11,6 +11,7 @@
 
 #include <sys/wait.h>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
@@ -66,11 +67,6 @@ const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on"
 /// Replay: the interval of the measurement, or a finer whole part of it, 1 ms at most.
 std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
-}
-
-void write_file(const std::string& path, const std::string& text) {
-  const FilePointer file = open_for_writing(path);
-  write_text(file.get(), text, path);
 }
 
 std::string quoted(const std::string& text) {
@@ -257,19 +253,19 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
 }
 
 void fit_command(const FitOptions& options) {
-  const auto to_stdout = [](const std::string& path) { return path == "-"; };
-  if (to_stdout(options.json) + to_stdout(options.csv) + to_stdout(options.write) > 1)
-    throw UserError("--json -, --csv -, --write -: only one can have stdout");
+  const bool on_stdout =
+      takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
   const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),
                                         options.sign, options.load);
   const FitResult result = fit_material(data, options);
-  if (!options.write.empty()) write_file(options.write, fit_toml(data, options, result));
-  if (!options.csv.empty()) write_file(options.csv, fit_csv(data, result));
+  const auto write = [](const std::string& path, const std::string& text) {
+    if (!path.empty()) OutputFile(path).write(text);
+  };
+  write(options.write, fit_toml(data, options, result));
+  write(options.csv, fit_csv(data, result));
   if (!options.plot.empty()) draw(data, result, options.plot);
-  if (!options.json.empty()) write_file(options.json, fit_json(data, options, result));
-  if (!to_stdout(options.json) && !to_stdout(options.csv) && !to_stdout(options.write)) {
-    fmt::print("{}", fit_table(data, options, result));
-  }
+  write(options.json, fit_json(data, options, result));
+  if (!on_stdout) fmt::print("{}", fit_table(data, options, result));
 }
 
 }  // namespace cli

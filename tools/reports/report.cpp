@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/conditions.hpp"
@@ -230,8 +231,7 @@ std::string report_page(const ReportInput& input, const std::string& written) {
 
 void report_command(const ReportOptions& options) {
   const std::string page = report_page(read_report_input(options.files), conditions().time);
-  const FilePointer file = open_for_writing(options.out);
-  write_text(file.get(), page, options.out);
+  OutputFile(options.out).write(page);
 }
 
 }  // namespace cli
