@@ -25,7 +25,7 @@ struct LeftOut {
 
 /// Stationary law: the bristle met is length-biased, its age uniform. u, v: uniform numbers.
 template <class T, class V>
-[[gnu::always_inline]] inline Meeting<V> meet(const KernelLaw& law, V u, V v, V rest) {
+[[gnu::always_inline]] inline Meeting<V> meet(const KernelLaw& law, const V& u, const V& v, const V& rest) {
   const V none(T(0));
   V length;
   V age;
@@ -42,7 +42,7 @@ template <class T, class V>
 
 /// Of a stationary jump over the distance `jumped`.
 template <class T, class V>
-[[gnu::always_inline]] inline LeftOut<V> left_out_by_meeting(const KernelLaw& law, V jumped) {
+[[gnu::always_inline]] inline LeftOut<V> left_out_by_meeting(const KernelLaw& law, const V& jumped) {
   const auto constant = [](double x) { return V(static_cast<T>(x)); };
   V squares = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
   V variance = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
@@ -69,7 +69,7 @@ struct Renewals {
 
 /// Their sum by a Cornish-Fisher expansion to the fourth cumulant. `share`: a uniform number.
 template <class T, class V>
-[[gnu::always_inline]] inline Renewals<V> jump_renewals(const KernelLaw& law, V share, V rest) {
+[[gnu::always_inline]] inline Renewals<V> jump_renewals(const KernelLaw& law, const V& share, const V& rest) {
   const auto constant = [](double x) { return V(static_cast<T>(x)); };
   const V deviation = constant(law.deviation);
   const V pad = constant(4.5) * deviation * root(rest * constant(law.inverse_mean));
