@@ -248,7 +248,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     double at[2] = {a.to[0], a.to[1]};
     if (!last)
       for (int axis = 0; axis < axes; ++axis) at[axis] = a.from[axis] + a.direction[axis] * done;
-    PieceSums sums;
+    PieceSums sums{};
     const bool bent = Engine::template bend_all<axes>(law, s, rows, a, length, at, sums);
     if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
       s.slack = Engine::template find_slack<axes>(s, rows, at);
