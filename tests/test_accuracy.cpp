@@ -17,8 +17,8 @@
 
 #include "expect.hpp"
 #include "temporary_folder.hpp"
-#include "tools/cli/accuracy.hpp"
-#include "tools/cli/scene.hpp"
+#include "tools/accuracy/accuracy.hpp"
+#include "tools/scene/scene.hpp"
 
 using nlohmann::json;
 

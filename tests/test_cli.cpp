@@ -22,10 +22,10 @@
 #include <bristle/version.hpp>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/capacity.hpp"
-#include "tools/cli/overload.hpp"
-#include "tools/cli/scene_stepper.hpp"
-#include "tools/cli/waveform.hpp"
+#include "tools/capacity/capacity.hpp"
+#include "tools/run/overload.hpp"
+#include "tools/scene/scene_stepper.hpp"
+#include "tools/scene/waveform.hpp"
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -342,7 +342,7 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
   check_refused(
       folder,
       "run '" + scene + "' --replay-decisions '" + decisions + "' --record-decisions '" + decisions + "'",
-      {"a replay decides nothing"});
+      {"a replay makes no decisions"});
   CHECK(read_file(decisions) == recorded);
 
   // On stdout there is nothing else.
@@ -457,8 +457,8 @@ TEST_CASE("A scene that is not right is refused in one line with file, line and 
        &SmallScene::patch,
        "\"wood\"",
        "\"would\"",
-       {"material names 'would'", "there is: wood"}},
-      {"unknown patch", &SmallScene::motion, "\"tip\"", "\"top\"", {"patch names 'top'", "there is: tip"}},
+       {"material names 'would'", "allowed: wood"}},
+      {"unknown patch", &SmallScene::motion, "\"tip\"", "\"top\"", {"patch names 'top'", "allowed: tip"}},
       {"too many bristles",
        &SmallScene::patch,
        "bristles = 100",
@@ -547,7 +547,7 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   const Folder folder;
   const std::string scene = "'" + folder.write("small.toml", SmallScene{}.text()) + "'";
   check_refused(folder, "", {"subcommand"});
-  check_refused(folder, "walk", {"'walk' is no command", "run, capacity"});
+  check_refused(folder, "walk", {"'walk' is not a command", "run, capacity"});
   check_refused(folder, "run", {"SCENE"});
   check_refused(folder, "run " + scene + " --fast", {"--fast"});
   check_refused(folder, "run " + scene + " --threads -1", {"--threads"});

@@ -12,8 +12,8 @@
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "statistics.hpp"
-#include "tools/cli/experiment_command.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/experiments/command.hpp"
+#include "tools/files/user_error.hpp"
 
 using namespace bristle_test;
 using Catch::Matchers::Contains;

@@ -13,11 +13,11 @@
 
 #include "tests/reference_table.hpp"
 #include "tests/synthetic_friction.hpp"
-#include "tools/cli/fit.hpp"
-#include "tools/cli/fit_solve.hpp"
-#include "tools/cli/mean_brush.hpp"
-#include "tools/cli/text_file.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/fit.hpp"
+#include "tools/fitting/mean_brush.hpp"
+#include "tools/fitting/solve.hpp"
 
 using Catch::Matchers::Contains;
 using namespace bristle_test;

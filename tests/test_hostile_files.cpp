@@ -15,7 +15,7 @@
 
 #include "expect.hpp"
 #include "temporary_folder.hpp"
-#include "tools/cli/one_line.hpp"
+#include "tools/files/one_line.hpp"
 
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
@@ -113,7 +113,8 @@ TEST_CASE("A scene file that means harm is refused in one line and little memory
       {"not a number", scene_with("bristles = nan"), "nan"},
       {"infinity", scene_with("bristles = inf"), "inf"},
       {"a number beyond 64 bits", scene_with("bristles = 99999999999999999999"), "not TOML"},
-      {"thousands of materials", scene_with("bristles = 10") + thousands_of_materials(), "more than 1000"},
+      {"thousands of materials", scene_with("bristles = 10") + thousands_of_materials(),
+       "is material 1001; allowed: at most 1000"},
       {"what a terminal would obey", "[scene]\nname = \"\\u001b]0;x\\u0007\\u009b31m\"\ndt = 1\n",
        "?]0;x???31m"},
   };

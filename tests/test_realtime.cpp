@@ -25,9 +25,9 @@
 #include "scenes.hpp"
 #include "shared_core.hpp"
 #include "temporary_folder.hpp"
-#include "tools/cli/paced_clock.hpp"
-#include "tools/cli/realtime.hpp"
-#include "tools/cli/run.hpp"
+#include "tools/run/paced_clock.hpp"
+#include "tools/run/realtime.hpp"
+#include "tools/run/run.hpp"
 
 using bristle::DeadlineMonitor;
 using bristle_test::TemporaryFolder;
@@ -154,10 +154,10 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   const std::string ours = text({2.0, 2.0, 2.0025, 2.4e-3}, 0.0, 0.0);
   INFO(ours);
   CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
-  CHECK(has(ours, "ours: the step used more CPU time than the deadline"));
+  CHECK(has(ours, "this program: the step used more CPU time than the deadline"));
   const std::string woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);
-  CHECK(has(woken, "the machine's: woken late"));
-  CHECK(has(woken, "an interrupt, or a host that does not tell"));
+  CHECK(has(woken, "the machine: woken late"));
+  CHECK(has(woken, "an interrupt, or a host that does not report"));
   const std::string queued = text({2.0, 2.0015, 2.0017, 0.2e-3}, 1.4e-3, 0.01);
   CHECK(has(queued, "ready for 1.40 ms while others had the core"));
   CHECK(has(queued, "the hypervisor took 10.0 ms"));

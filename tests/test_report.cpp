@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/html_page.hpp"
-#include "tools/cli/report.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/html_page.hpp"
+#include "tools/reports/report.hpp"
 
 using Catch::Matchers::Contains;
 
@@ -260,7 +260,7 @@ TEST_CASE("What is no report or no picture is refused by name", "[report]") {
   check_refused({folder.write("run.json", R"({"schema": "bristle-run-1"})")},
                 "schema is 'bristle-run-1'; allowed:");
   check_refused({folder.write("array.json", "[1]")}, "schema is ''");
-  check_refused({folder.write("false.png", "GIF89a")}, "no PNG picture");
+  check_refused({folder.write("false.png", "GIF89a")}, "not a PNG picture");
   check_refused({folder.write("alone.png", png_bytes)}, "no JSON report among the files");
   std::string cut = capacity_report();
   cut.replace(cut.find("\"at_capacity\""), 13, "\"at\"");

@@ -18,8 +18,8 @@
 #include <unistd.h>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/text_file.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/script.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "tests/made_up_room.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/bristle_glass.hpp"
 #include "tools/virtual_room/camera.hpp"
 #include "tools/virtual_room/history.hpp"

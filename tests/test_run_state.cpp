@@ -10,8 +10,8 @@
 #include <bristle/state_file.hpp>
 
 #include "temporary_folder.hpp"
-#include "tools/cli/run.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/run/run.hpp"
 
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
@@ -133,7 +133,7 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
   // A program's state file has patches, but no run.
   bristle::PatchBatch batch;
   bristle::save_state_file(folder.at("program"), batch);
-  CHECK_THAT(refused("", "", folder.at("program")), Contains("no run"));
+  CHECK_THAT(refused("", "", folder.at("program")), Contains("not the state of a run"));
 }
 
 TEST_CASE("A place where no state can be saved is refused before the run", "[cli][state]") {

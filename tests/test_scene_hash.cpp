@@ -14,8 +14,8 @@
 
 #include "reference_table.hpp"
 #include "scenes.hpp"
-#include "tools/cli/run.hpp"
-#include "tools/cli/scene.hpp"
+#include "tools/run/run.hpp"
+#include "tools/scene/scene.hpp"
 
 using namespace bristle_test;
 

@@ -8,7 +8,7 @@
 
 #include "expect.hpp"
 #include "reference_table.hpp"
-#include "tools/cli/stability.hpp"
+#include "tools/stability/stability.hpp"
 
 using namespace bristle_test;
 using cli::LoopResult;

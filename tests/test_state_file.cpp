@@ -366,16 +366,16 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   for (const double* bad : {&nan, &infinite, &minus}) {
     CHECK(names(refusal(contact, bad, 8), {"patch 1", "normal_load"}));
     CHECK(names(refusal(contact + 8, bad, 8), {"zeta"}));
-    CHECK(names(refusal(contact + 16, bad, 8), {"active"}));
-    CHECK(names(refusal(contact + 24, bad, 8), {"overload"}));
-    CHECK(names(refusal(contact + 32, bad, 8), {"fraction"}));
-    CHECK(names(refusal(contact + 56, bad, 8), {"pending_dissipated"}));
+    CHECK(names(refusal(contact + 64, bad, 8), {"active"}));
+    CHECK(names(refusal(contact + 16, bad, 8), {"overload"}));
+    CHECK(names(refusal(contact + 72, bad, 8), {"fraction"}));
+    CHECK(names(refusal(contact + 40, bad, 8), {"pending_dissipated"}));
   }
-  CHECK(names(refusal(contact + 16, &huge, 8), {"active"}));
-  CHECK(names(refusal(contact + 24, &half, 8), {"overload"}));
-  CHECK(names(refusal(contact + 24, &huge, 8), {"overload"}));
+  CHECK(names(refusal(contact + 64, &huge, 8), {"active"}));
+  CHECK(names(refusal(contact + 16, &half, 8), {"overload"}));
+  CHECK(names(refusal(contact + 16, &huge, 8), {"overload"}));
   CHECK(names(refusal(contact + 8, &huge, 8), {"zeta"}));
-  CHECK(names(refusal(contact + 64, &nan, 8), {"pending_loss"}));
+  CHECK(names(refusal(contact + 48, &nan, 8), {"pending_loss"}));
   for (const double* bad : {&nan, &infinite, &minus, &huge})
     CHECK(names(refusal(contact + 80, bad, 8), {"weight"}));
   const std::uint32_t none = 0, two = 2;
@@ -387,13 +387,13 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
     // Under load, and no bristle in contact.
     std::vector<std::byte> bad = good;
     const double nothing = 0.0;
-    for (std::size_t field : {16u, 32u}) put(bad, contact + field, &nothing, 8);
+    for (std::size_t field : {64u, 72u}) put(bad, contact + field, &nothing, 8);
     put(bad, contact + 92, &none, 4);
     reseal(bad);
     CHECK(names(message_of([&] { batch.restore_state(bad); }), {"active"}));
   }
   const double faint = 1e-31;
-  CHECK(names(refusal(contact + 32, &faint, 8), {"fraction"}));
+  CHECK(names(refusal(contact + 72, &faint, 8), {"fraction"}));
   constexpr std::size_t block = contact + 96;
   CHECK(names(refusal(block, &far, 8), {"displacement"}));
   CHECK(names(refusal(block + 16, &far, 8), {"sum"}));

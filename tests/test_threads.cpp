@@ -2,7 +2,9 @@
 // workers off the servo core.
 #include <catch2/catch.hpp>
 
+#include <sched.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/runtime/servo_cores.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 
@@ -66,6 +69,42 @@ std::map<int, std::string> switches() {
   std::map<int, std::string> found = other_threads("voluntary_ctxt_switches:");
   for (const auto& [thread, count] : other_threads("nonvoluntary_ctxt_switches:")) found[thread] += count;
   return found;
+}
+
+cpu_set_t set_of(const std::vector<int>& cores) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (int core : cores) CPU_SET(static_cast<std::size_t>(core), &set);
+  return set;
+}
+
+std::vector<int> cores_of(const cpu_set_t& set) {
+  std::vector<int> cores;
+  for (std::size_t i = 0; i < CPU_SETSIZE; ++i)
+    if (CPU_ISSET(i, &set)) cores.push_back(static_cast<int>(i));
+  return cores;
+}
+
+std::vector<int> cores_of_thread(int thread) {
+  cpu_set_t set;
+  REQUIRE(sched_getaffinity(thread, sizeof set, &set) == 0);
+  return cores_of(set);
+}
+
+/// Runs one test case of this program in a process of its own that may use the given cores only, as taskset
+/// does.
+int run_on_cores(const std::vector<int>& cores, const char* test) {
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    const cpu_set_t set = set_of(cores);
+    if (sched_setaffinity(0, sizeof set, &set) != 0) _exit(99);
+    execl("/proc/self/exe", "bristle_tests", test, static_cast<char*>(nullptr));
+    _exit(98);
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 97;
 }
 
 #endif
@@ -201,6 +240,73 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
     kept_off += list.rfind("0", 0) != 0;
   }
   CHECK(kept_off >= 1);
+}
+
+TEST_CASE("Workers run on the cores of the process, less the servo cores of all batches", "[threads]") {
+  using bristle::detail::worker_cores;
+  const auto cores = [](std::vector<int> process, std::vector<int> servo, int own) {
+    return cores_of(worker_cores(set_of(process), set_of(servo), own));
+  };
+  using List = std::vector<int>;
+  CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
+  CHECK(cores({2, 3}, {3}, 3) == List{2});
+  CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
+  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});  // a core that the process has not
+  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});      // no core is left by both: off its own at least
+  CHECK(cores({1}, {1}, 1).empty());
+}
+
+TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]") {
+  const std::vector<int> all = cores_of_thread(0);
+  if (all.size() < 2) {
+    std::printf("skipped: one core only\n");
+    return;
+  }
+  // The last core, or the last two: bound to a part of what there is.
+  const std::vector<int> some(all.end() - (all.size() > 2 ? 2 : 1), all.end());
+  CHECK(run_on_cores(some, "In a process of its own: workers stay on its cores") == 0);
+}
+
+TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
+  const std::vector<int> mine = cores_of_thread(0);
+  LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
+  for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
+  }
+  const std::vector<int> allowed(mine.size() > 1 ? mine.begin() + 1 : mine.begin(), mine.end());
+  int workers = 0;
+  for (const auto& [thread, unused] : other_threads("Pid:")) {
+    CHECK(cores_of_thread(thread) == allowed);
+    ++workers;
+  }
+  CHECK(workers >= 1);
+  CHECK((scene.batch.unbound_workers() > 0) == (mine.size() == 1));
+}
+
+TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[threads]") {
+  const std::vector<int> all = cores_of_thread(0);
+  if (all.size() < 2) {
+    std::printf("skipped: one core only\n");
+    return;
+  }
+  CHECK(run_on_cores(all, "In a process of its own: two batches with servo cores") == 0);
+}
+
+TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
+  const std::vector<int> mine = cores_of_thread(0);
+  const std::vector<int> rest(mine.begin() + 1, mine.end());
+  LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
+  {
+    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // no core of this machine
+    for (int k = 0; k < 4; ++k) {
+      for (LongStep* scene : {&first, &other}) {
+        for (int tries = 0; tries < 300 && scene->step().threads < 2; ++tries) {
+        }
+        for (const auto& [thread, unused] : other_threads("Pid:")) CHECK(cores_of_thread(thread) == rest);
+      }
+    }
+    CHECK(other.batch.unbound_workers() == 0);
+  }
+  CHECK(first.batch.unbound_workers() == 0);
 }
 
 TEST_CASE("Where workers run does not change the bits", "[threads]") {

@@ -7,11 +7,15 @@
 #include <cstdio>
 #include <cstring>
 #include <new>
+#include <string>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
 #include "bristle/bristle.hpp"
 #include "bristle/load_shedder.hpp"
+#include "core/c_interface/field_count.hpp"
+#include "core/common/range_check.hpp"
 
 using namespace bristle;
 
@@ -84,6 +88,7 @@ struct bristle_batch {
 
 struct bristle_shedder {
   LoadShedder shedder;
+  std::vector<Motion> motions;  ///< for callers whose structs have other sizes
 };
 
 struct bristle_keyed {
@@ -109,10 +114,16 @@ bristle_result fail(bristle_result result, const char* text, const char* detail 
   return result;
 }
 
-/// A null pointer or a size that is none, found before anything is done.
+bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
+  std::snprintf(last_error, sizeof last_error, "%s: there is no patch with id %llu", where,
+                static_cast<unsigned long long>(id));
+  return BRISTLE_REFUSED;
+}
+
+/// A null pointer or a wrong size, found before anything is done.
 struct BadArgument {
-  const char* text;
-  const char* detail;
+  std::string text;
+  const char* detail = "";
 };
 
 /// Runs a call and turns what it throws into its result.
@@ -122,7 +133,7 @@ bristle_result guarded(Call&& call) noexcept {
     call();
     return BRISTLE_OK;
   } catch (const BadArgument& e) {
-    return fail(BRISTLE_BAD_ARGUMENT, e.text, e.detail);
+    return fail(BRISTLE_BAD_ARGUMENT, e.text.c_str(), e.detail);
   } catch (const Error& e) {
     return fail(BRISTLE_REFUSED, e.what());
   } catch (const std::bad_alloc&) {
@@ -137,18 +148,110 @@ bristle_result guarded(Call&& call) noexcept {
 void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
-void need_columns(const void* in, const void* out, std::size_t count) {
-  if (count > 0 && (in == nullptr || out == nullptr)) throw BadArgument{"a column is null", ""};
+void need_columns(const void* in, const char* in_name, const void* out, const char* out_name,
+                  std::size_t count) {
+  if (count > 0 && (in == nullptr || out == nullptr))
+    throw BadArgument{in == nullptr ? in_name : out_name, " is null"};
 }
+
+// ------------------------------------------------------------------------ structs that mirror C++ ones
+
+/// A field of a C struct and its like in C++.
+template <class C, class CField, class Cpp, class CppField>
+struct Field {
+  CField C::*c;
+  CppField Cpp::*cpp;
+  const char* name;
+  std::uint32_t last;  ///< of an enumeration: its greatest value
+};
+template <class C, class CField, class Cpp, class CppField>
+constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::uint32_t last = 0) {
+  return Field<C, CField, Cpp, CppField>{c, cpp, name, last};
+}
+
+template <class C>
+struct Mirror;
+
+/// Each pair of fields once: used both ways, and counted, so that none is forgotten. `unused`: reserved
+/// fields.
+#define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
+  template <>                                                                                             \
+  struct Mirror<c_type> {                                                                                 \
+    using C = c_type;                                                                                     \
+    using Cpp = cpp_type;                                                                                 \
+    static constexpr const char* name = #c_type;                                                          \
+    static constexpr auto fields = std::make_tuple(__VA_ARGS__);                                          \
+    static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)>,                        \
+                  "a field of " #cpp_type " is missing in " #c_type);                                     \
+    static_assert(detail::field_count<C> == 1 + std::tuple_size_v<decltype(fields)> + (unused),           \
+                  "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \
+                  " reserved");                                                                           \
+  }
+#define BRISTLE_FIELD(c_name) field(&C::c_name, &Cpp::c_name, #c_name)
+#define BRISTLE_FIELD2(c_name, cpp_name) field(&C::c_name, &Cpp::cpp_name, #c_name)
+#define BRISTLE_CHOICE2(c_name, cpp_name, last) \
+  field(&C::c_name, &Cpp::cpp_name, #c_name, static_cast<std::uint32_t>(last))
+#define BRISTLE_CHOICE(c_name, last) BRISTLE_CHOICE2(c_name, c_name, last)
+
+BRISTLE_MIRROR(bristle_material, Material, 0, BRISTLE_FIELD(bristle_stiffness),
+               BRISTLE_FIELD(bristle_damping), BRISTLE_FIELD(viscous_friction),
+               BRISTLE_FIELD(stribeck_velocity), BRISTLE_FIELD(normal_stiffness),
+               BRISTLE_FIELD(asperity_height_deviation), BRISTLE_FIELD(snap_length),
+               BRISTLE_CHOICE(snap_rule, SnapRule::keep),
+               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian));
+BRISTLE_MIRROR(bristle_coefficients, Coefficients, 1, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
+               BRISTLE_FIELD(presliding_length), BRISTLE_FIELD(bristles_per_newton),
+               BRISTLE_FIELD(damping_per_newton), BRISTLE_FIELD(viscous_friction),
+               BRISTLE_FIELD(stribeck_velocity), BRISTLE_CHOICE(law, SnapLaw::table),
+               BRISTLE_CHOICE2(snap_rule, rule, SnapRule::keep),
+               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian));
+BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
+               BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
+BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
+               BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
+               BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
+               BRISTLE_CHOICE(step_rule, StepRule::literal), BRISTLE_CHOICE(sampling, Sampling::random));
+BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
+               BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
+               BRISTLE_FIELD(bristles_visited));
+BRISTLE_MIRROR(bristle_patch_info, PatchInfo, 1, BRISTLE_FIELD(key), BRISTLE_FIELD(weight),
+               BRISTLE_FIELD(active), BRISTLE_FIELD(normal_load), BRISTLE_FIELD(memory_bytes),
+               BRISTLE_FIELD(bristles), BRISTLE_FIELD(bytes_per_bristle), BRISTLE_FIELD(kernel),
+               BRISTLE_FIELD(detail), BRISTLE_FIELD(max_normal_load));
+BRISTLE_MIRROR(bristle_shedder_options, LoadShedderOptions, 0, BRISTLE_FIELD2(budget, budget_s),
+               BRISTLE_FIELD(shed_above), BRISTLE_FIELD(shed_to), BRISTLE_FIELD(restore_to),
+               BRISTLE_FIELD2(rate, rate_s), BRISTLE_FIELD2(change, change_s), BRISTLE_FIELD(record),
+               BRISTLE_FIELD(late_steps), BRISTLE_FIELD(wait_steps));
+BRISTLE_MIRROR(bristle_shed_report, ShedReport, 1, BRISTLE_FIELD(bristles), BRISTLE_FIELD(least_share),
+               BRISTLE_FIELD(noise_growth), BRISTLE_FIELD2(rate, rate_s), BRISTLE_FIELD(late_steps),
+               BRISTLE_FIELD(decisions), BRISTLE_FIELD(decisions_lost), BRISTLE_FIELD(patches));
+BRISTLE_MIRROR(bristle_keyed_options, KeyedOptions, 1, BRISTLE_FIELD(capacity), BRISTLE_FIELD(keep_steps),
+               BRISTLE_FIELD(seed_from_key));
+BRISTLE_MIRROR(bristle_matcher_options, MatcherOptions, 0, BRISTLE_FIELD(reach), BRISTLE_FIELD(capacity),
+               BRISTLE_FIELD(keep_steps));
+
+template <class C>
+constexpr const char* name_of = Mirror<C>::name;
+template <>
+constexpr const char* name_of<bristle_material_facts> = "bristle_material_facts";
+template <>
+constexpr const char* name_of<bristle_monitor_report> = "bristle_monitor_report";
 
 // ------------------------------------------------------------------------- structs of the caller's size
 
 constexpr std::size_t largest_struct = 65536;  // more is memory that nobody initialised
 
+std::string size_range(const char* type) {
+  return "; allowed is " + std::to_string(sizeof(std::size_t)) + " to " + std::to_string(largest_struct) +
+         ": give sizeof(" + type + ")";
+}
+
+/// How much of the caller's struct there is to read or write.
 template <class Struct>
 std::size_t size_of(const Struct& s, const char* name) {
   if (s.struct_size < sizeof(std::size_t) || s.struct_size > largest_struct)
-    throw BadArgument{name, ".struct_size is no size: call its bristle_init_ function first"};
+    throw BadArgument{std::string(name) + ".struct_size = " + std::to_string(s.struct_size) +
+                      size_range(name_of<Struct>) + ", or call its bristle_init_ function first"};
   return std::min(s.struct_size, sizeof(Struct));
 }
 
@@ -169,8 +272,9 @@ void write_struct(const Struct& from, Struct* to, const char* name) {
 
 /// Writes what `function` makes of each value: all or, where it refuses one, nothing.
 template <class Function>
-void write_column(const double* in, double* out, std::size_t count, const Function& function) {
-  need_columns(in, out, count);
+void write_column(const double* in, const char* in_name, double* out, const char* out_name, std::size_t count,
+                  const Function& function) {
+  need_columns(in, in_name, out, out_name, count);
   std::vector<double> values(count);
   for (std::size_t i = 0; i < count; ++i) values[i] = function(in[i]);
   std::copy(values.begin(), values.end(), out);
@@ -181,24 +285,16 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
   return guarded([&] {
     need(s, name);
     if (struct_size < sizeof(std::size_t) || struct_size > largest_struct)
-      throw BadArgument{name, ": struct_size is no size"};
+      throw BadArgument{"struct_size = " + std::to_string(struct_size) + size_range(name_of<Struct>)};
     defaults.struct_size = struct_size;
     std::memcpy(s, &defaults, std::min(struct_size, sizeof(Struct)));
   });
 }
 
-template <class Enum>
-Enum as_enum(std::uint32_t value, Enum last, const char* name) {
-  if (value > static_cast<std::uint32_t>(last))
-    throw Error(std::string(name) + " = " + std::to_string(value) + "; allowed: 0 to " +
-                std::to_string(static_cast<unsigned>(last)));
-  return static_cast<Enum>(value);
-}
-
-// ------------------------------------------------------------------------------------------ materials
-
 SnapLength to_cpp(const bristle_snap_length& s) {
-  switch (as_enum(s.law, SnapLaw::table, "snap_length.law")) {
+  if (s.law > static_cast<std::uint32_t>(SnapLaw::table))
+    detail::refuse("bristle_snap_length", "law", s.law, "0 to 5");
+  switch (static_cast<SnapLaw>(s.law)) {
     case SnapLaw::single:
       return SnapLength::single(s.first_parameter);
     case SnapLaw::uniform:
@@ -227,179 +323,59 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-bristle_material to_c(const Material& m) {
-  bristle_material c{};
-  c.bristle_stiffness = m.bristle_stiffness;
-  c.bristle_damping = m.bristle_damping;
-  c.viscous_friction = m.viscous_friction;
-  c.stribeck_velocity = m.stribeck_velocity;
-  c.normal_stiffness = m.normal_stiffness;
-  c.asperity_height_deviation = m.asperity_height_deviation;
-  c.snap_length = to_c(m.snap_length);
-  c.snap_rule = static_cast<std::uint32_t>(m.snap_rule);
-  c.damper_decay = static_cast<std::uint32_t>(m.damper_decay);
+/// A snap length's table stays that of `cpp`.
+template <class C>
+C to_c(const typename Mirror<C>::Cpp& cpp) {
+  C c{};
+  const auto copy = [&](const auto& f) {
+    if constexpr (std::is_same_v<decltype(c.*f.c), bristle_snap_length&>)
+      c.*f.c = to_c(cpp.*f.cpp);
+    else
+      c.*f.c = static_cast<std::remove_reference_t<decltype(c.*f.c)>>(cpp.*f.cpp);
+  };
+  std::apply([&](const auto&... f) { (copy(f), ...); }, Mirror<C>::fields);
   return c;
 }
 
-Material to_cpp(const bristle_material* from) {
-  bristle_material c = to_c(Material{});
-  read_struct(from, c, "material");
-  Material m;
-  m.bristle_stiffness = c.bristle_stiffness;
-  m.bristle_damping = c.bristle_damping;
-  m.viscous_friction = c.viscous_friction;
-  m.stribeck_velocity = c.stribeck_velocity;
-  m.normal_stiffness = c.normal_stiffness;
-  m.asperity_height_deviation = c.asperity_height_deviation;
-  m.snap_length = to_cpp(c.snap_length);
-  m.snap_rule = as_enum(c.snap_rule, SnapRule::keep, "snap_rule");
-  m.damper_decay = as_enum(c.damper_decay, DamperDecay::gaussian, "damper_decay");
+/// Throws where an enumeration has no such value.
+template <class C>
+typename Mirror<C>::Cpp to_cpp(const C& c) {
+  typename Mirror<C>::Cpp cpp;
+  const auto copy = [&](const auto& f) {
+    using CppField = std::remove_reference_t<decltype(cpp.*f.cpp)>;
+    if constexpr (std::is_enum_v<CppField>) {
+      if (c.*f.c > f.last) detail::refuse(Mirror<C>::name, f.name, c.*f.c, "0 to " + std::to_string(f.last));
+      cpp.*f.cpp = static_cast<CppField>(c.*f.c);
+    } else if constexpr (std::is_same_v<CppField, SnapLength>) {
+      cpp.*f.cpp = to_cpp(c.*f.c);
+    } else if constexpr (std::is_same_v<CppField, bool>) {
+      cpp.*f.cpp = c.*f.c != 0;
+    } else {
+      cpp.*f.cpp = static_cast<CppField>(c.*f.c);
+    }
+  };
+  std::apply([&](const auto&... f) { (copy(f), ...); }, Mirror<C>::fields);
+  return cpp;
+}
+
+/// What the caller gave, defaults for fields that its struct lacks. `name` is that of the caller's argument.
+template <class C>
+typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
+  const typename Mirror<C>::Cpp defaults;
+  C c = to_c<C>(defaults);
+  read_struct(from, c, name);
+  return to_cpp(c);
+}
+/// The same of options, of which null is the defaults.
+template <class C>
+typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
+  return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
+}
+
+Material read_material(const bristle_material* from) {
+  const Material m = read_cpp(from, "material");
   m.validate();
   return m;
-}
-
-bristle_coefficients to_c(const Coefficients& k) {
-  bristle_coefficients c{};
-  c.kinetic = k.kinetic;
-  c.peak = k.peak;
-  c.presliding_length = k.presliding_length;
-  c.bristles_per_newton = k.bristles_per_newton;
-  c.damping_per_newton = k.damping_per_newton;
-  c.viscous_friction = k.viscous_friction;
-  c.stribeck_velocity = k.stribeck_velocity;
-  c.law = static_cast<std::uint32_t>(k.law);
-  c.snap_rule = static_cast<std::uint32_t>(k.rule);
-  c.damper_decay = static_cast<std::uint32_t>(k.damper_decay);
-  return c;
-}
-
-Coefficients to_cpp(const bristle_coefficients* from) {
-  bristle_coefficients c = to_c(Coefficients{});
-  read_struct(from, c, "coefficients");
-  Coefficients k;
-  k.kinetic = c.kinetic;
-  k.peak = c.peak;
-  k.presliding_length = c.presliding_length;
-  k.bristles_per_newton = c.bristles_per_newton;
-  k.damping_per_newton = c.damping_per_newton;
-  k.viscous_friction = c.viscous_friction;
-  k.stribeck_velocity = c.stribeck_velocity;
-  k.law = as_enum(c.law, SnapLaw::table, "law");
-  k.rule = as_enum(c.snap_rule, SnapRule::keep, "snap_rule");
-  k.damper_decay = as_enum(c.damper_decay, DamperDecay::gaussian, "damper_decay");
-  return k;
-}
-
-// --------------------------------------------------------------------------------------------- batches
-
-bristle_batch_options to_c(const BatchOptions& o) {
-  bristle_batch_options c{};
-  c.isa = o.isa;
-  c.threads = o.threads;
-  c.servo_core = o.servo_core;
-  c.eager = o.eager ? 1 : 0;
-  return c;
-}
-
-BatchOptions to_cpp(const bristle_batch_options* from) {
-  bristle_batch_options c = to_c(BatchOptions{});
-  if (from != nullptr) read_struct(from, c, "batch_options");
-  return BatchOptions{}
-      .with_isa(c.isa)
-      .with_threads(c.threads)
-      .with_servo_core(c.servo_core)
-      .with_eager(c.eager != 0);
-}
-
-bristle_patch_options to_c(const PatchOptions& o) {
-  bristle_patch_options c{};
-  c.max_normal_load = o.max_normal_load;
-  c.key = o.key;
-  c.bristles = o.bristles;
-  c.seed = o.seed;
-  c.axes = o.axes;
-  c.outputs = static_cast<std::uint32_t>(o.outputs);
-  c.precision = static_cast<std::uint32_t>(o.precision);
-  c.step_rule = static_cast<std::uint32_t>(o.step_rule);
-  c.sampling = static_cast<std::uint32_t>(o.sampling);
-  return c;
-}
-
-PatchOptions to_cpp(const bristle_patch_options* from) {
-  bristle_patch_options c = to_c(PatchOptions{});
-  if (from != nullptr) read_struct(from, c, "patch_options");
-  PatchOptions o;
-  o.max_normal_load = c.max_normal_load;
-  o.key = c.key;
-  o.bristles = c.bristles;
-  o.seed = c.seed;
-  o.axes = c.axes;
-  o.outputs = as_enum(c.outputs, Outputs::all, "outputs");
-  o.precision = as_enum(c.precision, Precision::double_, "precision");
-  o.step_rule = as_enum(c.step_rule, StepRule::literal, "step_rule");
-  o.sampling = as_enum(c.sampling, Sampling::random, "sampling");
-  return o;
-}
-
-bristle_shedder_options to_c(const LoadShedderOptions& o) {
-  bristle_shedder_options c{};
-  c.budget = o.budget_s;
-  c.shed_above = o.shed_above;
-  c.shed_to = o.shed_to;
-  c.restore_to = o.restore_to;
-  c.rate = o.rate_s;
-  c.change = o.change_s;
-  c.record = o.record;
-  c.late_steps = o.late_steps;
-  c.wait_steps = o.wait_steps;
-  return c;
-}
-
-LoadShedderOptions to_cpp(const bristle_shedder_options* from) {
-  bristle_shedder_options c = to_c(LoadShedderOptions{});
-  if (from != nullptr) read_struct(from, c, "shedder_options");
-  LoadShedderOptions o;
-  o.budget_s = c.budget;
-  o.shed_above = c.shed_above;
-  o.shed_to = c.shed_to;
-  o.restore_to = c.restore_to;
-  o.rate_s = c.rate;
-  o.change_s = c.change;
-  o.record = static_cast<std::size_t>(c.record);
-  o.late_steps = c.late_steps;
-  o.wait_steps = c.wait_steps;
-  return o;
-}
-
-bristle_keyed_options to_c(const KeyedOptions& o) {
-  bristle_keyed_options c{};
-  c.capacity = o.capacity;
-  c.keep_steps = o.keep_steps;
-  c.seed_from_key = o.seed_from_key ? 1 : 0;
-  return c;
-}
-
-KeyedOptions to_cpp(const bristle_keyed_options* from) {
-  bristle_keyed_options c = to_c(KeyedOptions{});
-  if (from != nullptr) read_struct(from, c, "keyed_options");
-  return KeyedOptions{}
-      .with_capacity(c.capacity)
-      .with_keep_steps(c.keep_steps)
-      .with_seed_from_key(c.seed_from_key != 0);
-}
-
-bristle_matcher_options to_c(const MatcherOptions& o) {
-  bristle_matcher_options c{};
-  c.reach = o.reach;
-  c.capacity = o.capacity;
-  c.keep_steps = o.keep_steps;
-  return c;
-}
-
-MatcherOptions to_cpp(const bristle_matcher_options* from) {
-  bristle_matcher_options c = to_c(MatcherOptions{});
-  if (from != nullptr) read_struct(from, c, "matcher_options");
-  return MatcherOptions{}.with_capacity(c.capacity).with_reach(c.reach).with_keep_steps(c.keep_steps);
 }
 
 // A motion needs its load, a response its end force; what later fields a caller does not have is left out.
@@ -414,10 +390,26 @@ const char* refusal_of(const bristle_batch* batch, const void* motions, std::siz
   if (motions == nullptr) return "motions is null";
   if (responses == nullptr) return "responses is null";
   if (motion_size < least_motion || motion_size > largest_struct)
-    return "motion_size must be sizeof(bristle_motion)";
+    return "motion_size: give sizeof(bristle_motion)";
   if (response_size < least_response || response_size > largest_struct)
-    return "response_size must be sizeof(bristle_response)";
+    return "response_size: give sizeof(bristle_response)";
   return nullptr;
+}
+
+/// Options i of an array whose elements are `size` bytes long: nothing behind these is read, whatever the
+/// element says of its own size.
+PatchOptions read_options_at(const bristle_patch_options* options, std::size_t size, std::size_t i) {
+  bristle_patch_options c = to_c<bristle_patch_options>(PatchOptions{});
+  const char* const from = reinterpret_cast<const char*>(options) + i * size;
+  std::size_t given = 0;
+  std::memcpy(&given, from, sizeof given);
+  const std::string name = "options[" + std::to_string(i) + "]";
+  if (given > size && given <= largest_struct)
+    throw BadArgument{name + ".struct_size = " + std::to_string(given) + ", but options_size = " +
+                      std::to_string(size) + ": give sizeof(bristle_patch_options) for both"};
+  c.struct_size = given;
+  std::memcpy(&c, from, size_of(c, name.c_str()));
+  return to_cpp(c);
 }
 
 template <class To>
@@ -444,6 +436,21 @@ StepReport step_copies(bristle_batch& b, double dt_s, const void* motions, std::
   return report;
 }
 
+/// The caller's motions in place, or copies of them where its structs have another size.
+Span<const Motion> motions_of(bristle_shedder* shedder, const bristle_batch* batch,
+                              const bristle_motion* motions, std::size_t motion_size, std::size_t count) {
+  need(shedder, "shedder");
+  if (const char* refusal = refusal_of(batch, motions, motion_size, motions, sizeof(Response), count))
+    throw BadArgument{refusal};
+  if (motion_size == sizeof(Motion)) return {reinterpret_cast<const Motion*>(motions), count};
+  if (shedder->motions.size() < count) shedder->motions.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    shedder->motions[i] = Motion{};
+    read_element(motions, motion_size, i, shedder->motions[i]);
+  }
+  return {shedder->motions.data(), count};
+}
+
 }  // namespace
 
 extern "C" {
@@ -463,7 +470,7 @@ const char* bristle_result_name(bristle_result result) {
     case BRISTLE_FAILED:
       return "BRISTLE_FAILED";
     default:
-      return "no result of bristle";
+      return "not a bristle_result";
   }
 }
 
@@ -492,10 +499,10 @@ const char* bristle_instruction_set(size_t index, uint32_t* usable) {
 // --- materials
 
 bristle_result bristle_init_material(bristle_material* material, size_t struct_size) {
-  return init_struct(material, struct_size, to_c(Material{}), "material");
+  return init_struct(material, struct_size, to_c<bristle_material>(Material{}), "material");
 }
 bristle_result bristle_init_coefficients(bristle_coefficients* coefficients, size_t struct_size) {
-  return init_struct(coefficients, struct_size, to_c(Coefficients{}), "coefficients");
+  return init_struct(coefficients, struct_size, to_c<bristle_coefficients>(Coefficients{}), "coefficients");
 }
 bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size) {
   return init_struct(facts, struct_size, bristle_material_facts{}, "facts");
@@ -503,22 +510,27 @@ bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t
 
 bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                   bristle_material* material) {
-  return guarded(
-      [&] { write_struct(to_c(Material::from_coefficients(to_cpp(coefficients))), material, "material"); });
+  return guarded([&] {
+    write_struct(to_c<bristle_material>(Material::from_coefficients(read_cpp(coefficients, "coefficients"))),
+                 material, "material");
+  });
 }
 
 bristle_result bristle_material_to_coefficients(const bristle_material* material,
                                                 bristle_coefficients* coefficients) {
-  return guarded([&] { write_struct(to_c(to_cpp(material).coefficients()), coefficients, "coefficients"); });
+  return guarded([&] {
+    write_struct(to_c<bristle_coefficients>(read_material(material).coefficients()), coefficients,
+                 "coefficients");
+  });
 }
 
 bristle_result bristle_material_check(const bristle_material* material) {
-  return guarded([&] { to_cpp(material); });
+  return guarded([&] { read_material(material); });
 }
 
 bristle_result bristle_material_find_facts(const bristle_material* material, bristle_material_facts* facts) {
   return guarded([&] {
-    const Material m = to_cpp(material);
+    const Material m = read_material(material);
     bristle_material_facts c{};
     c.kinetic_coefficient = m.kinetic_coefficient();
     c.peak_coefficient = m.peak_coefficient();
@@ -533,16 +545,17 @@ bristle_result bristle_material_find_facts(const bristle_material* material, bri
 bristle_result bristle_material_steady_force(const bristle_material* material, double normal_load_n,
                                              const double* speeds, double* forces, size_t count) {
   return guarded([&] {
-    const Material m = to_cpp(material);
-    write_column(speeds, forces, count, [&](double v) { return m.steady_force(v, normal_load_n); });
+    const Material m = read_material(material);
+    write_column(speeds, "speeds", forces, "forces", count,
+                 [&](double v) { return m.steady_force(v, normal_load_n); });
   });
 }
 
 bristle_result bristle_material_damping(const bristle_material* material, const double* speeds,
                                         double* dampings, size_t count) {
   return guarded([&] {
-    const Material m = to_cpp(material);
-    write_column(speeds, dampings, count, [&](double v) { return m.damping_at(v); });
+    const Material m = read_material(material);
+    write_column(speeds, "speeds", dampings, "dampings", count, [&](double v) { return m.damping_at(v); });
   });
 }
 
@@ -550,8 +563,8 @@ bristle_result bristle_material_virgin_deflection(const bristle_material* materi
                                                   const double* displacements, double* deflections,
                                                   size_t count) {
   return guarded([&] {
-    const Material m = to_cpp(material);
-    write_column(displacements, deflections, count,
+    const Material m = read_material(material);
+    write_column(displacements, "displacements", deflections, "deflections", count,
                  [&](double x) { return virgin_deflection(m.snap_length, m.snap_rule, x); });
   });
 }
@@ -561,7 +574,7 @@ bristle_result bristle_snap_length_quantile(const bristle_snap_length* snap_leng
   return guarded([&] {
     need(snap_length, "snap_length");
     const SnapLength s = to_cpp(*snap_length);
-    write_column(shares, lengths, count, [&](double u) { return s.quantile(u); });
+    write_column(shares, "shares", lengths, "lengths", count, [&](double u) { return s.quantile(u); });
   });
 }
 
@@ -570,7 +583,7 @@ bristle_result bristle_snap_length_survival(const bristle_snap_length* snap_leng
   return guarded([&] {
     need(snap_length, "snap_length");
     const SnapLength s = to_cpp(*snap_length);
-    write_column(lengths, shares, count, [&](double x) { return s.survival(x); });
+    write_column(lengths, "lengths", shares, "shares", count, [&](double x) { return s.survival(x); });
   });
 }
 
@@ -580,7 +593,8 @@ bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length
     need(snap_length, "snap_length");
     const SnapLength s = to_cpp(*snap_length);
     const double whole = moment != nullptr ? s.moment(k) : 0.0;
-    write_column(lengths, partial, count, [&](double x) { return s.partial_moment(k, x); });
+    write_column(lengths, "lengths", partial, "partial", count,
+                 [&](double x) { return s.partial_moment(k, x); });
     if (moment != nullptr) *moment = whole;
   });
 }
@@ -588,10 +602,10 @@ bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length
 // --- batches
 
 bristle_result bristle_init_batch_options(bristle_batch_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c(BatchOptions{}), "batch_options");
+  return init_struct(options, struct_size, to_c<bristle_batch_options>(BatchOptions{}), "batch_options");
 }
 bristle_result bristle_init_patch_options(bristle_patch_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c(PatchOptions{}), "patch_options");
+  return init_struct(options, struct_size, to_c<bristle_patch_options>(PatchOptions{}), "patch_options");
 }
 bristle_result bristle_init_step_report(bristle_step_report* report, size_t struct_size) {
   return init_struct(report, struct_size, bristle_step_report{}, "report");
@@ -603,7 +617,7 @@ bristle_result bristle_init_patch_info(bristle_patch_info* info, size_t struct_s
 bristle_result bristle_create(const bristle_batch_options* options, bristle_batch** batch) {
   return guarded([&] {
     need(batch, "batch");
-    *batch = new bristle_batch(to_cpp(options));
+    *batch = new bristle_batch(read_options(options, "options"));
   });
 }
 
@@ -614,7 +628,7 @@ bristle_result bristle_add(bristle_batch* batch, const bristle_material* materia
   return guarded([&] {
     need(batch, "batch");
     need(id, "id");
-    *id = batch->batch.add(to_cpp(material), to_cpp(options)).value;
+    *id = batch->batch.add(read_material(material), read_options(options, "options")).value;
   });
 }
 
@@ -623,14 +637,13 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
                                 size_t count) {
   return guarded([&] {
     need(batch, "batch");
-    need_columns(options, ids, count);
-    if (options_size < sizeof(size_t))
-      throw BadArgument{"options_size", " must be sizeof(bristle_patch_options)"};
-    const Material m = to_cpp(material);
+    need_columns(options, "options", ids, "ids", count);
+    if (count > 0 && (options_size < sizeof(size_t) || options_size > largest_struct))
+      throw BadArgument{"options_size = " + std::to_string(options_size) +
+                        size_range("bristle_patch_options")};
+    const Material m = read_material(material);
     std::vector<PatchOptions> all(count);  // looked through before anything is added
-    for (size_t i = 0; i < count; ++i)
-      all[i] = to_cpp(reinterpret_cast<const bristle_patch_options*>(reinterpret_cast<const char*>(options) +
-                                                                     i * options_size));
+    for (size_t i = 0; i < count; ++i) all[i] = read_options_at(options, options_size, i);
     std::vector<PatchId> added;
     added.reserve(count);
     try {
@@ -653,14 +666,13 @@ bristle_result bristle_remove(bristle_batch* batch, bristle_id id) {
 bristle_result bristle_set_material(bristle_batch* batch, bristle_id id, const bristle_material* material) {
   return guarded([&] {
     need(batch, "batch");
-    batch->batch.set_material({id}, to_cpp(material));
+    batch->batch.set_material({id}, read_material(material));
   });
 }
 
 bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key) {
   if (batch == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "batch is null");
-  if (!batch->batch.reset({id}, seed, key))
-    return fail(BRISTLE_REFUSED, "bristle_reset: there is no such patch");
+  if (!batch->batch.reset({id}, seed, key)) return fail_no_patch("bristle_reset", id);
   return BRISTLE_OK;
 }
 
@@ -690,13 +702,8 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
     if (result != BRISTLE_OK) return result;
   }
   if (report == nullptr) return BRISTLE_OK;
-  bristle_step_report c;
+  bristle_step_report c = to_c<bristle_step_report>(done);
   c.struct_size = sizeof c;
-  c.status = static_cast<std::uint32_t>(done.status);
-  c.patches_stepped = done.patches_stepped;
-  c.tasks = done.tasks;
-  c.threads = done.threads;
-  c.bristles_visited = done.bristles_visited;
   if (report->struct_size == sizeof c) {
     *report = c;
     return BRISTLE_OK;
@@ -721,18 +728,8 @@ bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id, bris
   return guarded([&] {
     need(batch, "batch");
     const PatchInfo p = batch->batch.info({id});
-    if (p.bristles == 0) throw Error("PatchBatch: there is no patch with id " + std::to_string(id));
-    bristle_patch_info c{};
-    c.key = p.key;
-    c.weight = p.weight;
-    c.active = p.active;
-    c.normal_load = p.normal_load;
-    c.memory_bytes = p.memory_bytes;
-    c.bristles = p.bristles;
-    c.bytes_per_bristle = p.bytes_per_bristle;
-    c.kernel = p.kernel;
-    c.detail = p.detail;
-    write_struct(c, info, "info");
+    if (p.bristles == 0) throw Error("bristle_find_info: there is no patch with id " + std::to_string(id));
+    write_struct(to_c<bristle_patch_info>(p), info, "info");
   });
 }
 
@@ -812,7 +809,8 @@ uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristl
 // --- load shedding
 
 bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c(LoadShedderOptions{}), "shedder_options");
+  return init_struct(options, struct_size, to_c<bristle_shedder_options>(LoadShedderOptions{}),
+                     "shedder_options");
 }
 bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size) {
   return init_struct(report, struct_size, bristle_shed_report{}, "report");
@@ -821,7 +819,7 @@ bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t stru
 bristle_result bristle_shedder_create(const bristle_shedder_options* options, bristle_shedder** shedder) {
   return guarded([&] {
     need(shedder, "shedder");
-    *shedder = new bristle_shedder{LoadShedder(to_cpp(options))};
+    *shedder = new bristle_shedder{LoadShedder(read_options(options, "options")), {}};
   });
 }
 
@@ -841,23 +839,23 @@ void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch) {
 
 int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
                                     const bristle_motion* motions, size_t motion_size, size_t count) {
-  if (shedder == nullptr || batch == nullptr || motions == nullptr || motion_size != sizeof(Motion)) return 0;
-  return shedder->shedder.before_step(batch->batch, {reinterpret_cast<const Motion*>(motions), count});
+  int32_t changed = 0;
+  guarded([&] {
+    const Span<const Motion> in = motions_of(shedder, batch, motions, motion_size, count);
+    changed = shedder->shedder.before_step(batch->batch, in);
+  });
+  return changed;
 }
 
 int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
                                    const bristle_motion* motions, size_t motion_size, size_t count,
                                    double step_time_s, const bristle_step_report* report) {
-  if (shedder == nullptr || batch == nullptr || motions == nullptr || motion_size != sizeof(Motion)) return 0;
-  if (report == nullptr || report->struct_size < sizeof *report) return 0;
-  StepReport done;
-  done.status = static_cast<Status>(report->status);
-  done.patches_stepped = report->patches_stepped;
-  done.tasks = report->tasks;
-  done.threads = report->threads;
-  done.bristles_visited = report->bristles_visited;
-  return shedder->shedder.after_step(batch->batch, {reinterpret_cast<const Motion*>(motions), count},
-                                     step_time_s, done);
+  int32_t changed = 0;
+  guarded([&] {
+    const Span<const Motion> in = motions_of(shedder, batch, motions, motion_size, count);
+    changed = shedder->shedder.after_step(batch->batch, in, step_time_s, read_cpp(report, "report"));
+  });
+  return changed;
 }
 
 bristle_result bristle_shedder_find_report(const bristle_shedder* shedder, const bristle_batch* batch,
@@ -865,17 +863,7 @@ bristle_result bristle_shedder_find_report(const bristle_shedder* shedder, const
   return guarded([&] {
     need(shedder, "shedder");
     need(batch, "batch");
-    const ShedReport r = shedder->shedder.report(batch->batch);
-    bristle_shed_report c{};
-    c.bristles = r.bristles;
-    c.least_share = r.least_share;
-    c.noise_growth = r.noise_growth;
-    c.rate = r.rate_s;
-    c.late_steps = r.late_steps;
-    c.decisions = r.decisions;
-    c.decisions_lost = r.decisions_lost;
-    c.patches = r.patches;
-    write_struct(c, report, "report");
+    write_struct(to_c<bristle_shed_report>(shedder->shedder.report(batch->batch)), report, "report");
   });
 }
 
@@ -902,10 +890,11 @@ size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decisi
 // --- patches by key
 
 bristle_result bristle_init_keyed_options(bristle_keyed_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c(KeyedOptions{}), "keyed_options");
+  return init_struct(options, struct_size, to_c<bristle_keyed_options>(KeyedOptions{}), "keyed_options");
 }
 bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c(MatcherOptions{}), "matcher_options");
+  return init_struct(options, struct_size, to_c<bristle_matcher_options>(MatcherOptions{}),
+                     "matcher_options");
 }
 
 bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
@@ -914,7 +903,8 @@ bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material
   return guarded([&] {
     need(batch, "batch");
     need(keyed, "keyed");
-    *keyed = new bristle_keyed{KeyedPatches(batch->batch, to_cpp(material), to_cpp(patch), to_cpp(options))};
+    *keyed = new bristle_keyed{KeyedPatches(batch->batch, read_material(material),
+                                            read_options(patch, "patch"), read_options(options, "options"))};
   });
 }
 
@@ -924,7 +914,7 @@ bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* k
                                          size_t count) {
   return guarded([&] {
     need(keyed, "keyed");
-    need_columns(keys, ids, count);
+    need_columns(keys, "keys", ids, "ids", count);
     for (size_t i = 0; i < count; ++i) ids[i] = keyed->patches.find_or_add(keys[i]).value;
   });
 }
@@ -933,7 +923,7 @@ bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* ke
                                   size_t count) {
   return guarded([&] {
     need(keyed, "keyed");
-    need_columns(keys, ids, count);
+    need_columns(keys, "keys", ids, "ids", count);
     for (size_t i = 0; i < count; ++i) ids[i] = keyed->patches.find(keys[i]).value;
   });
 }
@@ -957,7 +947,7 @@ uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
 bristle_result bristle_matcher_create(const bristle_matcher_options* options, bristle_matcher** matcher) {
   return guarded([&] {
     need(matcher, "matcher");
-    *matcher = new bristle_matcher{ContactMatcher(to_cpp(options))};
+    *matcher = new bristle_matcher{ContactMatcher(read_options(options, "options"))};
   });
 }
 
@@ -967,7 +957,7 @@ bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_con
                                      uint64_t* keys, size_t count, size_t* found) {
   return guarded([&] {
     need(matcher, "matcher");
-    need_columns(contacts, keys, count);
+    need_columns(contacts, "contacts", keys, "keys", count);
     const size_t seen =
         matcher->matcher.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
     if (found != nullptr) *found = seen;
@@ -987,8 +977,9 @@ bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_
 bristle_result bristle_monitor_create(double deadline_s, double period_s, bristle_monitor** monitor) {
   return guarded([&] {
     need(monitor, "monitor");
-    if (!(deadline_s > 0.0)) throw Error("bristle_monitor_create: the deadline must be above 0 s");
-    if (!(period_s >= 0.0)) throw Error("bristle_monitor_create: the period must not be negative");
+    const char* const where = "bristle_monitor_create";
+    if (!(deadline_s > 0.0)) detail::refuse(where, "deadline_s", deadline_s, "above 0 s");
+    if (!(period_s >= 0.0)) detail::refuse(where, "period_s", period_s, "0 (no period) or above, s");
     *monitor = new bristle_monitor{DeadlineMonitor(deadline_s, period_s)};
   });
 }
@@ -1020,7 +1011,9 @@ bristle_result bristle_monitor_find_report(const bristle_monitor* monitor, brist
     need(monitor, "monitor");
     DeadlineMonitor m;
     if (!monitor->monitor.snapshot(m))
-      throw Error("bristle_monitor_find_report: the loop leaves no gap between two ticks to read in");
+      throw Error(
+          "bristle_monitor_find_report: the monitor was written to all the time: its ticks follow each other "
+          "without a pause; try again");
     bristle_monitor_report c{};
     c.deadline = m.deadline();
     c.period = m.period();

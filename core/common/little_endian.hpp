@@ -42,6 +42,7 @@ class ByteWriter {
 class ByteReader {
  public:
   explicit ByteReader(const std::byte* from) noexcept : at_(from) {}
+  void skip(std::size_t bytes) noexcept { at_ += bytes; }
   template <class T>
   void operator()(T& value) noexcept {
     std::array<std::byte, sizeof(T)> bytes;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/common/assert.hpp"
+
 namespace bristle::detail {
 
 /// SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
@@ -31,7 +33,14 @@ class KeyTable {
   std::uint32_t find(std::uint64_t key) const noexcept { return slots_[place_of(key)].value; }
 
   /// `value` for a key that is not there yet; `none` is no value.
-  void insert(std::uint64_t key, std::uint32_t value) noexcept { slots_[place_of(key)] = {key, value}; }
+  void insert(std::uint64_t key, std::uint32_t value) noexcept {
+    Slot& slot = slots_[place_of(key)];
+    BRISTLE_ASSERT(value != none);
+    BRISTLE_ASSERT(slot.value == none);
+    BRISTLE_ASSERT(2 * (keys_ + 1) <= slots_.size());
+    slot = {key, value};
+    ++keys_;
+  }
 
   /// Nothing when the key is not there.
   void erase(std::uint64_t key) noexcept {
@@ -45,6 +54,7 @@ class KeyTable {
       hole = at;
     }
     slots_[hole].value = none;
+    --keys_;
   }
 
  private:
@@ -66,6 +76,7 @@ class KeyTable {
 
   std::vector<Slot> slots_;
   std::size_t mask_;
+  std::size_t keys_ = 0;
 };
 
 }  // namespace bristle::detail

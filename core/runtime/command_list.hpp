@@ -5,39 +5,39 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <vector>
+#include <new>
 
-#include "core/patches/patch_state.hpp"
+#include "core/patches/record_memory.hpp"
+#include "core/runtime/patch_pool.hpp"
 
 namespace bristle::detail {
 
-/// Where the stepping thread finds patches by slot, and the queue of move(). Replaced whole when it is
-/// too small, so that the stepping thread never allocates.
-struct SlotTable {
-  struct Slot {
-    std::unique_ptr<PatchState> patch;
-    std::uint32_t generation = 0;
-    std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set
+/// Memory for copies of patches: trial loads.
+struct Scratch {
+  struct Free {
+    void operator()(std::byte* memory) const noexcept {
+      ::operator delete (memory, std::align_val_t{column_alignment});
+    }
   };
-  explicit SlotTable(std::uint32_t size)
-      : capacity(size), slots(size), motions(size), responses(size), last(size) {}
-
-  std::uint32_t capacity;
-  std::vector<Slot> slots;
-  std::vector<Motion> motions;      ///< what move() asked for
-  std::vector<Response> responses;  ///< to these
-  std::vector<Response> last;       ///< by slot, what force() reads
+  std::unique_ptr<std::byte, Free> memory;
+  std::size_t bytes = 0;
 };
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow };
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
-  std::uint32_t generation = 0;
-  std::unique_ptr<PatchState> patch;    ///< comes with the command; goes back with what it replaced
-  std::unique_ptr<PatchState> scratch;  ///< when the batch's is too small for this patch
-  std::unique_ptr<SlotTable> table;     ///< of `grow`, the same way
+  Patch patch;      ///< comes with the command; goes back with what it replaced. Its record is the command's
+  Scratch scratch;  ///< when the batch's is too small for this patch
+  std::unique_ptr<PatchChunk> chunk;  ///< of `grow`: chunk number `slot`
+  std::unique_ptr<MoveQueue> queue;   ///< of `grow`, as long as all slots; goes back with the shorter one
+  std::uint64_t number = 0;           ///< set by push
   std::atomic<Command*> next{nullptr};
+
+  Command() = default;
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+  ~Command() { release(patch.record); }
 };
 
 class CommandList {
@@ -56,8 +56,10 @@ class CommandList {
   /// Producer: appends, and frees what the consumer is done with.
   void push(std::unique_ptr<Command> command) {
     Command* const added = command.release();
+    added->number = newest_->number + 1;
     newest_->next.store(added, std::memory_order_release);
     newest_ = added;
+    pushed_.store(added->number, std::memory_order_release);
     Command* const taken = taken_.load(std::memory_order_acquire);
     while (oldest_ != taken) {
       Command* const next = oldest_->next.load(std::memory_order_acquire);
@@ -66,9 +68,14 @@ class CommandList {
     }
   }
 
-  /// Consumer: the next command, or null. It stays valid until the one after it was taken: what is
-  /// left in it then goes back to the producer.
-  Command* take() noexcept {
+  /// Consumer: number of the last command pushed so far. Who takes up to this one ends, however fast the
+  /// producer is.
+  std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
+
+  /// Consumer: the next command up to number `last`, or null. It stays valid until the one after it was
+  /// taken: what is left in it then goes back to the producer.
+  Command* take(std::uint64_t last) noexcept {
+    if (current_->number >= last) return nullptr;
     Command* const next = current_->next.load(std::memory_order_acquire);
     if (next == nullptr) return nullptr;
     taken_.store(current_ = next, std::memory_order_release);
@@ -80,6 +87,7 @@ class CommandList {
   Command* oldest_;              ///< producer's: first not yet freed
   std::atomic<Command*> taken_;  ///< the last command the consumer took; those before it are free
   Command* current_ = newest_;   ///< consumer's
+  std::atomic<std::uint64_t> pushed_{0};
 };
 
 }  // namespace bristle::detail

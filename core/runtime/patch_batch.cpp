@@ -11,14 +11,14 @@
 
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "core/common/hashing.hpp"
+#include "core/common/range_check.hpp"
+#include "core/patches/contact_model.hpp"
+#include "core/patches/representatives/representatives.hpp"
+#include "core/patches/saved_state.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/float_mode.hpp"
-#include "core/common/hashing.hpp"
-#include "core/patches/patch_detail.hpp"
-#include "core/patches/patch_state.hpp"
-#include "core/common/range_check.hpp"
 #include "core/runtime/sharing.hpp"
-#include "core/patches/state_io.hpp"
 #include "core/runtime/workers.hpp"
 
 namespace bristle {
@@ -27,19 +27,10 @@ using namespace detail;
 
 namespace {
 
-constexpr Totals no_totals{};
 constexpr int max_tasks = 512;
 constexpr int max_split = 64;
 
 thread_local char this_thread;  // its address tells threads apart
-
-constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
-constexpr std::uint32_t generation_of(PatchId id) noexcept {
-  return static_cast<std::uint32_t>(id.value >> 32);
-}
-constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept {
-  return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
-}
 
 /// A denormal time is no time: it would read as 0 or not by the caller's floating-point mode.
 bool is_good_time(double dt_s) noexcept {
@@ -62,32 +53,9 @@ const KernelTable& choose_kernels(const char* wanted) {
   throw Error(std::string("BatchOptions: isa = ") + (wanted ? wanted : "") + "; this build has " + known);
 }
 
-/// Names of the variants: axes, rule, mean, energy, precision, step rule. Made by the first batch, so that
-/// asking for one allocates nothing.
-const std::array<std::string, 64>& kernel_names() {
-  static const std::array<std::string, 64> names = [] {
-    std::array<std::string, 64> all;
-    for (unsigned i = 0; i < 64; ++i) {
-      std::string& name = all[i];
-      name = i & 1 ? "2 axes" : "1 axis";
-      name += i & 2 ? ", redraw" : ", keep";
-      if (i & 32) name += ", literal";
-      name += i & 4 ? ", end + mean" : ", end";
-      if (i & 8) name += ", energy";
-      name += i & 16 ? ", double" : ", single";
-    }
-    return all;
-  }();
-  return names;
-}
-
-const char* kernel_name(const PatchState& p) noexcept {
-  const unsigned index = (p.options.axes == 2 ? 1u : 0u) | (p.draw != nullptr ? 2u : 0u) |
-                         (has(p.options.outputs, Outputs::mean) ? 4u : 0u) |
-                         (has(p.options.outputs, Outputs::energy) ? 8u : 0u) | (p.is_double() ? 16u : 0u) |
-                         (p.options.step_rule == StepRule::literal ? 32u : 0u);
-  return kernel_names()[index].c_str();
-}
+/// Where the memory of the patches after this one is asked for ahead of time: its slot, then its record.
+constexpr std::size_t slots_ahead = 4;
+constexpr std::size_t records_ahead = 2;
 
 }  // namespace
 
@@ -96,8 +64,12 @@ struct PatchBatch::Impl {
       : kernels(choose_kernels(options.isa)),
         workers(check_threads(options.threads), check_core(options.servo_core)),
         skips(!options.eager),
-        table(new SlotTable(64)) {
-    kernel_names();
+        queue(new MoveQueue(PatchPool::first_slots)) {
+    name_kernels();
+    pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));
+  }
+  ~Impl() {
+    for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) release(pool.patch(slot).record);
   }
 
   static int check_threads(int threads) {
@@ -119,22 +91,32 @@ struct PatchBatch::Impl {
   // --- the adding thread's side
   struct Record {
     PatchOptions options;
-    double weight = 0.0;
-    std::uint32_t generation = 0;
+    double full_weight = 0.0;
     bool alive = false;
   };
-  std::vector<Record> records;
-  std::vector<std::uint32_t> free_slots;
+  SlotList slots;
+  std::vector<Record> records;                                     ///< by slot
   std::vector<std::shared_ptr<const CompiledMaterial>> materials;  ///< recently used first
-  std::uint32_t table_capacity = 64;
+  int chunks = 1;
   std::size_t scratch_bytes = 0;
 
   // --- the stepping thread's side
-  std::unique_ptr<SlotTable> table;
-  std::unique_ptr<PatchState> scratch;  ///< for trial loads; storage as large as the largest patch's
+  PatchPool pool;
+  std::unique_ptr<MoveQueue> queue;
+  std::uint32_t queue_length = 0;
+  Scratch scratch;  ///< as large as the largest patch's record
   std::uint64_t step_number = 0;
   std::size_t patches = 0;
-  std::uint32_t queue_length = 0;
+
+  /// A copy of a patch under a load that was tried, until anything changes: a solver asks for many motions
+  /// under the same new load.
+  struct Trial {
+    const Patch* of = nullptr;
+    double normal_load = 0.0;
+    double contact_loss = 0.0;
+    Patch patch;
+  };
+  Trial trial;
 
   /// A piece of a step: a range of blocks of one large patch, or a range of motions.
   struct Task {
@@ -147,7 +129,7 @@ struct PatchBatch::Impl {
     Status status = Status::ok;
   };
   struct Split {
-    PatchState* patch = nullptr;
+    Patch* patch = nullptr;
     std::size_t motion = 0;
     PatchStep step;
     int first_task = 0, task_count = 0;
@@ -160,8 +142,7 @@ struct PatchBatch::Impl {
 
   Record& record_of(PatchId id) {
     const std::uint32_t slot = slot_of(id);
-    if (!id || slot >= records.size() || !records[slot].alive ||
-        records[slot].generation != generation_of(id))
+    if (slot >= records.size() || !records[slot].alive || slots.generation(slot) != generation_of(id))
       throw Error("PatchBatch: there is no patch with id " + std::to_string(id.value));
     return records[slot];
   }
@@ -178,37 +159,32 @@ struct PatchBatch::Impl {
     return materials.front();
   }
 
-  /// Takes what the adding thread handed over. Neither allocates nor frees.
+  /// Takes what the adding thread had handed over when the call began. Neither allocates nor frees.
   void apply_commands() noexcept {
-    while (Command* c = commands.take()) {
+    const std::uint64_t last = commands.pushed();
+    while (Command* c = commands.take(last)) {
+      trial.of = nullptr;
+      if (c->scratch.memory) std::swap(scratch, c->scratch);
       switch (c->kind) {
-        case Command::Kind::add: {
-          SlotTable::Slot& slot = table->slots[c->slot];
-          slot.generation = c->generation;
-          slot.patch.swap(c->patch);
-          if (c->scratch) scratch.swap(c->scratch);
+        case Command::Kind::add:
+          pool.patch(c->slot) = std::exchange(c->patch, Patch{});
           ++patches;
           break;
-        }
         case Command::Kind::replace: {
           FloatModeScope mode;
-          SlotTable::Slot& slot = table->slots[c->slot];
-          take_over(*c->patch, *slot.patch);
-          slot.patch.swap(c->patch);
-          if (c->scratch) scratch.swap(c->scratch);
+          Patch& p = pool.patch(c->slot);
+          p.model->take_over(c->patch, p);
+          std::swap(p, c->patch);
           break;
         }
         case Command::Kind::remove:
-          table->slots[c->slot].patch.swap(c->patch);
+          c->patch = std::exchange(pool.patch(c->slot), Patch{});
           --patches;
           break;
         case Command::Kind::grow:
-          for (std::uint32_t i = 0; i < table->capacity; ++i) {
-            c->table->slots[i] = std::move(table->slots[i]);
-            c->table->last[i] = table->last[i];
-          }
-          for (std::uint32_t i = 0; i < queue_length; ++i) c->table->motions[i] = table->motions[i];
-          table.swap(c->table);
+          pool.put(static_cast<int>(c->slot), std::move(c->chunk));
+          std::copy_n(queue->motions.begin(), queue_length, c->queue->motions.begin());
+          std::swap(queue, c->queue);
           break;
         case Command::Kind::none:
           break;
@@ -216,66 +192,84 @@ struct PatchBatch::Impl {
     }
   }
 
-  PatchState* find(PatchId id) const noexcept {
-    const std::uint32_t slot = slot_of(id);
-    if (!id || slot >= table->capacity) return nullptr;
-    const SlotTable::Slot& s = table->slots[slot];
-    return s.patch && s.generation == generation_of(id) ? s.patch.get() : nullptr;
-  }
-
   void attach_scratch(Command& command) {
-    const std::size_t bytes = command.patch->storage_bytes;
+    const std::size_t bytes = command.patch.record->bytes;
     if (bytes <= scratch_bytes) return;
-    command.scratch = std::make_unique<PatchState>();
-    command.scratch->storage.reset(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{64})));
-    command.scratch->storage_bytes = bytes;
+    command.scratch.memory.reset(
+        static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
+    command.scratch.bytes = bytes;
   }
 
   /// Nothing can fail any more: only now is what comes with the command counted as there.
   void send(std::unique_ptr<Command> command) noexcept {
-    if (command->scratch) scratch_bytes = command->scratch->storage_bytes;
+    if (command->scratch.memory) scratch_bytes = command->scratch.bytes;
     commands.push(std::move(command));
   }
 
-  /// One motion, start to end, on one thread.
-  void step_one(std::size_t i, Task& task) noexcept {
-    PatchState& p = *find(in[i].id);
-    PatchStep step = begin_step(p, in[i], dt, true);
-    step.ran = step.moves && !holds_still(p, step);
-    if (step.ran) {
-      Totals totals{};
-      run_blocks(p, step, 0, p.active_blocks(), totals);
-      finish_step(p, step, totals, out[i]);
-      task.visited += totals.visited;
-    } else {
-      finish_step(p, step, no_totals, out[i]);
-    }
-    task.status = task.status | out[i].status;
-    ++task.stepped;
+  /// Another chunk of slots, when all are taken. Throws std::bad_alloc.
+  void grow_pool() {
+    auto grow = std::make_unique<Command>();
+    grow->kind = Command::Kind::grow;
+    grow->slot = static_cast<std::uint32_t>(chunks);
+    grow->chunk = std::make_unique<PatchChunk>(PatchPool::slots_of(chunks));
+    grow->queue = std::make_unique<MoveQueue>(PatchPool::first_of(chunks) + PatchPool::slots_of(chunks));
+    ++chunks;
+    send(std::move(grow));
   }
 
+  static constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+  /// Inside a step: admitted, with work for kernels still to do.
+  static constexpr Status waiting = static_cast<Status>(1u << 31);
+
   /// Refuses what cannot be stepped. Null when refused.
-  PatchState* admit(std::size_t i) noexcept {
+  Patch* admit(std::size_t i) noexcept {
     out[i].id = in[i].id;
-    PatchState* p = find(in[i].id);
+    Patch* p = pool.find(in[i].id);
     if (p == nullptr) {
       write_refusal(nullptr, Status::unknown_id, out[i]);
       return nullptr;
     }
     if (p->last_step == step_number) {
-      write_refusal(&p->options, Status::repeated_id, out[i]);
+      write_refusal(p, Status::repeated_id, out[i]);
       return nullptr;
     }
     p->last_step = step_number;
+    if (stays_at_rest(*p, in[i])) return p;
     if (!is_good_motion(*p, in[i])) {
-      write_refusal(&p->options, Status::bad_input, out[i]);
+      write_refusal(p, Status::bad_input, out[i]);
       return nullptr;
     }
-    out[i].status = Status::ok;
     return p;
   }
 
-  static constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+  /// Asks for the memory that motions soon to come will need: patches out of cache cost half of it less
+  /// (core/MODEL.md, section 20).
+  [[gnu::always_inline]] void fetch_ahead(std::size_t i) const noexcept {
+    if (i + slots_ahead < in.size()) {
+      const std::uint32_t slot = slot_of(in[i + slots_ahead].id);
+      if (slot < pool.capacity()) fetch(&pool.patch(slot), sizeof(Patch) / 64);
+    }
+    if (i + records_ahead < in.size()) {
+      const std::uint32_t slot = slot_of(in[i + records_ahead].id);
+      if (slot >= pool.capacity()) return;
+      const Patch& p = pool.patch(slot);
+      if (!stays_at_rest(p, in[i + records_ahead])) fetch(p.record, p.fetched_lines);
+    }
+  }
+  // Inlined by force: g++ 12 takes a function that does nothing but prefetch for one without effect.
+  [[gnu::always_inline]] static void fetch(const void* memory, int lines) noexcept {
+    for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(memory) + 64 * line);
+  }
+
+  /// One motion, start to end, on one thread.
+  void step_one(Patch& p, std::size_t i, Task& task) noexcept {
+    if (stays_at_rest(p, in[i]))
+      answer_at_rest(p, out[i]);
+    else
+      task.visited += step_patch(p, in[i], dt, out[i]);
+    task.status = task.status | out[i].status;
+    ++task.stepped;
+  }
 
   static void run_task(void* self, int index) {
     Impl& impl = *static_cast<Impl*>(self);
@@ -284,13 +278,13 @@ struct PatchBatch::Impl {
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
-      run_blocks(*split.patch, split.step, task.first, task.last, task.totals);
+      split.patch->model->run(*split.patch, split.step, task.first, task.last, task.totals);
       return;
     }
     for (std::uint32_t i = task.first; i < task.last; ++i) {
-      if (has(impl.out[i].status, refusals)) continue;
-      if (impl.find(impl.in[i].id)->split_step == impl.step_number) continue;
-      impl.step_one(i, task);
+      if (!has(impl.out[i].status, waiting)) continue;
+      impl.fetch_ahead(i);
+      impl.step_one(*impl.pool.find(impl.in[i].id), i, task);
     }
   }
 
@@ -303,42 +297,57 @@ struct PatchBatch::Impl {
     return task;
   }
 
+  /// Bristles that the step may visit, with what a patch costs beside them. 0 = nothing can snap.
+  std::uint64_t cost_of(const Patch& p, const Motion& motion) const noexcept {
+    if (motion.normal_load != p.normal_load) return sharing.patch_overhead + p.record->largest_work;
+    const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
+    return sharing.patch_overhead + (moves ? p.in_contact() : 0);
+  }
+
   StepReport step_all() noexcept {
     StepReport report;
     ++step_number;
+    trial.of = nullptr;
     const auto n = in.size();
     const bool serial = workers.count() == 1;
     FloatModeScope mode;
 
-    // Who can be stepped, and what it will cost.
+    // Who can be stepped, and what it will cost. What rests is answered at once: it costs no more than
+    // asking.
     std::uint64_t cost = 0;
+    std::size_t first_waiting = n;
     Task alone{};
     for (std::size_t i = 0; i < n; ++i) {
-      PatchState* p = admit(i);
+      fetch_ahead(i);
+      Patch* p = admit(i);
       if (p == nullptr) {
         report.status = report.status | out[i].status;
         continue;
       }
-      if (serial)
-        step_one(i, alone);
-      else
-        cost += cost_of(*p, in[i]);
+      if (serial || stays_at_rest(*p, in[i])) {
+        step_one(*p, i, alone);
+        continue;
+      }
+      out[i].status = waiting;
+      cost += cost_of(*p, in[i]);
+      first_waiting = std::min(first_waiting, i);
     }
-    const bool sizable = !serial && cost >= sharing.parallel_from;
+    const bool sizable = cost >= sharing.parallel_from;
     const bool shared = sizable && (cost >= sharing.parallel_from_paused ||
                                     DeadlineMonitor::wall_now() - last_sizable_step < sharing.awake);
-    if (!serial && !shared)
-      for (std::size_t i = 0; i < n; ++i)
-        if (!has(out[i].status, refusals)) step_one(i, alone);
-    if (shared) split_and_run(cost, report);
+    if (!shared)
+      for (std::size_t i = first_waiting; i < n; ++i) {
+        if (!has(out[i].status, waiting)) continue;
+        fetch_ahead(i);
+        step_one(*pool.find(in[i].id), i, alone);
+      }
+    report.tasks = 1;
+    report.threads = 1;
+    if (shared) split_and_run(first_waiting, cost, report);
     if (sizable) last_sizable_step = DeadlineMonitor::wall_now();
-    if (!shared) {
-      report.status = report.status | alone.status;
-      report.patches_stepped = alone.stepped;
-      report.bristles_visited = alone.visited;
-      report.tasks = 1;
-      report.threads = 1;
-    }
+    report.status = report.status | alone.status;
+    report.patches_stepped += alone.stepped;
+    report.bristles_visited += alone.visited;
     return report;
   }
 
@@ -349,8 +358,8 @@ struct PatchBatch::Impl {
       report.status = Status::bad_input;
       for (std::size_t i = 0; i < responses.size(); ++i) {
         if (i < motions.size()) responses[i].id = motions[i].id;
-        const PatchState* p = i < motions.size() ? find(motions[i].id) : nullptr;
-        write_refusal(p != nullptr ? &p->options : nullptr, Status::bad_input, responses[i]);
+        write_refusal(i < motions.size() ? pool.find(motions[i].id) : nullptr, Status::bad_input,
+                      responses[i]);
       }
       return report;
     }
@@ -360,46 +369,69 @@ struct PatchBatch::Impl {
     return step_all();
   }
 
-  std::uint64_t cost_of(const PatchState& p, const Motion& motion) const noexcept {
-    const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
-    const std::uint64_t contact = motion.normal_load == p.normal_load ? p.in_contact() : p.detail;
-    return sharing.patch_overhead + (moves ? contact : 0);
+  /// A large patch goes by ranges of blocks. False: there is no room for its tasks.
+  bool split_patch(Patch& p, std::size_t i, std::uint64_t pieces, int& split_count,
+                   int& task_count) noexcept {
+    if (pieces <= 1 || split_count >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
+      return false;
+    Split& split = splits[static_cast<std::size_t>(split_count)];
+    split.patch = &p;
+    split.motion = i;
+    double contact_loss = 0.0;
+    if (in[i].normal_load != p.normal_load) contact_loss = p.model->apply_load(p, in[i].normal_load);
+    split.step = read_motion(p, in[i], dt, true);
+    split.step.contact_loss = contact_loss;
+    split.first_task = task_count;
+    split.task_count = 0;
+    out[i].status = Status::ok;  // no longer waiting
+    if (split.step.moves && !holds_still(p, split.step)) {
+      // Whole groups of blocks to a task: bounds are kept by group.
+      const std::uint32_t blocks = p.model->prepare(p, split.step);
+      const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
+      const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
+      for (std::uint32_t k = 0; k < parts; ++k)
+        new_task(task_count, split_count, groups * k / parts * blocks_per_range,
+                 std::min(groups * (k + 1) / parts * blocks_per_range, blocks));
+      split.task_count = static_cast<int>(parts);
+    }
+    ++split_count;
+    return true;
   }
 
-  void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
+  /// The response of a patch whose ranges are done.
+  void finish_split(const Split& split, StepReport& report) noexcept {
+    Patch& p = *split.patch;
+    Response& response = out[split.motion];
+    StepSums sums;
+    if (split.task_count == 0) {
+      hold(p, split.step.advance, sums);
+    } else {
+      Totals totals{};
+      for (int t = 0; t < split.task_count; ++t)
+        add_totals(totals, tasks[static_cast<std::size_t>(split.first_task + t)].totals);
+      p.model->finish(p, split.step, totals, sums);
+    }
+    write_response(p, split.step, sums, response);
+    report.status = report.status | response.status;
+    report.bristles_visited += sums.visited;
+    ++report.patches_stepped;
+  }
+
+  void split_and_run(std::size_t first, std::uint64_t cost, StepReport& report) noexcept {
     const auto n = in.size();
     const std::uint64_t piece = std::max<std::uint64_t>(
         cost / (static_cast<std::uint64_t>(workers.count()) * 4), sharing.smallest_piece);
     int task_count = 0;
     int split_count = 0;
-    std::uint32_t group_first = 0;
+    auto group_first = static_cast<std::uint32_t>(first);
     std::uint64_t group_cost = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (has(out[i].status, refusals)) continue;
-      PatchState& p = *find(in[i].id);
+    for (std::size_t i = first; i < n; ++i) {
+      if (!has(out[i].status, waiting)) continue;
+      Patch& p = *pool.find(in[i].id);
       const std::uint64_t patch_cost = cost_of(p, in[i]);
-      // Large patches go by ranges of blocks, as long as there is room for their tasks.
-      const auto pieces = static_cast<int>(std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64));
-      if (patch_cost > 2 * sharing.smallest_piece && pieces > 1 && split_count < max_split &&
-          task_count + pieces < max_tasks / 2) {
-        Split& split = splits[static_cast<std::size_t>(split_count)];
-        p.split_step = step_number;
-        split.patch = &p;
-        split.motion = i;
-        split.step = begin_step(p, in[i], dt, true);
-        split.first_task = task_count;
-        split.step.ran = split.step.moves && !holds_still(p, split.step);
-        const std::uint32_t blocks = split.step.ran ? p.active_blocks() : 0;
-        // Whole groups of blocks to a task: bounds are kept by group.
-        const std::uint32_t groups = (blocks + blocks_per_group - 1) / blocks_per_group;
-        const std::uint32_t parts = std::min<std::uint32_t>(static_cast<std::uint32_t>(pieces), groups);
-        for (std::uint32_t k = 0; k < parts; ++k)
-          new_task(task_count, split_count, groups * k / parts * blocks_per_group,
-                   std::min(groups * (k + 1) / parts * blocks_per_group, blocks));
-        split.task_count = static_cast<int>(parts);
-        ++split_count;
+      const std::uint64_t pieces = std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64);
+      if (patch_cost > 2 * sharing.smallest_piece && split_patch(p, i, pieces, split_count, task_count))
         continue;
-      }
       group_cost += patch_cost;
       const int room = max_tasks - 1 - task_count;
       if (group_cost >= piece && room > 0) {
@@ -417,17 +449,7 @@ struct PatchBatch::Impl {
       report.patches_stepped += task.stepped;
       report.bristles_visited += task.visited;
     }
-    for (int s = 0; s < split_count; ++s) {
-      Split& split = splits[static_cast<std::size_t>(s)];
-      Totals totals{};
-      for (int t = 0; t < split.task_count; ++t)
-        add_totals(totals, tasks[static_cast<std::size_t>(split.first_task + t)].totals);
-      Response& response = out[split.motion];
-      finish_step(*split.patch, split.step, totals, response);
-      report.status = report.status | response.status;
-      report.bristles_visited += totals.visited;
-      ++report.patches_stepped;
-    }
+    for (int s = 0; s < split_count; ++s) finish_split(splits[static_cast<std::size_t>(s)], report);
     // Where all that could have been shared holds still, the calling thread did what there was.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), 1u);
     report.threads = std::max(count_threads(task_count), 1u);
@@ -459,33 +481,19 @@ PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::add;
   command->patch = make_patch(impl.compiled(material), options, impl.kernels);
-  command->patch->skips = impl.skips;
+  command->patch.skips = impl.skips;
   impl.attach_scratch(*command);
 
-  if (impl.free_slots.empty()) {
-    const auto fresh = static_cast<std::uint32_t>(impl.records.size());
-    if (fresh >= impl.table_capacity) {
-      auto grow = std::make_unique<Command>();
-      grow->kind = Command::Kind::grow;
-      grow->table = std::make_unique<SlotTable>(impl.table_capacity * 2);
-      impl.table_capacity *= 2;
-      impl.send(std::move(grow));
-    }
-    impl.records.emplace_back();
-    impl.free_slots.reserve(impl.records.capacity());
-    impl.free_slots.push_back(fresh);
-  }
-  const std::uint32_t slot = impl.free_slots.back();
-  impl.free_slots.pop_back();
-  Impl::Record& record = impl.records[slot];
-  record.options = command->patch->options;
-  record.weight = command->patch->weight;
-  ++record.generation;
-  record.alive = true;
-  command->slot = slot;
-  command->generation = record.generation;
+  const SlotList::Slot slot = impl.slots.take();
+  impl.records.resize(impl.slots.size());
+  if (slot.number >= PatchPool::first_of(impl.chunks - 1) + PatchPool::slots_of(impl.chunks - 1))
+    impl.grow_pool();
+  const PatchRecord& made = *command->patch.record;
+  impl.records[slot.number] = {made.options, made.full_weight, true};
+  command->slot = slot.number;
+  command->patch.generation = slot.generation;
   impl.send(std::move(command));
-  return make_id(slot, record.generation);
+  return make_id(slot.number, slot.generation);
 }
 
 void PatchBatch::remove(PatchId id) {
@@ -496,7 +504,7 @@ void PatchBatch::remove(PatchId id) {
   command->slot = slot_of(id);
   impl.send(std::move(command));
   record.alive = false;
-  impl.free_slots.push_back(slot_of(id));
+  impl.slots.give_back(slot_of(id));
 }
 
 void PatchBatch::set_material(PatchId id, const Material& material) {
@@ -506,7 +514,7 @@ void PatchBatch::set_material(PatchId id, const Material& material) {
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::replace;
   command->slot = slot_of(id);
-  command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.weight);
+  command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.full_weight);
   impl.attach_scratch(*command);
   impl.send(std::move(command));
 }
@@ -524,11 +532,11 @@ StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> o
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
   Impl& impl = *impl_;
   impl.apply_commands();
-  if (impl.find(id) == nullptr) return;
+  if (impl.pool.find(id) == nullptr) return;
   // One entry for a slot at the most: a patch that follows a removed one takes its place in the queue.
-  std::uint32_t& queued = impl.table->slots[slot_of(id)].queued;
+  std::uint32_t& queued = impl.pool.note(slot_of(id)).queued;
   if (queued == 0) queued = ++impl.queue_length;
-  Motion& motion = impl.table->motions[queued - 1];
+  Motion& motion = impl.queue->motions[queued - 1];
   motion = Motion{};
   motion.id = id;
   motion.displacement[0] = dx_m;
@@ -539,15 +547,16 @@ void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n
 StepReport PatchBatch::step(double dt_s) noexcept {
   Impl& impl = *impl_;
   impl.apply_commands();
-  SlotTable& table = *impl.table;
+  MoveQueue& queue = *impl.queue;
   const std::uint32_t count = impl.queue_length;
-  std::fill_n(table.responses.begin(), count, Response{});
-  const StepReport report = impl.step(dt_s, Span<const Motion>(table.motions.data(), count),
-                                      Span<Response>(table.responses.data(), count));
+  std::fill_n(queue.responses.begin(), count, Response{});
+  const StepReport report = impl.step(dt_s, Span<const Motion>(queue.motions.data(), count),
+                                      Span<Response>(queue.responses.data(), count));
   for (std::uint32_t i = 0; i < count; ++i) {
-    const PatchId id = table.motions[i].id;
-    table.slots[slot_of(id)].queued = 0;
-    if (impl.find(id) != nullptr) table.last[slot_of(id)] = table.responses[i];
+    const PatchId id = queue.motions[i].id;
+    SlotNote& note = impl.pool.note(slot_of(id));
+    note.queued = 0;
+    if (impl.pool.find(id) != nullptr) note.last = queue.responses[i];
   }
   impl.queue_length = 0;
   return report;
@@ -556,8 +565,8 @@ StepReport PatchBatch::step(double dt_s) noexcept {
 Response PatchBatch::force(PatchId id) const noexcept {
   Impl& impl = *impl_;
   impl.apply_commands();
-  if (impl.find(id) != nullptr && impl.table->last[slot_of(id)].id == id)
-    return impl.table->last[slot_of(id)];
+  if (impl.pool.find(id) != nullptr && impl.pool.note(slot_of(id)).last.id == id)
+    return impl.pool.note(slot_of(id)).last;
   Response none;
   none.id = id;
   none.status = Status::unknown_id;
@@ -566,17 +575,18 @@ Response PatchBatch::force(PatchId id) const noexcept {
 
 bool PatchBatch::reset(PatchId id) noexcept {
   impl_->apply_commands();
-  const PatchState* p = impl_->find(id);
-  return p != nullptr && reset(id, p->options.seed, p->options.key);
+  const Patch* p = impl_->pool.find(id);
+  return p != nullptr && reset(id, p->record->options.seed, p->record->options.key);
 }
 
 bool PatchBatch::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
   impl_->apply_commands();
-  PatchState* p = impl_->find(id);
+  Patch* p = impl_->pool.find(id);
   if (p == nullptr) return false;
   FloatModeScope mode;
-  reset_patch(*p, seed, key);
-  impl_->table->last[slot_of(id)] = Response{};
+  impl_->trial.of = nullptr;
+  p->model->reset(*p, seed, key);
+  impl_->pool.note(slot_of(id)).last = Response{};
   return true;
 }
 
@@ -586,98 +596,101 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   FloatModeScope mode;
   Response response;
   response.id = motion.id;
-  PatchState* p = impl.find(motion.id);
+  Patch* p = impl.pool.find(motion.id);
   if (p == nullptr) {
     write_refusal(nullptr, Status::unknown_id, response);
     return response;
   }
   if (!is_good_time(dt_s) || !is_good_motion(*p, motion)) {
-    write_refusal(&p->options, Status::bad_input, response);
+    write_refusal(p, Status::bad_input, response);
     return response;
   }
-  double loss = 0.0;
-  if (motion.normal_load != p->normal_load) {
-    // Another load moves bristles in and out of contact: tried on a copy.
-    copy_patch(*p, *impl.scratch);
-    p = impl.scratch.get();
-    loss = apply_load(*p, motion.normal_load);
+  if (motion.normal_load == p->normal_load) {
+    find_response(*p, motion, dt_s, 0.0, response);
+    return response;
   }
-  PatchStep step = begin_step(*p, motion, dt_s, false);
-  step.contact_loss = loss;
-  Totals totals{};
-  if (step.moves && !holds_still(*p, step)) run_blocks(*p, step, 0, p->active_blocks(), totals);
-  finish_step(*p, step, totals, response);
+  // Another load moves bristles in and out of contact: tried on a copy.
+  Impl::Trial& trial = impl.trial;
+  if (trial.of != p || trial.normal_load != motion.normal_load) {
+    p->model->copy(*p, trial.patch, impl.scratch.memory.get());
+    trial.contact_loss = trial.patch.model->apply_load(trial.patch, motion.normal_load);
+    trial.of = p;
+    trial.normal_load = motion.normal_load;
+  }
+  find_response(trial.patch, motion, dt_s, trial.contact_loss, response);
   return response;
 }
 
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
   impl_->apply_commands();
-  PatchState* p = impl_->find(id);
+  Patch* p = impl_->pool.find(id);
   if (p == nullptr) return Status::unknown_id;
-  if (bristles == 0 || bristles > p->bristles) return Status::bad_input;
   FloatModeScope mode;
-  change_detail(*p, bristles);
-  return Status::ok;
+  impl_->trial.of = nullptr;
+  return p->model->set_detail(*p, bristles);
 }
 
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   impl_->apply_commands();
   PatchInfo info;
-  const PatchState* p = impl_->find(id);
+  const Patch* p = impl_->pool.find(id);
   if (p == nullptr) return info;
-  info.key = p->options.key;
-  info.bristles = p->bristles;
-  info.detail = p->detail;
-  info.weight = p->weight;
-  info.max_normal_load = p->material->material.load_on_bristles(p->full_weight * p->bristles);
-  info.active = p->active;
+  info.key = p->record->options.key;
   info.normal_load = p->normal_load;
-  info.memory_bytes = p->storage_bytes + sizeof(PatchState);
-  const unsigned number = p->is_double() ? 8 : 4;
-  const unsigned columns = static_cast<unsigned>(p->options.axes) + 1 + (p->draw != nullptr ? 1 : 0);
-  info.bytes_per_bristle = columns * number + (p->draw != nullptr ? 4 : 0);
-  info.kernel = kernel_name(*p);
+  info.memory_bytes = p->record->bytes + sizeof(Patch);
+  p->model->describe(*p, info);
   return info;
 }
 
 double PatchBatch::stored_energy(PatchId id) const noexcept {
   impl_->apply_commands();
   FloatModeScope mode;
-  const PatchState* p = impl_->find(id);
-  return p != nullptr ? find_stored_energy(*p) : 0.0;
+  const Patch* p = impl_->pool.find(id);
+  return p != nullptr ? p->model->stored_energy(*p) : 0.0;
 }
 
 std::uint64_t PatchBatch::state_hash(PatchId id) const noexcept {
   impl_->apply_commands();
-  const PatchState* p = impl_->find(id);
-  return p != nullptr ? hash_patch(*p) : 0;
+  const Patch* p = impl_->pool.find(id);
+  return p != nullptr ? p->model->hash(*p) : 0;
 }
+
+namespace {
+
+/// Calls `visit(slot, patch)` for each patch of the pool, by slot.
+template <class Visit>
+void for_each_patch(const PatchPool& pool, Visit&& visit) {
+  for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {
+    Patch& p = pool.patch(slot);
+    if (p.generation != 0) visit(slot, p);
+  }
+}
+
+}  // namespace
 
 std::uint64_t PatchBatch::state_hash() const noexcept {
   impl_->apply_commands();
   Hasher hasher;
-  for (const SlotTable::Slot& slot : impl_->table->slots)
-    if (slot.patch) hasher.add(hash_patch(*slot.patch));
+  for_each_patch(impl_->pool, [&](std::uint32_t, const Patch& p) { hasher.add(p.model->hash(p)); });
   return hasher.value();
 }
 
 std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> zy,
                                       Span<double> delta) const noexcept {
   impl_->apply_commands();
-  const PatchState* p = impl_->find(id);
+  const Patch* p = impl_->pool.find(id);
   if (p == nullptr) return 0;
-  std::size_t count = p->bristles;
+  std::size_t count = p->record->options.bristles;
   for (const Span<double>& column : {zx, zy, delta})
     if (!column.empty()) count = std::min(count, column.size());
-  read_columns(*p, count, zx, zy, delta);
+  p->model->read_bristles(*p, count, zx, zy, delta);
   return count;
 }
 
 std::size_t PatchBatch::state_size() const noexcept {
   impl_->apply_commands();
   std::size_t size = saved_batch_size;
-  for (const SlotTable::Slot& slot : impl_->table->slots)
-    if (slot.patch) size += saved_size(*slot.patch);
+  for_each_patch(impl_->pool, [&](std::uint32_t, const Patch& p) { size += saved_size_of(p); });
   return size;
 }
 
@@ -685,12 +698,10 @@ std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
   const std::size_t size = state_size();
   if (to.size() < size) return 0;
   std::size_t at = saved_batch_size;
-  for (std::uint32_t i = 0; i < impl_->table->capacity; ++i) {
-    const SlotTable::Slot& slot = impl_->table->slots[i];
-    if (!slot.patch) continue;
-    save_patch(*slot.patch, i, slot.generation, to.data() + at);
-    at += saved_size(*slot.patch);
-  }
+  for_each_patch(impl_->pool, [&](std::uint32_t slot, const Patch& p) {
+    save_patch(p, slot, to.data() + at);
+    at += saved_size_of(p);
+  });
   seal_batch({size, impl_->patches}, {to.data(), size});
   return size;
 }
@@ -705,32 +716,29 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
                 std::to_string(impl.patches));
   // Every patch is looked through before one is changed.
   std::size_t at = saved_batch_size;
-  for (std::uint32_t i = 0; i < impl.table->capacity; ++i) {
-    const SlotTable::Slot& slot = impl.table->slots[i];
-    if (!slot.patch) continue;
+  for_each_patch(impl.pool, [&](std::uint32_t slot, const Patch& p) {
     const std::size_t left = static_cast<std::size_t>(head.bytes) - at;
-    const auto fail = [i](const std::string& why) {
-      throw Error("restore_state: patch " + std::to_string(i + 1) + why);
+    const auto fail = [slot](const std::string& why) {
+      throw Error("restore_state: patch " + std::to_string(slot + 1) + why);
     };
     if (left < saved_patch_size) fail(" is cut short");
     const SavedPatch saved = read_saved_patch(from.data() + at);
-    if (saved.slot != i || saved.generation != slot.generation || saved.signature != signature(*slot.patch) ||
-        saved.bytes != saved_size(*slot.patch))
+    if (saved.slot != slot || saved.generation != p.generation || saved.signature != signature_of(p) ||
+        saved.bytes != saved_size_of(p))
       fail(" has another material or other options than when it was saved");
     if (left < saved.bytes) fail(" is cut short");
-    if (const char* fault = find_fault(*slot.patch, from.data() + at))
+    if (const char* fault = find_fault_of(p, from.data() + at))
       fail(std::string(" is in a state that no patch can be in (") + fault + ")");
     at += saved.bytes;
-  }
+  });
   if (at != head.bytes) throw Error("restore_state: the saved state holds more than its patches");
+  impl.trial.of = nullptr;
   at = saved_batch_size;
-  for (std::uint32_t i = 0; i < impl.table->capacity; ++i) {
-    const SlotTable::Slot& slot = impl.table->slots[i];
-    if (!slot.patch) continue;
-    restore_patch(*slot.patch, from.data() + at);
-    impl.table->last[i] = Response{};
-    at += saved_size(*slot.patch);
-  }
+  for_each_patch(impl.pool, [&](std::uint32_t slot, Patch& p) {
+    restore_patch(p, from.data() + at);
+    impl.pool.note(slot).last = Response{};
+    at += saved_size_of(p);
+  });
 }
 
 std::size_t PatchBatch::patch_count() const noexcept {

@@ -16,7 +16,7 @@
 #include "bristle/error.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
-#include "core/patches/state_io.hpp"
+#include "core/patches/saved_state.hpp"
 
 namespace bristle {
 

@@ -1,6 +1,4 @@
 // The only file that names TBB.
-#include <sched.h>
-
 #include <atomic>
 #include <optional>
 #include <thread>
@@ -11,6 +9,7 @@
 #include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_scheduler_observer.h>
 
+#include "core/runtime/servo_cores.hpp"
 #include "core/runtime/workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
@@ -30,16 +29,7 @@ namespace {
 
 thread_local bool steps_here = false;  // this thread called step: it belongs to the host
 
-bool bind_off(int core) noexcept {
-  // All cores but one; the system takes away those that the process may not use.
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  for (int i = 0; i < CPU_SETSIZE; ++i)
-    if (i != core) CPU_SET(i, &cores);
-  return sched_setaffinity(0, sizeof cores, &cores) == 0;
-}
-
-/// Binds each worker that comes to the arena, once. It stays bound when it leaves: given back the servo core,
+/// Binds each worker that comes to the arena. It stays bound when it leaves: given back the servo core,
 /// it would be woken there at the next tick, and moving a thread costs more than a small step.
 class KeepOff final : public tbb::task_scheduler_observer {
  public:
@@ -51,15 +41,13 @@ class KeepOff final : public tbb::task_scheduler_observer {
 
   void on_scheduler_entry(bool is_worker) override {
     __tsan_acquire(&fork_tag);
-    static thread_local int tried = -1;
-    if (!is_worker || steps_here || tried == core_) return;
-    tried = core_;
-    if (!bind_off(core_)) unbound_.fetch_add(1, std::memory_order_relaxed);
+    if (!is_worker || steps_here) return;
+    if (!core_.keep_worker_off()) unbound_.fetch_add(1, std::memory_order_relaxed);
   }
   int unbound() const noexcept { return unbound_.load(std::memory_order_relaxed); }
 
  private:
-  const int core_;
+  const ServoCore core_;
   std::atomic<int> unbound_{0};
 };
 

@@ -5,8 +5,8 @@
 
 #include "check.hpp"
 #include "targets.hpp"
-#include "tools/cli/fit_data.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/data.hpp"
 
 namespace fuzz {
 

@@ -2,9 +2,9 @@
 
 #include "check.hpp"
 #include "targets.hpp"
-#include "tools/cli/scene.hpp"
-#include "tools/cli/scene_stepper.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/scene/scene_stepper.hpp"
 
 namespace fuzz {
 namespace {

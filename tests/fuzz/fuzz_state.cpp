@@ -1,7 +1,7 @@
 #include <cstring>
 #include <vector>
 
-#include "core/patches/state_io.hpp"
+#include "core/patches/saved_state.hpp"
 #include "steps.hpp"
 #include "targets.hpp"
 

@@ -1,4 +1,4 @@
-// The command line `bristle`. Exit codes: 0 done, 1 a failure of ours, 2 bad input (one line on stderr).
+// The command line `bristle`. Exit codes: 0 done, 1 an internal failure, 2 bad input (one line on stderr).
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -16,16 +16,16 @@
 #include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
 
-#include "tools/cli/accuracy.hpp"
-#include "tools/cli/capacity.hpp"
-#include "tools/cli/conditions.hpp"
-#include "tools/cli/experiment_command.hpp"
-#include "tools/cli/fit.hpp"
-#include "tools/cli/one_line.hpp"
-#include "tools/cli/report.hpp"
-#include "tools/cli/run.hpp"
-#include "tools/cli/stability.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/accuracy/accuracy.hpp"
+#include "tools/capacity/capacity.hpp"
+#include "tools/experiments/command.hpp"
+#include "tools/files/one_line.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/fit.hpp"
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/report.hpp"
+#include "tools/run/run.hpp"
+#include "tools/stability/stability.hpp"
 
 namespace {
 
@@ -46,7 +46,7 @@ std::string version_text() {
   try {
     chosen = bristle::PatchBatch().isa();
   } catch (const bristle::Error& error) {
-    throw cli::UserError(error.what());  // BRISTLE_ISA asks for what is not there
+    throw cli::UserError(error.what());  // BRISTLE_ISA names an instruction set that this machine lacks
   }
   const char* separator = "";
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
@@ -116,7 +116,7 @@ void check_command(const CLI::App& app, const std::string& name) {
     if (command->get_name() == name) return;
     known += (known.empty() ? "" : ", ") + command->get_name();
   }
-  throw cli::UserError(fmt::format("'{}' is no command; there are: {}", name, known));
+  throw cli::UserError(fmt::format("'{}' is not a command; allowed: {}", name, known));
 }
 
 /// An option that takes one of some words. (CLI11's own refusal shows the words as pairs with nothing.)
@@ -168,15 +168,15 @@ void add_experiments(CLI::App& app, cli::ExperimentOptions& options) {
   add_common(every);
   every->add_option("--markdown", options.markdown,
                     "Write the table with its reasons to this page (- for stdout)");
-  every->add_flag("--no-cost", options.no_cost, "Without the time of a step");
-  add("list", "What experiments, models and parameters there are");
+  every->add_flag("--no-cost", options.no_cost, "Leave out the time of a step");
+  add("list", "List experiments, models and parameters");
 }
 
 // `run --realtime` and what belongs to it.
 void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options) {
   CLI::Option* realtime = run_app->add_flag(
       "--realtime", wanted,
-      "Step against the clock, a bare sleep loop in turn with it; Ctrl-C ends it with the report");
+      "Step against the clock, alternating with a bare sleep loop; Ctrl-C stops it and prints the report");
   run_app->add_option("--rate", options.rate_hz, "Ticks per second, e.g. 1000; the scene's dt becomes 1/rate")
       ->check(within(1.0, 1e5))
       ->needs(realtime);
@@ -189,7 +189,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
   run_app
       ->add_option_function<double>(
           "--busy-wait", [&options](double us) { options.busy_wait_s = 1e-6 * us; },
-          "Sleep until so many us before a tick, then watch the clock")
+          "Sleep until this many us before a tick, then poll the clock")
       ->check(within(0.0, 1e6))
       ->needs(realtime);
   run_app->add_flag("--mlock", options.thread.lock_memory, "Lock the process in memory, if permitted")
@@ -226,12 +226,12 @@ int run(int argc, char** argv) {
   run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version");
   run_app
       ->add_option("--budget", run_options.overload.budget_us,
-                   "Time for a step, us: bristles are left out of one that takes longer, and come back")
+                   "Time for a step, us: a step that takes longer leaves out bristles, which come back later")
       ->check(within(1e-3, 1e9));
   run_app->add_option("--record-decisions", run_options.overload.record,
                       "Write what was left out and when to this CSV file");
   run_app->add_option("--replay-decisions", run_options.overload.replay,
-                      "Leave out what such a file says, whatever the clock: the same bits");
+                      "Leave out what such a file lists, whatever the clock says: the same bits");
   run_app->add_option("--steps", run_options.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
   run_app
@@ -242,7 +242,7 @@ int run(int argc, char** argv) {
   bool realtime = false;
   add_realtime(run_app, realtime, realtime_options);
   run_app->add_option("--restore-state", run_options.restore_state,
-                      "Go on from this state file, written by a run of the same scene");
+                      "Continue from this state file, written by a run of the same scene");
   run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file");
 
   cli::CapacityOptions capacity_options;

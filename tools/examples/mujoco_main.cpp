@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "tools/cli/text_table.hpp"
 #include "tools/examples/mujoco_scenes.hpp"
+#include "tools/reports/text_table.hpp"
 
 namespace {
 

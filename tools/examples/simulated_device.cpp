@@ -50,7 +50,7 @@ struct Simulation {
       times.record(times.wall_now() - wall, times.cpu_now() - cpu);
       move();
       next += std::chrono::microseconds(1000);
-      // After a hold-up it goes on from now: no burst of ticks to make up for it.
+      // After a delay it continues from now: no burst of ticks to make up for it.
       if (next < Clock::now()) next = Clock::now();
       std::this_thread::sleep_until(next);
     }

@@ -1,7 +1,7 @@
 // A haptic device that exists only in memory, with an interface in the shape of OpenHaptics' HDAPI, so that
 // the callback of servo_callback.cpp reads as it would there. Each function names the call it stands for.
 //
-// Behind it: a stylus of 50 g held by a hand (a spring and a damper towards where the hand wants to be),
+// Behind it: a stylus of 50 g held by a hand (a spring and a damper towards where the hand aims),
 // three encoders, a force that is held for a tick, a servo thread at 1 kHz.
 #pragma once
 
@@ -29,7 +29,7 @@ bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): th
 void stop_scheduler();  // hdStopScheduler: waits until it has ended
 
 // What a real device does not tell.
-void set_hand(void (*where)(double time_s, double (&metres)[3]));  // where the hand wants to be
+void set_hand(void (*where)(double time_s, double (&metres)[3]));  // where the hand aims
 double true_position(int axis);                                    // m; once stopped, or in the callback
 const bristle::DeadlineMonitor& servo_times();                     // of the callback; once stopped
 

@@ -58,7 +58,7 @@ void define_monitor(py::module_& module) {
           "time.")
       .def("record_skipped", &DeadlineMonitor::record_skipped, py::arg("ticks"),
            "Ticks of the grid that were left out; they count in the longest run.")
-      .def("pause", &DeadlineMonitor::pause, "The loop paused: the way to the next tick is no period.")
+      .def("pause", &DeadlineMonitor::pause, "The loop paused: the time to the next tick is not a period.")
       .def("refresh_events", &DeadlineMonitor::refresh_events,
            "Events of a late tick count from here on. A microsecond, on the thread that steps.")
       .def("reset", &DeadlineMonitor::reset, "Forgets what it saw.")

@@ -1,7 +1,7 @@
 // Who touches whom: the block, the tool and the room's five surfaces.
 //
 // Bullet says which pairs are close. Its manifolds gather their points over several ticks, and the points
-// jump from place to place while the block rests; a bristle wants to be bent at one place. So the points of a
+// jump from place to place while the block rests; a bristle has to be bent at one place. So the points of a
 // close pair are features that stay: the block's eight corners against a flat surface, the closest point
 // against the tool. Between flat surfaces and a box no other points can touch.
 #pragma once

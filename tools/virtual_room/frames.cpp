@@ -7,7 +7,7 @@
 #include <system_error>
 #include <vector>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/offscreen.hpp"
 #include "tools/virtual_room/screen.hpp"
 

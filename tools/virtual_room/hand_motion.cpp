@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "tools/cli/csv_rows.hpp"
-#include "tools/cli/motion_file.hpp"
-#include "tools/cli/text_file.hpp"
+#include "tools/files/csv_rows.hpp"
+#include "tools/files/motion_file.hpp"
+#include "tools/files/text_file.hpp"
 
 namespace room {
 namespace {

@@ -20,7 +20,7 @@
 #include <bristle/bristle.hpp>
 
 #include "bench/paced_loop.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
 #include "tools/virtual_room/parameters.hpp"
@@ -163,7 +163,7 @@ struct HapticLoop::Impl {
     release_device();
   }
 
-  // Nothing is computed for this device from here on: it must not go on with the last force.
+  // Nothing is computed for this device from here on: it must not keep the last force.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
     feedback = 0.0;
@@ -349,7 +349,8 @@ struct HapticLoop::Impl {
     }
   }
 
-  // The disk is full: the loop goes on without recording. Said in the room now, and by finish_recording().
+  // The disk is full: the loop continues without recording. The room shows it now, finish_recording() reports
+  // it.
   void give_up_recording(const char* why) {
     recorder.abandon();
     closing = false;
@@ -367,7 +368,7 @@ struct HapticLoop::Impl {
     clear_up();
     if (order_waits()) return;
     if (waiting != Act::none || requests.pop(waiting)) {
-      // Time that goes back would spoil what is being written: it is closed first. Forces alone go on.
+      // Time that goes back would spoil what is being written: it is closed first. Forces alone continue.
       const bool spoils =
           waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
       const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
@@ -406,7 +407,7 @@ struct HapticLoop::Impl {
         default:
           return;
       }
-    } catch (const std::exception& error) {  // a file that cannot be read or written: a line, and go on
+    } catch (const std::exception& error) {  // a file that cannot be read or written: a line, then continue
       if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());
@@ -440,7 +441,7 @@ struct HapticLoop::Impl {
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
-    // The script of before goes on at the present time: its changes up to here follow at once.
+    // The earlier script continues at the present time: its changes up to here follow at once.
     changes.assign(options.changes.begin(), options.changes.end());
     order.message = to_message("replay has ended");
     give(order);

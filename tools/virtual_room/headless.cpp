@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
-#include "tools/cli/progress.hpp"
-#include "tools/cli/text_table.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/progress.hpp"
+#include "tools/reports/text_table.hpp"
 
 namespace room {
 namespace {
@@ -112,7 +112,7 @@ void run_real(const RunOptions& o, HapticLoop& loop, const DrawFrame& draw, Summ
 
 void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw) {
   if (!(options.seconds > 0.0)) {
-    throw cli::UserError("how long? give --seconds, or a script whose hand moves");
+    throw cli::UserError("no duration; give --seconds, or a script whose hand moves");
   }
   Summary summary;
   (options.virtual_clock ? run_virtual : run_real)(options, loop, draw, summary);

@@ -8,7 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/headless.hpp"
 #include "tools/virtual_room/run_options.hpp"

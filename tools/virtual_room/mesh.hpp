@@ -19,7 +19,7 @@ struct Triangles {
   std::vector<std::uint32_t> indices;  ///< three a triangle, anticlockwise seen from outside
 };
 
-/// Half as long as `half` tells on each axis, edges rounded.
+/// `half` is the half length on each axis; edges rounded.
 Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
 Triangles make_sphere(int around);                 ///< radius 1
 Triangles make_rod(int around, float end_radius);  ///< z from 0 to 1, radius 1 below and end_radius above

@@ -22,7 +22,7 @@ class MouseControl {
   /// person, or nothing.
   std::string turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures);
 
-  /// A drag goes on: the panels must not see it.
+  /// A drag is under way: the panels must not see it.
   bool busy() const { return drag_ != Drag::none; }
   /// True once after the hand changed.
   bool hand_changed();

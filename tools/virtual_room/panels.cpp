@@ -177,7 +177,7 @@ void loop_table(const Panel& panel, const LoopStatistics& loop) {
   panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " +
                                                               with_unit(loop.period_p99, "s")
                                                         : "not paced");
-  panel.readout("late ticks of ours", with_commas(loop.late_ours),
+  panel.readout("late by this program", with_commas(loop.late_ours),
                 loop.late_ours ? colours::bad : colours::good);
   panel.readout("late by the machine", with_commas(loop.late_machine),
                 loop.late_machine ? colours::warning : colours::text);

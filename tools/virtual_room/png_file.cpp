@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 
 namespace room {
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/cli/force_file.hpp"
-#include "tools/cli/text_file.hpp"
+#include "tools/files/force_file.hpp"
+#include "tools/files/text_file.hpp"
 #include "tools/virtual_room/exchange.hpp"
 #include "tools/virtual_room/script.hpp"
 #include "tools/virtual_room/world.hpp"

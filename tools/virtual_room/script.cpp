@@ -6,22 +6,22 @@
 
 #include <fmt/format.h>
 
-#include "tools/cli/scene_table.hpp"
-#include "tools/cli/text_file.hpp"
-#include "tools/cli/user_error.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/toml_table.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/parameters.hpp"
 
 namespace room {
 namespace {
 
 using cli::Range;
-using cli::SceneTable;
+using cli::TomlTable;
 
 constexpr double degree = 3.14159265358979323846 / 180.0;
 constexpr Range seconds_range{0.0, 1e6, false, "s"};
 constexpr const char* model_names[] = {"brush", "lugre", "coulomb"};
 
-void read_settings(const SceneTable& table, Settings& s) {
+void read_settings(const TomlTable& table, Settings& s) {
   s.model = static_cast<FrictionModel>(table.choice("model", {model_names[0], model_names[1], model_names[2]},
                                                     static_cast<std::size_t>(s.model)));
   s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
@@ -36,14 +36,14 @@ void read_settings(const SceneTable& table, Settings& s) {
   if (!message.empty()) table.fail(message);
 }
 
-void allow_settings(const SceneTable& table, bool with_time) {
+void allow_settings(const TomlTable& table, bool with_time) {
   table.allow({"t", "model", "rule", "bristles", "kinetic", "peak", "presliding_length", "damping_per_newton",
                "viscous_friction", "stribeck_velocity", "mass", "extra_load", "slope", "slope_deg", "tapping",
                "hand_stiffness", "hand_damping"});
-  if (!with_time && table.has("t")) table.fail("t", "belongs into [[change]]");
+  if (!with_time && table.has("t")) table.fail("t", "belongs in [[change]]");
 }
 
-bool read_vector(const SceneTable& table, std::string_view key, const Range& range, double (&to)[3]) {
+bool read_vector(const TomlTable& table, std::string_view key, const Range& range, double (&to)[3]) {
   if (!table.has(key)) return false;
   const std::vector<double> numbers = table.numbers(key, range);
   if (numbers.size() != 3) table.fail(key, "needs three numbers: x, y, z");
@@ -51,7 +51,7 @@ bool read_vector(const SceneTable& table, std::string_view key, const Range& ran
   return true;
 }
 
-HandRow read_hand_row(const SceneTable& table) {
+HandRow read_hand_row(const TomlTable& table) {
   table.allow({"t", "position", "force"});
   HandRow row;
   row.t = table.number("t", seconds_range);
@@ -60,7 +60,7 @@ HandRow read_hand_row(const SceneTable& table) {
   return row;
 }
 
-void read_room(const SceneTable& table, const std::string& path, const RoomMeasures& measures,
+void read_room(const TomlTable& table, const std::string& path, const RoomMeasures& measures,
                Script& script) {
   table.allow({"seconds", "hand_file", "lost_at", "back_at"});
   script.seconds = table.number("seconds", seconds_range, 0.0);
@@ -81,17 +81,17 @@ Script parse_script(const std::string& text, const std::string& path, const Room
   } catch (const toml::parse_error& error) {
     throw cli::UserError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
   }
-  const SceneTable root(path, parsed, "the script");
+  const TomlTable root(path, parsed, "the script");
   root.allow({"room", "settings", "change", "hand"});
   Script script;
   if (root.has("room")) read_room(root.table("room"), path, measures, script);
   if (root.has("settings")) {
-    const SceneTable table = root.table("settings");
+    const TomlTable table = root.table("settings");
     allow_settings(table, false);
     read_settings(table, script.settings);
   }
   Settings settings = script.settings;
-  for (const SceneTable& table : root.tables("change")) {
+  for (const TomlTable& table : root.tables("change")) {
     allow_settings(table, true);
     const double t = table.number("t", seconds_range);
     if (!script.changes.empty() && t < script.changes.back().t)
@@ -101,7 +101,7 @@ Script parse_script(const std::string& text, const std::string& path, const Room
   }
   const auto rows = root.tables("hand");
   if (!rows.empty() && !script.hand.rows.empty()) root.fail("has both hand_file and [[hand]] rows: give one");
-  for (const SceneTable& table : rows) {
+  for (const TomlTable& table : rows) {
     HandRow row = read_hand_row(table);
     if (!script.hand.rows.empty()) {
       const HandRow& last = script.hand.rows.back();
@@ -126,7 +126,7 @@ std::string settings_as_toml(const Settings& s) {
       fmt::format("model = \"{}\"\nrule = \"{}\"\nbristles = {}\n",
                   model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw", s.bristles);
   for (const SettingRange& r : setting_ranges) {
-    // TOML wants a point or an exponent in a float; {:e} has both.
+    // TOML requires a point or an exponent in a float; {:e} has both.
     text += fmt::format("{} = {:.17e}\n", r.name, s.*r.member);
   }
   return text;

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 
 namespace room {
 

@@ -12,7 +12,7 @@
 
 #include <bristle/deadline_monitor.hpp>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 
 namespace room {
 namespace {
@@ -86,7 +86,7 @@ UdpDevice::UdpDevice(int port, const char* address, double silence_s) : silence_
   own.sin_family = AF_INET;
   own.sin_port = htons(static_cast<std::uint16_t>(port));
   if (inet_pton(AF_INET, address, &own.sin_addr) != 1) {
-    throw cli::UserError(fmt::format("udp device: '{}' is no IPv4 address", address));
+    throw cli::UserError(fmt::format("udp device: '{}' is not an IPv4 address", address));
   }
   socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const auto* bound = reinterpret_cast<const sockaddr*>(&own);

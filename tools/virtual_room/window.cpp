@@ -17,7 +17,7 @@
 #include <string>
 #include <thread>
 
-#include "tools/cli/user_error.hpp"
+#include "tools/files/user_error.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/png_file.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
@@ -57,7 +57,7 @@ struct DestroyWindow {
   void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
 };
 
-// ImGui's platform part: it wants the view's context first.
+// ImGui's platform part: it needs the view's context first.
 struct ImGuiOnGlfw {
   explicit ImGuiOnGlfw(GLFWwindow* window) { ImGui_ImplGlfw_InitForOpenGL(window, true); }
   ~ImGuiOnGlfw() { ImGui_ImplGlfw_Shutdown(); }
@@ -131,7 +131,7 @@ class RoomWindow {
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     GLFWwindow* window =
         glfwCreateWindow(options.picture.width, options.picture.height, "bristle room", nullptr, nullptr);
-    if (!window) complain("OpenGL 3.3 is not to be had");
+    if (!window) complain("OpenGL 3.3 is not available");
     glfwSetWindowSizeLimits(window, 640, 480, GLFW_DONT_CARE, GLFW_DONT_CARE);
     return window;
   }
@@ -299,9 +299,10 @@ class RoomWindow {
 
 void print_summary(const Snapshot& room, long pictures) {
   const LoopStatistics& l = room.loop;
-  fmt::print("bristle-room: {:.1f} s, {} ticks, {} pictures; late ticks: {} of ours, {} of the machine\n",
-             room.time, with_commas(l.ticks), with_commas(static_cast<std::uint64_t>(pictures)), l.late_ours,
-             l.late_machine);
+  fmt::print(
+      "bristle-room: {:.1f} s, {} ticks, {} pictures; late ticks: {} by this program, {} by the machine\n",
+      room.time, with_commas(l.ticks), with_commas(static_cast<std::uint64_t>(pictures)), l.late_ours,
+      l.late_machine);
   fmt::print("bristle-room: a tick computes {} (p50), {} (p99), {} (max); period {}, {}, {}\n",
              with_unit(l.p50, "s"), with_unit(l.p99, "s"), with_unit(l.max, "s"),
              with_unit(l.period_p50, "s"), with_unit(l.period_p99, "s"), with_unit(l.period_max, "s"));

@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "tools/cli/waveform.hpp"
+#include "tools/scene/waveform.hpp"
 
 namespace room {
 namespace {
@@ -22,7 +22,7 @@ constexpr double fastest_target = 2.0;    // m/s: a hand that jumps is followed 
 constexpr double catching_up = 0.15;      // m/s: one that takes the tool from afar, at this one
 constexpr double tap_period = 0.25, tap_length = 0.02;  // s: a tap down the slope, the next one up
 constexpr double far_away = 5.0;                        // m: a block that got there is lost
-// A load that changes by less goes on as it was: rounding alone does not make a patch look at its bristles.
+// A load that changes by less stays as it was: rounding alone does not make a patch look at its bristles.
 constexpr double load_grain = 1e-9;
 
 // A half sine, down and up the slope in turn.

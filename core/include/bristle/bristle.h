@@ -237,7 +237,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_motion {
   bristle_id id;
   double displacement[2]; /**< m, of the moving body over the step */
   double normal_load;     /**< N */
-  uint8_t has_velocity;   /**< 1: `velocity` is given; 0: displacement / dt is used. No other value. */
+  uint8_t has_velocity;   /**< 0: displacement / dt is used; else `velocity` is given */
   uint8_t reserved[7];    /**< not read */
   double velocity[2];     /**< m/s, for dampers only */
 } bristle_motion;
@@ -290,9 +290,10 @@ typedef struct bristle_patch_info {
   uint64_t memory_bytes; /**< state of this patch */
   uint32_t bristles;     /**< representatives allocated */
   uint32_t bytes_per_bristle;
-  const char* kernel; /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
-  uint32_t detail;    /**< representatives in use: see bristle_set_detail */
-  uint32_t reserved;  /**< 0 */
+  const char* kernel;     /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
+  uint32_t detail;        /**< representatives in use: see bristle_set_detail */
+  uint32_t reserved;      /**< 0 */
+  double max_normal_load; /**< N, from which all representatives are in contact */
 } bristle_patch_info;
 
 /** Defaults of bristle::BatchOptions. [any] */
@@ -446,8 +447,9 @@ BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle
                                                uint32_t least_bristles);
 /** Forgets a patch. Null does nothing. [step] */
 BRISTLE_API void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch);
-/** Sheds if the motions of the next step would take too long. Returns how many details were changed. For
- * structs of this library's size only: else nothing is done. Never allocates. [step] */
+/** Sheds if the motions of the next step would take too long. Returns how many details were changed; 0, and
+ * the reason in bristle_last_error, for an argument that is null or of a wrong size. Never allocates, but for
+ *  structs of another size as bristle_step. [step] */
 BRISTLE_API int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
                                                 const bristle_motion* motions, size_t motion_size,
                                                 size_t count);

@@ -102,7 +102,7 @@ struct Motion {
   PatchId id;
   double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step
   double normal_load = 0.0;             ///< N, 0 to 1e15, holds over the whole step
-  bool has_velocity = false;            ///< else the damper uses displacement / dt
+  std::uint8_t has_velocity = 0;        ///< not 0: `velocity` is given; else it is displacement / dt
   double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
 };
 

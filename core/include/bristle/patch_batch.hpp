@@ -32,12 +32,14 @@ struct BatchOptions {
     eager = value;
     return *this;
   }
-  /// Workers are bound to the other cores (numbered from 0, as in sched_setaffinity). For a loop that steps
-  /// once a millisecond on a thread of its own core: a worker that sleeps between ticks is often woken on the
-  /// core of the thread that waits for it, and then takes no work. Bind the stepping thread to `core`
-  /// yourself. oneTBB shares its workers with the host; those that have worked here stay off that core. Where
-  /// the system does not allow it, work goes on unbound: see PatchBatch::unbound_workers. Bits do not depend
-  /// on it, and with one thread it means nothing.
+  /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). For a
+  /// loop that steps once a millisecond on a thread of its own core: a worker that sleeps between ticks is
+  /// often woken on the core of the thread that waits for it, and then takes no work. Bind the stepping
+  /// thread to `core` yourself. oneTBB shares its workers with the host and among batches; those that have
+  /// worked here stay off the servo cores of all batches. Where the system does not allow it, they work
+  /// unbound: see PatchBatch::unbound_workers. Bits do not depend on it, and with one thread it means
+  /// nothing. The cores of the process are those of the thread that makes the batch, or, if it is bound to a
+  /// single core, those that the process had when the library was loaded.
   BatchOptions& with_servo_core(int core) {
     servo_core = core;
     return *this;

@@ -1,0 +1,31 @@
+// How many fields a plain struct has: a list of them that is too short is found when it is compiled.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+namespace bristle::detail {
+
+/// Stands for a value of any type.
+struct Anything {
+  template <class T>
+  operator T() const;  // never called
+};
+
+template <class Struct, std::size_t... i>
+constexpr bool takes(std::index_sequence<i...>) {
+  return requires { Struct{(static_cast<void>(i), Anything{})...}; };
+}
+
+/// Of an aggregate without arrays and base classes.
+template <class Struct, std::size_t count = 0>
+constexpr std::size_t count_fields() {
+  if constexpr (takes<Struct>(std::make_index_sequence<count + 1>{}))
+    return count_fields<Struct, count + 1>();
+  else
+    return count;
+}
+template <class Struct>
+constexpr std::size_t field_count = count_fields<Struct>();
+
+}  // namespace bristle::detail

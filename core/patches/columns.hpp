@@ -1,0 +1,51 @@
+// Columns of a record, declared once. A record's `columns(record, visit)` calls `visit(pointer, rule)` for
+// each; allocation, reset, copy, take-over, save, restore and hash are loops over that list.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+#include "core/patches/record_memory.hpp"
+
+namespace bristle::detail {
+
+/// What an entry is: what it reads as out of contact, and with that what a reset, a save or another material
+/// makes of it.
+enum class Filler : unsigned char {
+  zero,          ///< 0. State: saved; a length in the units of the material
+  first_length,  ///< the bristle's first snap length. State: saved; kept by a material of the same law
+  draw_state,    ///< goes on, out of contact too. State: saved; filled from the seed
+  from_seed,     ///< first snap lengths: a function of seed and material, never changed by a step
+  block,         ///< bookkeeping of blocks, with functions of its own
+  cache          ///< nothing that the state depends on
+};
+constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
+
+struct ColumnRule {
+  const char* name;
+  std::uint32_t count;  ///< entries; 0 = this variant has no such column
+  Filler filler;
+  bool hashed;
+};
+
+template <class Record>
+std::size_t column_bytes(Record& record) noexcept {
+  std::size_t bytes = 0;
+  Record::columns(record, [&bytes](auto*& column, const ColumnRule& rule) {
+    bytes += aligned(rule.count * sizeof *column);
+  });
+  return bytes;
+}
+
+/// Lays the columns out in memory of column_bytes(record); none is filled, those without entries are null.
+template <class Record>
+void place_columns(Record& record, std::byte* memory) noexcept {
+  Record::columns(record, [&memory](auto*& column, const ColumnRule& rule) {
+    column = rule.count > 0 ? reinterpret_cast<std::remove_reference_t<decltype(column)>>(memory) : nullptr;
+    memory += aligned(rule.count * sizeof *column);
+  });
+}
+
+}  // namespace bristle::detail

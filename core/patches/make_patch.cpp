@@ -1,0 +1,18 @@
+// Which contact model a patch gets.
+#include "core/common/range_check.hpp"
+#include "core/patches/contact_model.hpp"
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+
+Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                 const KernelTable& kernels, double weight) {
+  constexpr const char* where = "PatchOptions";
+  require_within(where, "max_normal_load", options.max_normal_load, 1e-15, highest_load, "N");
+  if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
+  if (options.bristles > max_bristles_per_patch)
+    refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
+  return make_representatives(std::move(material), options, kernels, weight);
+}
+
+}  // namespace bristle::detail

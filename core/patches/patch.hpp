@@ -1,0 +1,114 @@
+// What every contact patch has, whatever computes its friction: one slot of the pool, four cache lines.
+//
+// A step of a patch that rests reads and writes the first line. A step that stays within the patch's bound
+// (sticking) needs all four and nothing else. Only a step in which something may snap asks the contact model
+// (contact_model.hpp), which keeps what it needs in a record of its own.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "bristle/patch.hpp"
+#include "core/kernel_table.hpp"
+#include "core/materials/kernel_law.hpp"
+
+namespace bristle::detail {
+
+struct ContactModel;
+
+constexpr double highest_load = 1e15;     ///< N, of a motion
+constexpr double highest_energy = 1e300;  ///< J: what overflows reads as this; sums of a few stay finite
+
+/// What a patch is, fixed when it is made but for seed and key. The base of every model's record.
+struct PatchRecord {
+  PatchOptions options;
+  const CompiledMaterial* material = nullptr;  ///< owned by the record's memory (record_memory.hpp)
+  std::uint32_t first_seed = 0;                ///< that it was added with; options.seed may change by a reset
+  std::uint32_t largest_work = 0;              ///< bristles that a step visits at the most
+  double full_weight =
+      0.0;                ///< physical bristles per representative when all are in use; a material keeps it
+  std::size_t bytes = 0;  ///< of the record and its columns
+};
+
+/// The shared part of a patch. Touched by the stepping thread and its workers only.
+///
+/// `sum` and `part_*` are the sum of deflections over the contact, fixed point, as a function of the position
+/// while nothing snaps, enters or leaves: sum + whole (position - here), and for bristles that count in part
+/// part_sum + part (position - part_position), rounded.
+struct alignas(64) Patch {
+  // --- line 1: all that a step of a resting patch needs
+  std::uint32_t generation = 0;  ///< of the patch in this slot; 0 = none
+  bool rests = false;            ///< the numbers below answer a step without motion
+  bool overloaded = false;
+  std::uint8_t axes = 2;
+  Outputs outputs = Outputs::end;
+  std::uint64_t last_step = 0;     ///< number of the step that named it last: finds repeated ids
+  double normal_load = 0.0;        ///< N
+  double elastic[2] = {0.0, 0.0};  ///< N, on the body, at the end of the last step
+  double stiffness = 0.0;          ///< N/m
+  double rest_damping = 0.0;       ///< N s/m at v = 0
+  double force_limit = 0.0;        ///< N
+
+  // --- line 2
+  std::int64_t position[2] = {0, 0};  ///< fixed point (kernel_table.hpp)
+  Reach bound{{0, 0}, -1.0};          ///< nothing snaps while the position stays within it
+  std::uint32_t whole = 0;            ///< bristles that count as one each, in full blocks
+  bool skips : 1 = true;              ///< steps within bounds are not computed bristle by bristle
+  bool tracks : 1 = true;             ///< bounds are renewed: worth it while most visited blocks hold still
+  bool literal : 1 = false;           ///< StepRule::literal
+  bool damps : 1 = false;             ///< the damper depends on the velocity
+  std::uint8_t fetched_lines = 0;     ///< cache lines of the record that are worth asking for ahead of a step
+  double part = 0.0;                  ///< bristles beyond `whole`, a real number
+  double newtons_per_unit = 0.0;      ///< elastic force of one unit of the sum
+
+  // --- line 3
+  Int128 sum[2] = {0, 0};
+  std::int64_t part_sum[2] = {0, 0};
+  std::int64_t part_position[2] = {0, 0};
+
+  // --- line 4
+  double lengths_per_metre = 1.0;
+  double zeta = 0.0;                ///< bristles in contact, physical
+  double overload = 1.0;            ///< zeta over what the patch can hold, where that is above 1
+  double pending_dissipated = 0.0;  ///< J, left over from a change of material; booked with the next step
+  double pending_loss = 0.0;        ///< J, the same, or of a change of detail
+  std::uint64_t pending_snaps = 0;
+  const ContactModel* model = nullptr;
+  PatchRecord* record = nullptr;  ///< owned by the slot's batch
+
+  const CompiledMaterial& material() const noexcept { return *record->material; }
+  /// Representatives in contact, the one that counts in part included.
+  std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
+};
+static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
+              offsetof(Patch, lengths_per_metre) == 192);
+
+/// Fixed-point difference of two positions, which wrap.
+inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
+}
+inline double to_lengths(std::int64_t fixed) noexcept {
+  return static_cast<double>(fixed) * length_per_fixed;
+}
+/// As static_cast does, without its long division of the usual case.
+inline double to_double(Int128 x) noexcept {
+  const auto low = static_cast<std::int64_t>(x);
+  return low == x ? static_cast<double>(low) : static_cast<double>(x);
+}
+/// Count times fixed-point displacement, rounded: a function of state alone.
+inline Int128 weighted(double count, std::int64_t fixed) noexcept {
+  const double x = count * static_cast<double>(fixed);
+  if (std::abs(x) < 9e18) return std::llrint(x);
+  return static_cast<Int128>(x);  // whole at this size
+}
+
+/// Sum of deflections at the patch's position along one axis, scaled.
+inline double deflection_sum(const Patch& p, int axis) noexcept {
+  Int128 sum = p.sum[axis];
+  if (p.part > 0.0)
+    sum += p.part_sum[axis] + weighted(p.part, difference(p.position[axis], p.part_position[axis]));
+  return to_double(sum) * length_per_fixed;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,197 @@
+#include "core/patches/patch_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/patches/contact_model.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Damper and lubricant of the whole patch at a velocity, N s/m.
+double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
+  if (!p.damps || !(p.normal_load > 0.0)) return p.rest_damping;
+  const Material& m = p.material().material;
+  const double speed = std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
+  return p.zeta * m.damping_at(speed) + m.viscous_friction;
+}
+
+/// Where the motion leads, in scaled lengths.
+void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) noexcept {
+  Advance& a = step.advance;
+  for (int axis = 0; axis < 2; ++axis) a.from[axis] = a.to[axis] = p.position[axis];
+
+  // Clamped so that squares and sums stay finite: no snap length is near.
+  constexpr double farthest = 1e290;
+  double(&d)[2] = step.scaled;
+  for (int axis = 0; axis < 2; ++axis)
+    d[axis] = std::clamp(displacement[axis] * p.lengths_per_metre, -farthest, farthest);
+  const double largest = std::max(std::abs(d[0]), std::abs(d[1]));
+  if (!(largest > 0.0)) return;
+  if (largest > far_length && !p.literal) {
+    const double rx = d[0] / largest;
+    const double ry = d[1] / largest;
+    const double norm = std::sqrt(rx * rx + ry * ry);
+    a.direction[0] = rx / norm;
+    a.direction[1] = ry / norm;
+    a.length = largest * norm;
+    a.all = 1;
+    step.moves = true;
+    return;
+  }
+  // The literal rule forgets how far it went: this far already resets every bristle.
+  if (largest > far_length)
+    for (double& x : d) x *= far_length / largest;
+  double moved[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::int64_t fixed = std::llrint(d[axis] * fixed_per_length);
+    a.to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
+                                           static_cast<std::uint64_t>(fixed));
+    moved[axis] = to_lengths(fixed);
+  }
+  a.length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
+  step.moves = a.length > 0.0;
+  if (step.moves) {
+    a.direction[0] = moved[0] / a.length;
+    a.direction[1] = moved[1] / a.length;
+  }
+}
+
+}  // namespace
+
+bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
+  const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
+                      motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
+  if (!finite) return false;
+  // A motion along an axis that the patch lacks would be lost without a word.
+  const bool planar = patch.axes == 1;
+  if (planar && motion.displacement[1] != 0.0) return false;
+  if (motion.has_velocity)
+    return std::isfinite(motion.velocity[0]) && std::isfinite(motion.velocity[1]) &&
+           !(planar && motion.velocity[1] != 0.0);
+  return true;
+}
+
+PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool commit) noexcept {
+  PatchStep step{};
+  for (int axis = 0; axis < 2; ++axis) {
+    step.displacement[axis] = motion.displacement[axis];
+    // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
+    const double v =
+        motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300);
+    step.velocity[axis] = std::clamp(v, -1e150, 1e150);
+  }
+  step.advance.commit = commit ? 1 : 0;
+  step.advance.energy_unit = 1.0;
+  find_way(p, step.displacement, step);
+  step.advance.skip = p.skips && !step.advance.all ? 1 : 0;
+  return step;
+}
+
+void hold(Patch& p, const Advance& a, StepSums& sums) noexcept {
+  const bool mean = has(p.outputs, Outputs::mean);
+  for (int axis = 0; axis < p.axes; ++axis) {
+    const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
+    const Int128 whole = p.sum[axis] + carried;
+    Int128 end = whole;
+    Int128 twice_mean = p.sum[axis] + whole;
+    if (p.part > 0.0) {
+      const Int128 after = weighted(p.part, difference(a.to[axis], p.part_position[axis]));
+      end += p.part_sum[axis] + after;
+      if (mean)
+        twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                      weighted(p.part, difference(a.from[axis], p.part_position[axis])) + after;
+    }
+    sums.end[axis] = to_double(end);
+    if (mean) sums.twice_mean[axis] = to_double(twice_mean);
+    if (!a.commit) continue;
+    p.sum[axis] = whole;
+    p.position[axis] = a.to[axis];
+  }
+}
+
+void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Response& out) noexcept {
+  const bool mean = has(p.outputs, Outputs::mean);
+  const bool energy = has(p.outputs, Outputs::energy);
+  const double damping = find_damping(p, step.velocity);
+  out.status = p.overloaded ? Status::overload : Status::ok;
+  double work = 0.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    // 0 - x: no negative zero for a patch at rest.
+    out.damper[axis] = 0.0 - damping * step.velocity[axis];
+    out.elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
+    out.end[axis] = out.elastic[axis] + out.damper[axis];
+    if (mean)
+      out.mean[axis] = p.literal ? out.end[axis]
+                                 : 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
+    work -= std::clamp(out.damper[axis] * step.displacement[axis], -highest_energy, highest_energy);
+  }
+  out.stiffness = p.stiffness;
+  out.damping = damping;
+  out.force_limit = p.force_limit;
+  if (energy) {
+    out.dissipated = sums.dissipated + p.pending_dissipated;
+    out.contact_loss = step.contact_loss + p.pending_loss;
+    out.damper_work = work;
+    out.snaps = sums.snaps + p.pending_snaps;
+  }
+  if (!step.advance.commit) return;
+  p.pending_dissipated = p.pending_loss = 0.0;
+  p.pending_snaps = 0;
+  p.elastic[0] = out.elastic[0];
+  p.elastic[1] = out.elastic[1];
+  p.rests = true;
+}
+
+std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {
+  double contact_loss = 0.0;
+  if (motion.normal_load != p.normal_load) contact_loss = p.model->apply_load(p, motion.normal_load);
+  PatchStep step = read_motion(p, motion, dt_s, true);
+  step.contact_loss = contact_loss;
+  StepSums sums;
+  if (!step.moves || holds_still(p, step))
+    hold(p, step.advance, sums);
+  else
+    p.model->advance(p, step, sums);
+  write_response(p, step, sums, out);
+  return sums.visited;
+}
+
+void find_response(Patch& p, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept {
+  PatchStep step = read_motion(p, motion, dt_s, false);
+  step.contact_loss = contact_loss;
+  StepSums sums;
+  if (!step.moves || holds_still(p, step))
+    hold(p, step.advance, sums);
+  else
+    p.model->advance(p, step, sums);
+  write_response(p, step, sums, out);
+}
+
+void note_contact(Patch& p) noexcept {
+  const CompiledMaterial& m = p.material();
+  p.rests = false;
+  p.overloaded = p.overload > 1.0;
+  p.damps = m.material.bristle_damping != 0.0;
+  p.stiffness = p.zeta * m.material.bristle_stiffness;
+  p.force_limit = m.peak_coefficient * p.normal_load;
+  p.rest_damping = 0.0;
+  if (p.normal_load > 0.0)
+    p.rest_damping = p.damps ? p.zeta * m.material.damping_at(0.0) + m.material.viscous_friction
+                             : m.material.viscous_friction;
+}
+
+void write_refusal(const Patch* patch, Status status, Response& out) noexcept {
+  out.status = status;
+  for (int axis = 0; axis < 2; ++axis) {
+    out.end[axis] = out.elastic[axis] = out.damper[axis] = 0.0;
+    if (patch == nullptr || has(patch->outputs, Outputs::mean)) out.mean[axis] = 0.0;
+  }
+  out.stiffness = out.damping = out.force_limit = 0.0;
+  if (patch == nullptr || has(patch->outputs, Outputs::energy)) {
+    out.dissipated = out.contact_loss = out.damper_work = 0.0;
+    out.snaps = 0;
+  }
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,81 @@
+// One step of one patch, as far as it is the same for every contact model: what a motion means, what is
+// answered without asking the model, and the response.
+#pragma once
+
+#include "core/patches/patch.hpp"
+
+namespace bristle::detail {
+
+struct PatchStep {
+  Advance advance;  ///< what kernels need; `far`, `energy_unit`, `phase_key` and `track` are the model's part
+  bool moves = false;         ///< false: nothing can snap
+  double contact_loss = 0.0;  ///< J
+  double displacement[2];     ///< m
+  double velocity[2];         ///< m/s, for dampers
+  double scaled[2];           ///< the displacement in scaled lengths
+};
+
+/// What a step did to the contact.
+struct StepSums {
+  double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
+  double twice_mean[2] = {0.0, 0.0};  ///< twice its mean over the step (Outputs::mean)
+  double dissipated = 0.0;            ///< J, in snaps (Outputs::energy)
+  std::uint64_t snaps = 0;
+  std::uint64_t visited = 0;  ///< bristles that a kernel looked at
+};
+
+/// Checks the motion; false = bad input.
+bool is_good_motion(const Patch& patch, const Motion& motion) noexcept;
+
+/// Whether this motion leaves a resting patch at rest.
+inline bool stays_at_rest(const Patch& p, const Motion& motion) noexcept {
+  return p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
+         motion.normal_load == p.normal_load && !motion.has_velocity;
+}
+/// The response to it: the last force, without its part that depends on velocity.
+inline void answer_at_rest(const Patch& p, Response& out) noexcept {
+  out.status = p.overloaded ? Status::overload : Status::ok;
+  for (int axis = 0; axis < 2; ++axis) {
+    out.damper[axis] = 0.0;
+    out.elastic[axis] = out.end[axis] = p.elastic[axis];
+    if (has(p.outputs, Outputs::mean)) out.mean[axis] = p.elastic[axis];
+  }
+  out.stiffness = p.stiffness;
+  out.damping = p.rest_damping;
+  out.force_limit = p.force_limit;
+  if (has(p.outputs, Outputs::energy)) {
+    out.dissipated = out.contact_loss = out.damper_work = 0.0;
+    out.snaps = 0;
+  }
+}
+
+/// Reads the motion under a load that is applied already.
+PatchStep read_motion(const Patch& patch, const Motion& motion, double dt_s, bool commit) noexcept;
+
+/// Whether the step ends within the patch's bound: then nothing snaps on the way.
+inline bool holds_still(const Patch& p, const PatchStep& step) noexcept {
+  if (p.bound.reach < 0.0 || !step.advance.skip) return false;
+  const double x = to_lengths(difference(step.advance.to[0], p.bound.anchor[0]));
+  const double y = to_lengths(difference(step.advance.to[1], p.bound.anchor[1]));
+  return std::sqrt(x * x + y * y) < p.bound.reach;
+}
+
+/// The sums of a step in which nothing snaps; carries the position along when the step is committed.
+void hold(Patch& patch, const Advance& advance, StepSums& sums) noexcept;
+
+/// Writes the response and, when the step is committed, what the next step at rest answers.
+void write_response(Patch& patch, const PatchStep& step, const StepSums& sums, Response& out) noexcept;
+
+/// A step from its motion to its response, on one thread. Returns the bristles visited.
+std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
+/// The same without a change of state, under the present load. `contact_loss` goes into the response.
+void find_response(Patch& patch, const Motion& motion, double dt_s, double contact_loss,
+                   Response& out) noexcept;
+
+/// Numbers of the shared part that follow from load and material. Call after either changed.
+void note_contact(Patch& patch) noexcept;
+
+/// Zero force and the given status.
+void write_refusal(const Patch* patch, Status status, Response& out) noexcept;
+
+}  // namespace bristle::detail

@@ -1,0 +1,51 @@
+// Memory of a record and its columns: one allocation, taken and freed by the thread that adds patches.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+#include "core/patches/patch.hpp"
+
+namespace bristle::detail {
+
+constexpr std::size_t column_alignment = 64;
+constexpr std::size_t aligned(std::size_t bytes) noexcept {
+  return (bytes + column_alignment - 1) / column_alignment * column_alignment;
+}
+
+/// Stands before the record: keeps the material alive, so that the record itself is plain data.
+struct alignas(column_alignment) RecordHead {
+  std::shared_ptr<const CompiledMaterial> material;
+};
+
+/// A record followed by `column_bytes` for its columns, not filled. Throws std::bad_alloc.
+template <class Record>
+Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_t column_bytes) {
+  static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) <= column_alignment);
+  const std::size_t bytes = aligned(sizeof(Record)) + column_bytes;
+  void* memory = ::operator new (sizeof(RecordHead) + bytes, std::align_val_t{column_alignment});
+  auto* head = new (memory) RecordHead{std::move(material)};
+  auto* record = new (head + 1) Record();
+  record->material = head->material.get();
+  record->bytes = bytes;
+  return record;
+}
+
+/// Where the columns of a record begin.
+template <class Record>
+std::byte* column_memory(Record* record) noexcept {
+  return reinterpret_cast<std::byte*>(record) + aligned(sizeof(Record));
+}
+
+/// Frees a record; null is none.
+inline void release(PatchRecord* record) noexcept {
+  if (record == nullptr) return;
+  RecordHead* head = reinterpret_cast<RecordHead*>(record) - 1;
+  head->~RecordHead();
+  ::operator delete (head, std::align_val_t{column_alignment});
+}
+
+}  // namespace bristle::detail

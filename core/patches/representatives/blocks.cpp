@@ -1,0 +1,114 @@
+#include <algorithm>
+
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Bristles that the tail block counts for.
+template <class T>
+double tail_weight(const Representatives<T>& r) noexcept {
+  return static_cast<double>(r.whole - r.full_blocks() * block_size) +
+         static_cast<double>(static_cast<T>(r.fraction));
+}
+
+}  // namespace
+
+template <class T>
+void rewrite_block(const Patch& p, std::uint32_t b) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  r.kernels->rewrite(r.view(), b, p.position);
+}
+
+template <class T>
+void enter_block(const Patch& p, std::uint32_t b) noexcept {
+  Block& block = representatives<T>(p).blocks[b];
+  block.zero = 1;
+  // Straight bristles hold until the shortest of them is reached.
+  block.reach = block.shortest * (1.0f - 1e-5f);
+  for (int axis = 0; axis < 2; ++axis) {
+    block.position[axis] = block.anchor[axis] = p.position[axis];
+    block.stored[axis] = 0;
+  }
+}
+
+template <class T>
+void book_block(Patch& p, std::uint32_t b, int sign) noexcept {
+  const Block& block = representatives<T>(p).blocks[b];
+  for (int axis = 0; axis < 2; ++axis) {
+    const Int128 moved = difference(p.position[axis], block.position[axis]);
+    p.sum[axis] += sign * (static_cast<Int128>(block.stored[axis]) + Int128{block_size} * moved);
+  }
+}
+
+template <class T>
+double block_squares(const Patch& p, std::uint32_t b) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  return r.kernels->squares(r.view(), b, p.position);
+}
+
+template <class T>
+double all_squares(const Patch& p) noexcept {
+  double squares = 0.0;
+  for (std::uint32_t b = 0; b < representatives<T>(p).active_blocks(); ++b) squares += block_squares<T>(p, b);
+  return squares;
+}
+
+template <class T>
+double joules_per_square(const Patch& p) noexcept {
+  const CompiledMaterial& m = p.material();
+  return 0.5 * m.material.bristle_stiffness * representatives<T>(p).weight * p.overload *
+         m.metres_per_length * m.metres_per_length;
+}
+
+template <class T>
+void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
+  if (!r.redraws()) return;  // the length never changed
+  for (std::uint32_t i = from; i < to; ++i) r.delta[i] = r.first[i];
+}
+
+template <class T>
+void forget_upper_bounds(Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  p.bound.reach = -1.0;
+  for (std::uint32_t g = 0; g < r.group_count; ++g) r.groups[g].reach = -1.0;
+}
+
+template <class T>
+void note_tail(Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  if (!r.has_tail()) return;
+  const Block& tail = r.blocks[r.full_blocks()];
+  for (int axis = 0; axis < 2; ++axis) {
+    p.part_sum[axis] = tail.stored[axis];
+    p.part_position[axis] = tail.position[axis];
+  }
+}
+
+template <class T>
+void note_count(Patch& p) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const CompiledMaterial& m = p.material();
+  r.largest_work = r.detail;
+  p.whole = r.full_blocks() * block_size;
+  p.part = r.has_tail() ? tail_weight(r) : 0.0;
+  p.newtons_per_unit =
+      m.material.bristle_stiffness * r.weight * p.overload * m.metres_per_length * length_per_fixed;
+  note_tail<T>(p);
+  note_contact(p);
+}
+
+#define BRISTLE_BLOCKS(T)                                                                       \
+  template void rewrite_block<T>(const Patch&, std::uint32_t) noexcept;                         \
+  template void enter_block<T>(const Patch&, std::uint32_t) noexcept;                           \
+  template void book_block<T>(Patch&, std::uint32_t, int) noexcept;                             \
+  template double block_squares<T>(const Patch&, std::uint32_t) noexcept;                       \
+  template double all_squares<T>(const Patch&) noexcept;                                        \
+  template double joules_per_square<T>(const Patch&) noexcept;                                  \
+  template void forget_bristles<T>(Representatives<T>&, std::uint32_t, std::uint32_t) noexcept; \
+  template void forget_upper_bounds<T>(Patch&) noexcept;                                        \
+  template void note_tail<T>(Patch&) noexcept;                                                  \
+  template void note_count<T>(Patch&) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_BLOCKS)
+
+}  // namespace bristle::detail

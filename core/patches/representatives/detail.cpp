@@ -1,0 +1,288 @@
+// A population may shrink to any prefix of itself, since every prefix is well spread, and grow again by
+// copies of those that stayed. Either way the sum of the deflections is off by a little then: a common shift
+// of some bristles puts it right (core/MODEL.md, "Detail").
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// What bristles that reached their snap length could not take of a shift.
+struct Clipped {
+  double lack[2] = {0.0, 0.0};  ///< weighted
+  double weight = 0.0;
+};
+
+template <class T, int axes>
+class Shifter {
+ public:
+  Shifter(const Representatives<T>& its_record, std::uint32_t its_first)
+      : r(its_record),
+        zx(r.zx),
+        zy(r.zy),
+        delta(r.delta),
+        first(its_first),
+        end(r.in_contact()),
+        fraction(static_cast<T>(r.fraction)) {}
+
+  /// Shifts all bristles from `first` on together until the weighted sum of their deflections has grown by
+  /// `lack`, none beyond its snap length. False: they cannot take it all; the rest is in `lack`.
+  bool run(double (&lack)[2]) {
+    if (first >= end) return false;
+    const double all = weight_of(end - 1) + static_cast<double>(end - 1 - first);
+    const double enough = std::numeric_limits<T>::epsilon() * size_of(lack);
+    double free = all;
+    for (int pass = 0; pass < most_passes && free > 0.0 && size_of(lack) > enough; ++pass) {
+      const T shift[2] = {static_cast<T>(lack[0] / free), static_cast<T>(lack[1] / free)};
+      Clipped clipped;
+      std::uint32_t i = first;
+      for (; i + lane_count <= end; i += lane_count) shift_row(i, lane_count, shift, clipped);
+      shift_row(i, end - i, shift, clipped);
+      free = all - clipped.weight;
+      for (int axis = 0; axis < 2; ++axis)
+        lack[axis] -= all * static_cast<double>(shift[axis]) - clipped.lack[axis];
+    }
+    return size_of(lack) <= enough;
+  }
+
+ private:
+  static constexpr int most_passes = 24;
+  /// Short of the snap length by what a sum of squares may round.
+  static constexpr T inside = T(1) - T(8) * std::numeric_limits<T>::epsilon();
+
+  const Representatives<T>& r;
+  T* zx;
+  T* zy;
+  const T* delta;
+  std::uint32_t first, end;
+  T fraction;
+
+  static double size_of(const double (&lack)[2]) noexcept {
+    return std::max(std::abs(lack[0]), std::abs(lack[1]));
+  }
+  double weight_of(std::uint32_t i) const noexcept {
+    return i < r.whole ? 1.0 : static_cast<double>(fraction);
+  }
+
+  [[gnu::always_inline]] void shift_row(std::uint32_t at, std::uint32_t count, const T (&shift)[2],
+                                        Clipped& clipped) {
+    T x[lane_count], y[lane_count] = {};
+    int any = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      x[k] = zx[at + k] + shift[0];
+      T squares = x[k] * x[k];
+      if constexpr (axes == 2) {
+        y[k] = zy[at + k] + shift[1];
+        squares += y[k] * y[k];
+      }
+      const T limit = delta[at + k] * inside;
+      any |= squares > limit * limit;
+    }
+    if (any != 0) clip_row(at, count, x, y, clipped);
+    for (std::uint32_t k = 0; k < count; ++k) zx[at + k] = x[k];
+    if constexpr (axes == 1) return;
+    for (std::uint32_t k = 0; k < count; ++k) zy[at + k] = y[k];
+  }
+
+  void clip_row(std::uint32_t at, std::uint32_t count, T (&x)[lane_count], T (&y)[lane_count],
+                Clipped& clipped) {
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const T limit = delta[at + k] * inside;
+      const T squares = x[k] * x[k] + y[k] * y[k];
+      if (!(squares > limit * limit)) continue;
+      const T shrink = limit / std::sqrt(squares);
+      const double weight = weight_of(at + k);
+      clipped.lack[0] += weight * static_cast<double>(x[k] - x[k] * shrink);
+      clipped.lack[1] += weight * static_cast<double>(y[k] - y[k] * shrink);
+      clipped.weight += weight;
+      x[k] *= shrink;
+      y[k] *= shrink;
+    }
+  }
+};
+
+template <class T>
+bool shift_bristles(const Representatives<T>& r, std::uint32_t first, double (&lack)[2]) noexcept {
+  return r.options.axes == 1 ? Shifter<T, 1>(r, first).run(lack) : Shifter<T, 2>(r, first).run(lack);
+}
+
+/// Writes every block in contact down anew and gives the sums over them.
+template <class T>
+void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  p.sum[0] = p.sum[1] = 0;
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {
+    rewrite_block<T>(p, b);
+    if (b < r.full_blocks()) book_block<T>(p, b, +1);
+  }
+  note_count<T>(p);
+  for (int axis = 0; axis < 2; ++axis) sums[axis] = deflection_sum(p, axis);
+}
+
+/// All bristles share in bringing the sums to `wanted`.
+template <class T>
+void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
+  double sums[2];
+  rewrite_all<T>(p, sums);
+  double lack[2] = {wanted[0] - sums[0], wanted[1] - sums[1]};
+  shift_bristles(representatives<T>(p), 0, lack);
+  rewrite_all<T>(p, sums);
+}
+
+/// The last bristles leave; those that stay take over their share.
+template <class T>
+void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const std::uint32_t old_blocks = r.active_blocks();
+  const std::uint32_t old_contact = r.in_contact();
+  r.whole = now.whole;
+  r.fraction = now.fraction;
+  const std::uint32_t blocks = r.active_blocks();
+  for (std::uint32_t b = blocks; b < old_blocks; ++b) enter_block<T>(p, b);
+  forget_bristles(r, r.in_contact(), std::min(old_contact, blocks * block_size));
+  shift_all<T>(p, wanted);
+}
+
+/// Bristles [to, to + count) copy those from `from` on, of one block.
+template <class T>
+void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32_t count) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const Block& block = r.blocks[from / block_size];
+  const T* lengths = block.zero ? r.first : r.delta;
+  T* const columns[2] = {r.zx, r.zy};
+  for (int axis = 0; axis < r.options.axes; ++axis) {
+    T* const z = columns[axis];
+    const auto moved = static_cast<T>(moved_since(p, block, axis));
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const T copied = (block.zero ? T(0) : z[from + k]) + moved;
+      // With a length of its own a bristle is as far on the way to its snap.
+      z[to + k] = r.redraws() ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
+    }
+  }
+  if (r.redraws()) std::copy_n(lengths + from, count, r.delta + to);
+}
+
+/// The first bristle to copy. Bristle i and its copy i + `count` have stratified lengths that differ by
+/// frac(count / golden ratio) in share: with lengths of their own but nearly the same they would keep step
+/// for long. One bristle on the difference is another.
+template <class T>
+std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noexcept {
+  if (r.redraws() || count < 2) return 0;
+  const double share = 0.6180339887498949 * count;
+  return std::abs(share - std::floor(share + 0.5)) < 0.19 ? 1 : 0;
+}
+
+/// Bristles [first, in_contact) copy those before them, in turn.
+template <class T>
+void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  std::uint32_t from = first_copied(r, first);
+  for (std::uint32_t to = first; to < r.in_contact();) {
+    const std::uint32_t end = std::min((from / block_size + 1) * block_size, first);
+    const std::uint32_t count = std::min(end - from, r.in_contact() - to);
+    copy_part<T>(p, from, to, count);
+    to += count;
+    from = end < first ? end : 0;
+  }
+}
+
+/// Weighted sum of bristles [from, in_contact).
+template <class T>
+void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums)[2]) noexcept {
+  const T* const columns[2] = {r.zx, r.zy};
+  for (int axis = 0; axis < r.options.axes; ++axis) {
+    const T* const z = columns[axis];
+    double lanes[lane_count] = {};
+    std::uint32_t i = from;
+    for (; i + lane_count <= r.whole; i += lane_count)
+      for (std::uint32_t k = 0; k < lane_count; ++k) lanes[k] += static_cast<double>(z[i + k]);
+    for (; i < r.whole; ++i) lanes[0] += static_cast<double>(z[i]);
+    if (r.fraction > 0.0) lanes[0] += static_cast<double>(static_cast<T>(r.fraction) * z[r.whole]);
+    for (double lane : lanes) sums[axis] += lane;
+  }
+}
+
+/// Bristles come back as copies; they alone are shifted, so that what was there costs nothing.
+template <class T>
+void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const std::uint32_t old_blocks = r.active_blocks();
+  const std::uint32_t old_full = r.full_blocks();
+  const std::uint32_t old_contact = r.in_contact();
+  const std::uint32_t old_whole = r.whole;
+  if (old_contact == 0) {  // a load so small that not even a fraction of one was in contact
+    r.whole = now.whole;
+    r.fraction = now.fraction;
+    for (std::uint32_t b = 0; b < r.active_blocks(); ++b) enter_block<T>(p, b);
+    return;
+  }
+  if (r.has_tail()) rewrite_block<T>(p, old_full);
+  note_tail<T>(p);
+  double stay[2] = {0.0, 0.0};  // of those that counted whole and still do
+  double edge[2] = {0.0, 0.0};
+  add_bristles(r, old_whole, edge);
+  for (int axis = 0; axis < 2; ++axis) stay[axis] = deflection_sum(p, axis) - edge[axis];
+
+  r.whole = now.whole;
+  r.fraction = now.fraction;
+  for (std::uint32_t b = old_blocks; b < r.active_blocks(); ++b) {
+    enter_block<T>(p, b);
+    r.blocks[b].zero = 0;  // written at once, below
+  }
+  forget_bristles(r, r.in_contact(), std::min(r.active_blocks() * block_size, r.padded()));
+  copy_bristles<T>(p, old_contact);
+  double come[2] = {0.0, 0.0};
+  add_bristles(r, old_whole, come);
+  double lack[2];
+  for (int axis = 0; axis < 2; ++axis) lack[axis] = wanted[axis] - stay[axis] - come[axis];
+  const bool met = shift_bristles(r, old_whole, lack);
+  for (std::uint32_t b = old_full; b < r.active_blocks(); ++b) {
+    rewrite_block<T>(p, b);
+    if (b < r.full_blocks()) book_block<T>(p, b, +1);
+  }
+  if (!met) shift_all<T>(p, wanted);
+}
+
+}  // namespace
+
+template <class T>
+Status set_detail(Patch& p, std::uint32_t bristles) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  if (bristles == 0 || bristles > r.bristles) return Status::bad_input;
+  if (bristles == r.detail) return Status::ok;
+  const bool energy = has(p.outputs, Outputs::energy);
+  const double before = energy ? find_stored_energy<T>(p) : 0.0;
+  const double old_count = r.weight * p.overload;  // physical bristles that one stood for
+  const double sums[2] = {deflection_sum(p, 0), deflection_sum(p, 1)};
+  r.detail = bristles;
+  r.weight =
+      bristles == r.bristles ? r.full_weight : r.full_weight * (static_cast<double>(r.bristles) / bristles);
+  if (!(r.active > 0.0)) {
+    note_count<T>(p);
+    return Status::ok;
+  }
+
+  const ContactCount now = count_contacts(p.zeta, r.weight, r.detail);
+  const bool fewer = now.active < r.active;
+  r.active = now.active;
+  p.overload = now.overload;
+  forget_upper_bounds<T>(p);
+  const double ratio = old_count / (r.weight * p.overload);
+  const double wanted[2] = {sums[0] * ratio, sums[1] * ratio};
+  if (fewer)
+    drop_bristles<T>(p, now, wanted);
+  else
+    admit_copies<T>(p, now, wanted);
+  note_count<T>(p);
+  if (energy) p.pending_loss += before - find_stored_energy<T>(p);
+  return Status::ok;
+}
+
+#define BRISTLE_DETAIL(T) template Status set_detail<T>(Patch&, std::uint32_t) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_DETAIL)
+
+}  // namespace bristle::detail

@@ -1,0 +1,128 @@
+// Bristles enter and leave contact with the load: the last in is the first out (core/MODEL.md, section 5).
+#include <algorithm>
+#include <cmath>
+
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+template <class T>
+void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexcept {
+  r.zx[i] = static_cast<T>(static_cast<double>(r.zx[i]) * factor);
+  if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
+}
+
+/// Fewer bristles: the last leave with their energy, the new last one counts by its fraction.
+template <class T>
+double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const std::uint32_t old_blocks = r.active_blocks();
+  const std::uint32_t old_full = r.full_blocks();
+  const std::uint32_t old_contact = r.in_contact();
+  const std::uint32_t edge = now.whole / block_size;  // the block in which the contact ends
+  double squares = 0.0;
+  if (energy)
+    for (std::uint32_t b = edge; b < old_blocks; ++b) squares += block_squares<T>(p, b);
+  for (std::uint32_t b = edge; b < old_full; ++b) book_block<T>(p, b, -1);
+
+  // Written down under the old count first, so that displacement and stored deflection are one.
+  if (edge < old_blocks) rewrite_block<T>(p, edge);
+  r.whole = now.whole;
+  r.fraction = now.fraction;
+  const bool edge_stays = r.in_contact() > edge * block_size;
+  for (std::uint32_t b = edge_stays ? edge + 1 : edge; b < old_blocks; ++b) enter_block<T>(p, b);
+  if (edge_stays) {
+    forget_bristles(r, r.in_contact(), std::min(old_contact, (edge + 1) * block_size));
+    rewrite_block<T>(p, edge);
+    if (energy) squares -= block_squares<T>(p, edge);
+  }
+  return squares;
+}
+
+/// More bristles: the last one's deflection shrinks as its weight grows, so that no force changes; new
+/// ones start straight.
+template <class T>
+double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const std::uint32_t old_blocks = r.active_blocks();
+  const std::uint32_t old_full = r.full_blocks();
+  const bool had_tail = r.has_tail();
+  double squares = 0.0;
+  if (had_tail) {
+    rewrite_block<T>(p, old_full);
+    if (energy) squares = block_squares<T>(p, old_full);
+    if (r.fraction > 0.0) scale_bristle(r, r.whole, r.fraction / (now.whole > r.whole ? 1.0 : now.fraction));
+  }
+  r.whole = now.whole;
+  r.fraction = now.fraction;
+  if (had_tail) {
+    rewrite_block<T>(p, old_full);
+    if (energy) squares -= block_squares<T>(p, old_full);
+  }
+  for (std::uint32_t b = old_blocks; b < r.active_blocks(); ++b) enter_block<T>(p, b);
+  for (std::uint32_t b = old_full; b < r.full_blocks(); ++b) book_block<T>(p, b, +1);
+  return squares;
+}
+
+/// Scales every deflection (load above the maximum rising further).
+template <class T>
+void scale_all(Patch& p, double factor) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const std::uint32_t blocks = r.active_blocks();
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const bool full = b < r.full_blocks();
+    if (full) book_block<T>(p, b, -1);
+    rewrite_block<T>(p, b);
+    const std::uint32_t end = std::min((b + 1) * block_size, r.in_contact());
+    for (std::uint32_t i = b * block_size; i < end; ++i) scale_bristle(r, i, factor);
+    rewrite_block<T>(p, b);
+    if (full) book_block<T>(p, b, +1);
+  }
+}
+
+}  // namespace
+
+ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept {
+  double active = zeta / weight;
+  const double all = detail;
+  double overload = 1.0;
+  // The maximum itself is no overload, whatever rounding made of zeta / w.
+  if (active > all * (1.0 + 1e-14)) overload = active / all;
+  active = std::min(active, all);
+  const double whole = std::floor(active);
+  double fraction = active - whole;
+  if (fraction < 1e-30) fraction = 0.0;  // below what a float weight can be
+  return {active, overload, fraction, static_cast<std::uint32_t>(whole)};
+}
+
+template <class T>
+double apply_load(Patch& p, double normal_load_n) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const bool energy = has(p.outputs, Outputs::energy);
+  p.normal_load = normal_load_n;
+  p.zeta = p.material().material.bristles_in_contact(normal_load_n);
+  const ContactCount now = count_contacts(p.zeta, r.weight, r.detail);
+
+  if (now.active != r.active || now.overload != p.overload) forget_upper_bounds<T>(p);
+  const double joules = joules_per_square<T>(p);
+  double loss = 0.0;
+  if (now.active < r.active)
+    loss = joules * shed_contacts<T>(p, now, energy);
+  else if (now.active > r.active)
+    loss = joules * admit_contacts<T>(p, now, energy);
+  r.active = now.active;
+  if (now.overload != p.overload) {
+    const double before = energy ? joules_per_square<T>(p) * all_squares<T>(p) : 0.0;
+    if (now.overload > p.overload) scale_all<T>(p, p.overload / now.overload);
+    p.overload = now.overload;
+    if (energy) loss += before - joules_per_square<T>(p) * all_squares<T>(p);
+  }
+  note_count<T>(p);
+  return loss;
+}
+
+#define BRISTLE_LOAD(T) template double apply_load<T>(Patch&, double) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_LOAD)
+
+}  // namespace bristle::detail

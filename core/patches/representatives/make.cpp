@@ -1,0 +1,236 @@
+// Making a patch of representatives, and making it anew.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/common/range_check.hpp"
+#include "core/patches/representatives/population.hpp"
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+template <class T>
+constexpr ContactModel representatives_model = {
+    sizeof(T) == sizeof(double) ? "representatives, double" : "representatives, single",
+    &apply_load<T>,
+    &advance<T>,
+    &prepare<T>,
+    &run_blocks<T>,
+    &finish<T>,
+    &reset<T>,
+    &take_over<T>,
+    &set_detail<T>,
+    &copy_patch<T>,
+    &find_stored_energy<T>,
+    &hash_patch<T>,
+    &describe<T>,
+    &read_bristles<T>,
+    &signature<T>,
+    &saved_size<T>,
+    &save<T>,
+    &find_fault<T>,
+    &restore<T>};
+
+/// Shortest first snap length of block b, scaled, rounded down.
+template <class T>
+float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
+  const std::uint32_t end = std::min((b + 1) * block_size, r.bristles);
+  const T least = *std::min_element(r.first + b * block_size, r.first + end);
+  return static_cast<float>(least) * (1.0f - 1e-6f);
+}
+
+int find_variant(const PatchOptions& options, bool redraws) noexcept {
+  const bool literal = options.step_rule == StepRule::literal;
+  const Rule rule =
+      literal ? (redraws ? rule_literal_redraw : rule_literal_keep) : (redraws ? rule_redraw : rule_keep);
+  return variant_index(options.axes, rule, !literal && has(options.outputs, Outputs::mean),
+                       literal || has(options.outputs, Outputs::energy));
+}
+
+/// Out of contact: every bristle straight, none of them counted.
+template <class T>
+void leave_contact(Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  for (std::uint32_t b = 0; b < r.block_count; ++b) enter_block<T>(p, b);
+  forget_upper_bounds<T>(p);
+}
+
+/// The shared part of a patch out of contact.
+Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept {
+  Patch p;
+  p.record = &record;
+  p.model = &model;
+  p.axes = static_cast<std::uint8_t>(record.options.axes);
+  p.outputs = record.options.outputs;
+  p.literal = record.options.step_rule == StepRule::literal;
+  p.lengths_per_metre = record.material->lengths_per_metre;
+  // More than this streams by itself.
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
+  return p;
+}
+
+template <class T>
+Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                 const KernelSet<T>& kernels, double weight) {
+  Representatives<T> made;
+  made.material = material.get();
+  made.options = options;
+  const double zeta_max = made.material->material.bristles_in_contact(options.max_normal_load);
+  made.bristles = options.bristles;
+  if (made.bristles == 0)
+    made.bristles = static_cast<std::uint32_t>(std::clamp(std::ceil(zeta_max), 1.0, 4096.0));
+  made.options.bristles = made.bristles;
+  made.first_seed = options.seed;
+  made.full_weight = made.weight = weight > 0.0 ? weight : zeta_max / made.bristles;
+  made.detail = made.bristles;
+  made.variant = find_variant(options, made.redraws());
+  made.kernels = &kernels;
+  if (kernels.step[made.variant] == nullptr)
+    throw Error(
+        std::string("PatchOptions: this build of bristle has no kernel for the features asked for; build it "
+                    "with BRISTLE_MINIMAL=OFF") +
+        (sizeof(T) == sizeof(double) ? " and BRISTLE_WITH_DOUBLE=ON" : ""));
+  made.block_count = (made.padded() + block_size - 1) / block_size;
+  made.group_count = (made.block_count + blocks_per_group - 1) / blocks_per_group;
+
+  const std::size_t columns = column_bytes(made);
+  auto* r = make_record<Representatives<T>>(std::move(material), columns);
+  made.bytes = r->bytes;
+  *r = made;
+  std::memset(column_memory(r), 0, columns);
+  place_columns(*r, column_memory(r));
+  r->find_lengths();
+  fill_first(*r);
+  fill_columns(*r);
+  Patch p = make_shared_part(*r, representatives_model<T>);
+  leave_contact<T>(p);
+  note_count<T>(p);
+  return p;
+}
+
+/// Names of the variants: axes, rule, mean, energy, precision, step rule.
+const std::array<std::string, 64>& kernel_names() {
+  static const std::array<std::string, 64> names = [] {
+    std::array<std::string, 64> all;
+    for (unsigned i = 0; i < 64; ++i) {
+      std::string& name = all[i];
+      name = i & 1 ? "2 axes" : "1 axis";
+      name += i & 2 ? ", redraw" : ", keep";
+      if (i & 32) name += ", literal";
+      name += i & 4 ? ", end + mean" : ", end";
+      if (i & 8) name += ", energy";
+      name += i & 16 ? ", double" : ", single";
+    }
+    return all;
+  }();
+  return names;
+}
+
+}  // namespace
+
+void name_kernels() { kernel_names(); }
+
+template <class T>
+void fill_first(Representatives<T>& r) noexcept {
+  fill_first_lengths(*r.material, r.options.sampling, r.options.seed, Span<T>(r.first, r.padded()));
+  for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].shortest = shortest_first(r, b);
+}
+
+template <class T>
+void fill_columns(Representatives<T>& r) noexcept {
+  Representatives<T>::columns(r, [&r](auto* column, const ColumnRule& rule) {
+    if (rule.count == 0) return;
+    if (rule.filler == Filler::zero) std::memset(column, 0, rule.count * sizeof *column);
+    if constexpr (std::is_same_v<decltype(column), T*>) {
+      if (rule.filler == Filler::first_length) std::memcpy(column, r.first, rule.count * sizeof *column);
+    } else if constexpr (std::is_same_v<decltype(column), std::uint32_t*>) {
+      if (rule.filler == Filler::draw_state)
+        fill_draw_states(r.options.seed, Span<std::uint32_t>(column, rule.count));
+    }
+  });
+}
+
+template <class T>
+void change_seed(Representatives<T>& r, std::uint32_t seed) noexcept {
+  if (r.options.seed == seed) return;
+  r.options.seed = seed;
+  fill_first(r);
+}
+
+template <class T>
+void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  static_cast<RepresentativeCount&>(r) = RepresentativeCount{};
+  r.weight = r.full_weight;
+  r.detail = r.bristles;
+  r.options.key = key;
+  change_seed(r, seed);
+  fill_columns(r);
+  const Patch before = p;
+  p = make_shared_part(r, *before.model);
+  p.generation = before.generation;
+  p.last_step = before.last_step;
+  p.skips = before.skips;
+  leave_contact<T>(p);
+  note_count<T>(p);
+}
+
+template <class T>
+void copy_patch(const Patch& from, Patch& to, std::byte* memory) noexcept {
+  const Representatives<T>& original = representatives<T>(from);
+  std::memcpy(memory, &original, original.bytes);
+  auto& copy = *reinterpret_cast<Representatives<T>*>(memory);
+  place_columns(copy, column_memory(&copy));
+  copy.find_lengths();
+  to = from;
+  to.record = &copy;
+}
+
+template <class T>
+void describe(const Patch& p, PatchInfo& info) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  info.bristles = r.bristles;
+  info.detail = r.detail;
+  info.weight = r.weight;
+  info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
+  info.active = r.active;
+  std::size_t bytes = 0;
+  Representatives<T>::columns(r, [&bytes](const auto* column, const ColumnRule& rule) {
+    if (rule.count > 0 && (is_saved(rule.filler) || rule.filler == Filler::from_seed))
+      bytes += sizeof *column;
+  });
+  info.bytes_per_bristle = static_cast<std::uint32_t>(bytes);
+  const unsigned index = (p.axes == 2 ? 1u : 0u) | (r.redraws() ? 2u : 0u) |
+                         (has(p.outputs, Outputs::mean) ? 4u : 0u) |
+                         (has(p.outputs, Outputs::energy) ? 8u : 0u) |
+                         (sizeof(T) == sizeof(double) ? 16u : 0u) | (p.literal ? 32u : 0u);
+  info.kernel = kernel_names()[index].c_str();
+}
+
+Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                           const KernelTable& kernels, double weight) {
+#if BRISTLE_WITH_DOUBLE
+  if (options.precision == Precision::double_)
+    return make_typed<double>(std::move(material), options, kernels.f64, weight);
+#else
+  if (options.precision == Precision::double_)
+    throw Error(
+        "PatchOptions: this build of bristle has no kernel for the features asked for; build it with "
+        "BRISTLE_MINIMAL=OFF and BRISTLE_WITH_DOUBLE=ON");
+#endif
+  return make_typed<float>(std::move(material), options, kernels.f32, weight);
+}
+
+#define BRISTLE_MAKE(T)                                                      \
+  template void fill_first<T>(Representatives<T>&) noexcept;                 \
+  template void fill_columns<T>(Representatives<T>&) noexcept;               \
+  template void change_seed<T>(Representatives<T>&, std::uint32_t) noexcept; \
+  template void reset<T>(Patch&, std::uint32_t, std::uint64_t) noexcept;     \
+  template void copy_patch<T>(const Patch&, Patch&, std::byte*) noexcept;    \
+  template void describe<T>(const Patch&, PatchInfo&) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_MAKE)
+
+}  // namespace bristle::detail

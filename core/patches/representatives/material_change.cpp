@@ -1,0 +1,93 @@
+// A live change of material (core/MODEL.md, section 6).
+#include <cstring>
+
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// State columns of the bristles in contact: lengths in the new material's units; snap lengths stay where the
+/// law does; draws go on.
+template <class T>
+void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
+  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // power of two
+  const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
+  const bool both_draw = to.redraws() && from.redraws();
+  const std::uint32_t contact = from.in_contact();
+  const auto take = [&](auto* column, const auto* old, const ColumnRule& rule) {
+    using Entry = std::remove_pointer_t<decltype(column)>;
+    if (rule.count == 0) return;
+    if constexpr (std::is_same_v<Entry, T>) {
+      if (rule.filler == Filler::zero)
+        for (std::uint32_t i = 0; i < contact; ++i)
+          column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
+    }
+    if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
+      std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
+  };
+  // The two lists are one: column by column beside each other.
+  const void* columns_of_from[16];
+  int count = 0;
+  Representatives<T>::columns(
+      from, [&](const auto* column, const ColumnRule&) { columns_of_from[count++] = column; });
+  count = 0;
+  Representatives<T>::columns(to, [&](auto* column, const ColumnRule& rule) {
+    take(column, static_cast<decltype(column)>(const_cast<void*>(columns_of_from[count++])), rule);
+  });
+}
+
+/// Bristles beyond their new snap length snap at once, to 0.
+template <class T>
+void snap_beyond(Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const double joules = joules_per_square<T>(p);
+  for (std::uint32_t i = 0; i < r.in_contact(); ++i) {
+    const auto x = static_cast<double>(r.zx[i]);
+    const double y = r.zy == nullptr ? 0.0 : static_cast<double>(r.zy[i]);
+    const auto limit = static_cast<double>(r.delta[i]);
+    if (x * x + y * y > limit * limit) {
+      const double w = i < r.whole ? 1.0 : r.fraction;
+      r.zx[i] = T(0);
+      if (r.zy != nullptr) r.zy[i] = T(0);
+      p.pending_dissipated += joules * w * (x * x + y * y);
+      ++p.pending_snaps;
+    }
+  }
+}
+
+}  // namespace
+
+template <class T>
+void take_over(Patch& to, Patch& from) noexcept {
+  Representatives<T>& r = representatives<T>(to);
+  const Representatives<T>& old = representatives<T>(from);
+  // A patch that was reset since: its bristles are those of its own seed.
+  r.options.key = old.options.key;
+  if (r.options.seed != old.options.seed) {
+    change_seed(r, old.options.seed);
+    fill_columns(r);
+  }
+  for (std::uint32_t b = 0; b < old.active_blocks(); ++b) rewrite_block<T>(from, b);
+  to.generation = from.generation;
+  to.last_step = from.last_step;
+  to.skips = from.skips;
+  to.pending_snaps = from.pending_snaps;
+  to.pending_dissipated = from.pending_dissipated;
+  to.pending_loss = from.pending_loss;
+  to.overload = from.overload;
+  static_cast<RepresentativeCount&>(r) = old;
+  take_over_columns(r, old);
+  snap_beyond<T>(to);
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {
+    r.blocks[b].zero = 0;
+    rewrite_block<T>(to, b);
+    if (b < r.full_blocks()) book_block<T>(to, b, +1);
+  }
+  // The same load may now mean another number of bristles.
+  to.pending_loss += apply_load<T>(to, from.normal_load);
+}
+
+#define BRISTLE_MATERIAL_CHANGE(T) template void take_over<T>(Patch&, Patch&) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_MATERIAL_CHANGE)
+
+}  // namespace bristle::detail

@@ -1,0 +1,67 @@
+#include "core/patches/representatives/population.hpp"
+
+#include <algorithm>
+
+namespace bristle::detail {
+namespace {
+
+std::uint64_t mix64(std::uint64_t x) noexcept {
+  x ^= x >> 30;
+  x *= 0xBF58476D1CE4E5B9u;
+  x ^= x >> 27;
+  x *= 0x94D049BB133111EBu;
+  x ^= x >> 31;
+  return x;
+}
+
+/// The middle of one of 2^52 cells of (0, 1).
+double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12) + 0.5) * 0x1p-52; }
+
+template <class T>
+void fill(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed, Span<T> lengths) {
+  const SnapLength& law = material.material.snap_length;
+  const auto share = sampling == Sampling::random ? random_share : stratified_share;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    const double u = share(seed, static_cast<std::uint32_t>(i));
+    const double scaled = law.quantile(u) * material.lengths_per_metre;
+    lengths[i] = static_cast<T>(std::clamp(scaled, material.shortest, material.longest));
+  }
+}
+
+}  // namespace
+
+double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
+  // 2^64 / golden ratio; wrapping is the fractional part.
+  const std::uint64_t x = mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u;
+  return to_share(x);
+}
+
+double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
+  // SplitMix64, its stream picked by the seed. (Its step is the golden ratio too, but here it is mixed.)
+  return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
+}
+
+void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
+                        Span<float> lengths) {
+  fill(material, sampling, seed, lengths);
+}
+void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
+                        Span<double> lengths) {
+  fill(material, sampling, seed, lengths);
+}
+
+void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {
+  const auto key = static_cast<std::uint32_t>(mix64(seed + 0x51ED270Bu));
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    // Murmur3's finaliser: a bijection of 32 bits.
+    std::uint32_t x = static_cast<std::uint32_t>(i) ^ key;
+    x ^= x >> 16;
+    x *= 0x85EBCA6Bu;
+    x ^= x >> 13;
+    x *= 0xC2B2AE35u;
+    x ^= x >> 16;
+    states[i] = x;
+  }
+}
+
+}  // namespace bristle::detail

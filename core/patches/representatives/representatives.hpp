@@ -1,0 +1,198 @@
+// The contact model of the paper: n representative bristles, each with a deflection and a snap length
+// (core/MODEL.md, sections 3 to 12). One record per number type; the bristles' own motion is in kernels/.
+#pragma once
+
+#include <cstdint>
+
+#include "bristle/config.hpp"
+#include "core/patches/columns.hpp"
+#include "core/patches/contact_model.hpp"
+
+namespace bristle::detail {
+
+/// How many representatives a patch has in contact.
+struct ContactCount {
+  double active = 0.0;    ///< zeta / w, at most `detail`
+  double overload = 1.0;  ///< zeta / (detail w) where that is above 1
+  double fraction = 0.0;  ///< of the last one
+  std::uint32_t whole = 0;
+};
+ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
+
+/// What changes with load and detail. Saved as it stands; `position`, `zeta` and `overload` are in Patch.
+struct RepresentativeCount {
+  double active = 0.0;
+  double fraction = 0.0;
+  double weight = 0.0;       ///< w, physical bristles per representative: zeta_max / detail
+  std::uint32_t detail = 0;  ///< representatives that stand for the patch, at most its n
+  std::uint32_t whole = 0;
+};
+
+template <class T>
+struct Representatives : PatchRecord, RepresentativeCount {
+  using Number = T;
+
+  std::uint32_t bristles = 0;  ///< n
+  std::uint32_t block_count = 0;
+  std::uint32_t group_count = 0;
+  int variant = 0;  ///< of the step kernel
+  const KernelSet<T>* kernels = nullptr;
+
+  Block* blocks = nullptr;
+  Reach* groups = nullptr;
+  T* zx = nullptr;
+  T* zy = nullptr;                ///< null with one axis
+  T* first = nullptr;             ///< first snap lengths
+  T* delta = nullptr;             ///< snap lengths now; == first with keep
+  std::uint32_t* draw = nullptr;  ///< null with keep
+
+  /// Every column, in the order in which it is laid out, saved and hashed.
+  template <class Self, class Visit>
+  static void columns(Self& r, Visit&& visit) {
+    const std::uint32_t rows = r.padded();
+    const std::uint32_t redrawn = r.redraws() ? rows : 0;
+    visit(r.blocks, ColumnRule{"blocks", r.block_count, Filler::block, false});
+    visit(r.groups, ColumnRule{"groups", r.group_count, Filler::cache, false});
+    visit(r.zx, ColumnRule{"zx", rows, Filler::zero, true});
+    visit(r.zy, ColumnRule{"zy", r.options.axes == 2 ? rows : 0, Filler::zero, true});
+    visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
+    visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
+    visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
+  }
+  /// After the columns were placed: with keep the length now is the first one.
+  void find_lengths() noexcept {
+    if (!redraws()) delta = first;
+  }
+
+  bool redraws() const noexcept { return material->redraw; }
+  std::uint32_t in_contact() const noexcept { return whole + (fraction > 0.0 ? 1u : 0u); }
+  std::uint32_t full_blocks() const noexcept { return whole / block_size; }
+  std::uint32_t active_blocks() const noexcept { return (in_contact() + block_size - 1) / block_size; }
+  std::uint32_t padded() const noexcept { return (bristles + lane_count - 1) / lane_count * lane_count; }
+  bool has_tail() const noexcept { return in_contact() > full_blocks() * block_size; }
+
+  PatchView<T> view() const noexcept {
+    return {zx,
+            zy,
+            delta,
+            draw,
+            first,
+            blocks,
+            groups,
+            bristles,
+            whole,
+            static_cast<T>(fraction),
+            redraws() ? &material->law : nullptr};
+  }
+};
+
+template <class T>
+Representatives<T>& representatives(const Patch& p) noexcept {
+  return static_cast<Representatives<T>&>(*p.record);
+}
+
+// ------------------------------------------------------------------------------- blocks (blocks.cpp)
+
+/// Writes deflections of block b down where the patch is now.
+template <class T>
+void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
+/// Block b is out of contact, or all of its bristles are straight.
+template <class T>
+void enter_block(const Patch& p, std::uint32_t b) noexcept;
+/// Block b into the sum over full blocks (+1), or out of it (-1).
+template <class T>
+void book_block(Patch& p, std::uint32_t b, int sign) noexcept;
+/// Sum of weight |z|^2 over the bristles in contact of block b, scaled.
+template <class T>
+double block_squares(const Patch& p, std::uint32_t b) noexcept;
+template <class T>
+double all_squares(const Patch& p) noexcept;
+/// Energy of a unit of |z|^2, scaled, J.
+template <class T>
+double joules_per_square(const Patch& p) noexcept;
+/// Bristles [from, to) of one block out of contact: their first snap lengths again.
+template <class T>
+void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
+/// Bounds of groups and patch: a block changed outside a step.
+template <class T>
+void forget_upper_bounds(Patch& p) noexcept;
+/// How far a block has moved since its last rewrite, scaled.
+inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
+  return to_lengths(difference(p.position[axis], block.position[axis]));
+}
+/// After the count of contacts, the weight or the tail block changed: the shared part's sums over the tail,
+/// its unit of force, what it says at rest.
+template <class T>
+void note_count(Patch& p) noexcept;
+/// The sums over the tail block alone: it was rewritten.
+template <class T>
+void note_tail(Patch& p) noexcept;
+
+// ----------------------------------------------------- population, load, step, detail, material, state
+
+/// First snap lengths of the patch's seed, and what blocks know of them.
+template <class T>
+void fill_first(Representatives<T>& r) noexcept;
+/// Columns as at the beginning: straight, first lengths, no draw made.
+template <class T>
+void fill_columns(Representatives<T>& r) noexcept;
+/// First snap lengths of another seed; deflections and draws stay.
+template <class T>
+void change_seed(Representatives<T>& r, std::uint32_t seed) noexcept;
+
+template <class T>
+double apply_load(Patch& p, double normal_load_n) noexcept;
+
+template <class T>
+void advance(Patch& p, PatchStep& step, StepSums& sums) noexcept;
+template <class T>
+std::uint32_t prepare(Patch& p, PatchStep& step) noexcept;
+template <class T>
+void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
+                Totals& totals) noexcept;
+template <class T>
+void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
+
+template <class T>
+Status set_detail(Patch& p, std::uint32_t bristles) noexcept;
+template <class T>
+void take_over(Patch& to, Patch& from) noexcept;
+template <class T>
+void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept;
+template <class T>
+void copy_patch(const Patch& from, Patch& to, std::byte* memory) noexcept;
+
+template <class T>
+double find_stored_energy(const Patch& p) noexcept;
+template <class T>
+std::uint64_t hash_patch(const Patch& p) noexcept;
+template <class T>
+void describe(const Patch& p, PatchInfo& info) noexcept;
+template <class T>
+void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<double> zy,
+                   Span<double> delta) noexcept;
+template <class T>
+std::uint64_t signature(const Patch& p) noexcept;
+template <class T>
+std::size_t saved_size(const Patch& p) noexcept;
+template <class T>
+void save(const Patch& p, ByteWriter& write) noexcept;
+template <class T>
+const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
+template <class T>
+void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
+
+/// Throws bristle::Error.
+Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                           const KernelTable& kernels, double weight);
+/// Names of the kernel variants are made by the first batch, so that asking for one allocates nothing.
+void name_kernels();
+
+/// Every template of this header for one number type.
+#if BRISTLE_WITH_DOUBLE
+#define BRISTLE_FOR_NUMBERS(instantiate) instantiate(float) instantiate(double)
+#else
+#define BRISTLE_FOR_NUMBERS(instantiate) instantiate(float)
+#endif
+
+}  // namespace bristle::detail

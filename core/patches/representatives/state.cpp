@@ -1,0 +1,283 @@
+// What a patch of representatives is, from outside: energy, columns, hash, bytes. The format of the bytes:
+// core/MODEL.md, "Saved state".
+#include <algorithm>
+#include <cmath>
+
+#include "core/common/hashing.hpp"
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// What is saved of a patch beside its shared part and its columns.
+template <class Io, class Count>
+void count_fields(Io& io, Count& c) noexcept {
+  io(c.active);
+  io(c.fraction);
+  io(c.weight);
+  io(c.detail);
+  io(c.whole);
+}
+constexpr std::size_t count_size = 3 * 8 + 2 * 4;
+
+template <class Io, class AnyBlock>
+void block_fields(Io& io, AnyBlock& block) noexcept {
+  for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
+  for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
+}
+constexpr std::size_t block_fields_size = 4 * 8;
+
+/// Bristles of block b, and how many of them have columns that are written down; the others read as their
+/// filler.
+struct Part {
+  std::uint32_t first, size, bent;
+};
+template <class T>
+Part part_of(const Representatives<T>& r, std::uint32_t b) noexcept {
+  const std::uint32_t first = b * block_size;
+  const std::uint32_t contact = r.in_contact();
+  const std::uint32_t size = std::min(block_size, r.bristles - first);
+  const std::uint32_t touching = contact > first ? std::min(size, contact - first) : 0;
+  return {first, size, r.blocks[b].zero ? 0 : touching};
+}
+
+/// A column as it reads: bristle i out of contact, or in a block that entered together and was not visited
+/// since, is its filler.
+template <class T>
+struct Reading {
+  const Representatives<T>& r;
+  bool straight;
+
+  void add(Hasher& hasher, const T* column, const ColumnRule& rule, std::uint32_t i) const noexcept {
+    const T filler = rule.filler == Filler::zero ? T(0) : r.first[i];
+    hasher.add(straight ? filler : column[i]);
+  }
+  void add(Hasher& hasher, const std::uint32_t* column, const ColumnRule&, std::uint32_t i) const noexcept {
+    hasher.add(std::uint64_t{column[i]});
+  }
+  template <class Other>
+  void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
+};
+
+bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
+
+const char* find_block_fault(const Block& block, const double (&moved)[2], double longest) noexcept {
+  const double most = block_size * longest * fixed_per_length;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (!within(moved[axis], -2.0 * longest, 2.0 * longest)) return "a block's displacement";
+    if (!within(static_cast<double>(block.stored[axis]), -most, most)) return "a block's sum";
+  }
+  return nullptr;
+}
+
+/// Contact that the load does not explain would be forces without it, or forces and energies beyond all
+/// numbers.
+template <class T>
+const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
+                             const RepresentativeCount& c) noexcept {
+  if (c.detail < 1 || c.detail > r.bristles) return "detail";
+  const double all = r.full_weight * r.bristles;
+  if (!(std::abs(c.weight * c.detail - all) <= 1e-9 * all)) return "weight";
+  const ContactCount count = count_contacts(contact.zeta, c.weight, c.detail);
+  if (contact.overload != count.overload) return "overload";
+  if (c.active != count.active) return "active";
+  if (c.whole != count.whole) return "whole";
+  if (c.fraction != count.fraction) return "fraction";
+  return nullptr;
+}
+
+/// After a patch out of contact got another count, position and columns: blocks in contact are taken as
+/// written down, the others as straight, and the sums over blocks are made anew.
+template <class T>
+void find_block_sums(Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  p.sum[0] = p.sum[1] = 0;
+  for (std::uint32_t b = 0; b < r.block_count; ++b) {
+    if (b >= r.active_blocks()) enter_block<T>(p, b);
+    if (b < r.active_blocks()) r.blocks[b].zero = 0;
+    if (b < r.full_blocks()) book_block<T>(p, b, +1);
+  }
+}
+
+}  // namespace
+
+template <class T>
+double find_stored_energy(const Patch& p) noexcept {
+  return joules_per_square<T>(p) * all_squares<T>(p);
+}
+
+template <class T>
+void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<double> zy,
+                   Span<double> delta) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const double metres = p.material().metres_per_length;
+  const std::uint32_t contact = r.in_contact();
+  const T* const columns[2] = {r.zx, r.zy};
+  const Span<double> wanted[2] = {zx, zy};
+  for (std::size_t i = 0; i < count; ++i) {
+    const Block& block = r.blocks[i / block_size];
+    const bool in = i < contact;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (wanted[axis].empty()) continue;
+      const T* z = columns[axis];
+      const double stored = z == nullptr || block.zero ? 0.0 : static_cast<double>(z[i]);
+      wanted[axis][i] = in ? (stored + moved_since(p, block, axis)) * metres : 0.0;
+    }
+    if (!delta.empty()) delta[i] = static_cast<double>((in && !block.zero ? r.delta : r.first)[i]) * metres;
+  }
+}
+
+template <class T>
+std::uint64_t hash_patch(const Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  hasher.add(r.weight);
+  hasher.add(r.active);
+  hasher.add(p.overload);
+  const std::uint32_t contact = r.in_contact();
+  for (std::uint32_t i = 0; i < r.bristles; ++i) {
+    const Block& block = r.blocks[i / block_size];
+    if (i % block_size == 0 && i < contact)
+      for (int axis = 0; axis < 2; ++axis)
+        hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], block.position[axis])));
+    const Reading<T> reading{r, i >= contact || block.zero};
+    Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
+      if (rule.hashed && rule.count > 0) reading.add(hasher, column, rule, i);
+    });
+  }
+  return hasher.value();
+}
+
+template <class T>
+std::uint64_t signature(const Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  hasher.add(r.full_weight);
+  hasher.add(r.options.max_normal_load);
+  hasher.add(std::uint64_t{r.bristles} << 32 | r.first_seed);
+  hasher.add(static_cast<std::uint64_t>(r.variant) << 8 | static_cast<std::uint64_t>(p.outputs) << 4 |
+             (r.options.sampling == Sampling::random ? 2u : 0u));
+  return hasher.value();
+}
+
+template <class T>
+std::size_t saved_size(const Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  std::size_t bristle = 0;
+  Representatives<T>::columns(r, [&bristle](const auto* column, const ColumnRule& rule) {
+    if (is_saved(rule.filler) && rule.count > 0) bristle += sizeof *column;
+  });
+  return count_size + r.block_count * block_fields_size + r.bristles * bristle;
+}
+
+template <class T>
+void save(const Patch& p, ByteWriter& write) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  count_fields(write, static_cast<const RepresentativeCount&>(r));
+  constexpr Block away{};
+  for (std::uint32_t b = 0; b < r.block_count; ++b)
+    block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
+  Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
+    using Entry = std::remove_cv_t<std::remove_pointer_t<decltype(column)>>;
+    if (rule.count == 0 || !is_saved(rule.filler)) return;
+    if (rule.filler == Filler::draw_state) {
+      write.column(column, r.bristles);
+      return;
+    }
+    for (std::uint32_t b = 0; b < r.block_count; ++b) {
+      const Part part = part_of(r, b);
+      write.column(column + part.first, part.bent);
+      if (rule.filler == Filler::zero)
+        write.zeros<Entry>(part.size - part.bent);
+      else
+        write.column(r.first + part.first + part.bent, part.size - part.bent);
+    }
+  });
+}
+
+template <class T>
+const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  RepresentativeCount count;
+  count_fields(read, count);
+  if (const char* fault = find_count_fault(r, contact, count)) return fault;
+
+  // Rounding may carry a bristle a little over its length.
+  const double longest = p.material().longest * (1.0 + 1e-3);
+  const double shortest = p.material().shortest * (1.0 - 1e-3);
+  const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
+  ByteReader blocks = read;
+  ByteReader columns = read;
+  columns.skip(r.block_count * block_fields_size);
+  for (std::uint32_t b = 0; b * block_size < touching; ++b) {
+    Block block{};
+    block_fields(blocks, block);
+    double moved[2];
+    for (int axis = 0; axis < 2; ++axis)
+      moved[axis] = to_lengths(difference(contact.position[axis], block.position[axis]));
+    if (const char* fault = find_block_fault(block, moved, longest)) return fault;
+
+    const std::uint32_t end = std::min((b + 1) * block_size, touching);
+    const char* fault = nullptr;
+    std::size_t at = 0;
+    int axis = 0;
+    Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
+      using Entry = std::remove_cv_t<std::remove_pointer_t<decltype(column)>>;
+      if (rule.count == 0 || !is_saved(rule.filler)) return;
+      for (std::uint32_t i = b * block_size; i < end; ++i) {
+        ByteReader entry = columns;
+        entry.skip(at + i * sizeof(Entry));
+        if constexpr (std::is_same_v<Entry, T>) {
+          Entry number;
+          entry(number);
+          const auto x = static_cast<double>(number);
+          if (rule.filler == Filler::first_length && !within(x, shortest, longest)) fault = "a snap length";
+          if (rule.filler == Filler::zero &&
+              (!within(x, -longest, longest) || !within(x + moved[axis], -longest, longest)))
+            fault = "a deflection";
+        }
+      }
+      at += std::size_t{r.bristles} * sizeof(Entry);
+      if (rule.filler == Filler::zero) ++axis;
+    });
+    if (fault != nullptr) return fault;
+  }
+  return nullptr;
+}
+
+template <class T>
+void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  change_seed(r, seed);
+  count_fields(read, static_cast<RepresentativeCount&>(r));
+  for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(read, r.blocks[b]);
+  Representatives<T>::columns(r, [&](auto* column, const ColumnRule& rule) {
+    using Entry = std::remove_pointer_t<decltype(column)>;
+    if (rule.count == 0 || !is_saved(rule.filler)) return;
+    read.column(column, r.bristles);
+    // Bristles out of contact read as their filler, whatever the bytes said.
+    if constexpr (std::is_same_v<Entry, T>)
+      for (std::uint32_t i = r.in_contact(); i < r.bristles; ++i)
+        column[i] = rule.filler == Filler::zero ? T(0) : r.first[i];
+  });
+  find_block_sums<T>(p);
+  for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].reach = -1.0f;
+  forget_upper_bounds<T>(p);
+  note_count<T>(p);
+}
+
+#define BRISTLE_STATE(T)                                                                \
+  template double find_stored_energy<T>(const Patch&) noexcept;                         \
+  template void read_bristles<T>(const Patch&, std::size_t, Span<double>, Span<double>, \
+                                 Span<double>) noexcept;                                \
+  template std::uint64_t hash_patch<T>(const Patch&) noexcept;                          \
+  template std::uint64_t signature<T>(const Patch&) noexcept;                           \
+  template std::size_t saved_size<T>(const Patch&) noexcept;                            \
+  template void save<T>(const Patch&, ByteWriter&) noexcept;                            \
+  template const char* find_fault<T>(const Patch&, const Patch&, ByteReader) noexcept;  \
+  template void restore<T>(Patch&, std::uint32_t, ByteReader) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_STATE)
+
+}  // namespace bristle::detail

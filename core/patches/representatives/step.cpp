@@ -1,0 +1,164 @@
+// A step of the representatives between the shared part and the kernels.
+#include <algorithm>
+#include <cmath>
+
+#include "core/common/hashing.hpp"
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Unit in which the sum of delta^2 of a block's snaps fits 62 bits with room, as a power of two.
+double energy_unit(double length, double longest, bool literal) noexcept {
+  // The literal rule squares what a bristle reached before it was reset.
+  const double path = length + 2.0 * longest;
+  const double most = 4.0 * block_size * path * (literal ? path : longest);
+  int exponent = 0;
+  std::frexp(most, &exponent);
+  return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
+}
+
+/// The state too: equal steps must not repeat themselves, nor patches one another.
+template <class T>
+std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  Hasher hasher;
+  hasher.add(scaled[0]);
+  hasher.add(scaled[1]);
+  hasher.add(std::uint64_t{r.options.seed});
+  for (int axis = 0; axis < 2; ++axis) {
+    std::uint64_t stored = 0;
+    for (std::uint32_t b = 0; b < r.full_blocks(); ++b)
+      stored += static_cast<std::uint64_t>(r.blocks[b].stored[axis]);
+    hasher.add(stored);
+    hasher.add(static_cast<std::uint64_t>(r.blocks[0].stored[axis]));
+  }
+  return hasher.value();
+}
+
+/// After a step that visited blocks: how far the patch may go before one must be visited again.
+template <class T>
+void renew_bound(Patch& p, const Totals& t) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  // Bounds cost a square root per bristle: at a fortieth of the blocks rewritten they saved nearly all
+  // visits, at a quarter they cost more than they saved.
+  if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
+  const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
+  double reach = 1e300;
+  for (std::uint32_t g = 0; g < groups && reach >= 0.0; ++g) {
+    if (r.groups[g].reach < 0.0) {
+      reach = -1.0;
+      break;
+    }
+    const double x = to_lengths(difference(p.position[0], r.groups[g].anchor[0]));
+    const double y = to_lengths(difference(p.position[1], r.groups[g].anchor[1]));
+    reach = std::min(reach, r.groups[g].reach - std::sqrt(x * x + y * y));
+  }
+  p.bound.reach = reach;
+  p.bound.anchor[0] = p.position[0];
+  p.bound.anchor[1] = p.position[1];
+}
+
+}  // namespace
+
+template <class T>
+std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const CompiledMaterial& m = p.material();
+  Advance& a = step.advance;
+  if (a.all) {
+    // Redraw that ends in law needs no remainder: float holds the step as long as its square.
+    a.far = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
+    a.phase_key = phase_key<T>(p, step.scaled);
+  } else if (m.in_phase && sizeof(T) < sizeof(double) && !p.literal) {
+    a.far = 1;
+  }
+  if (p.literal || has(p.outputs, Outputs::energy))
+    a.energy_unit = energy_unit(a.length, m.longest, p.literal);
+  a.track = a.skip && p.tracks ? 1 : 0;
+  return r.active_blocks();
+}
+
+template <class T>
+void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
+                Totals& totals) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  r.kernels->step[r.variant](r.view(), step.advance, first, last, totals);
+}
+
+template <class T>
+void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) noexcept {
+  const Advance& a = step.advance;
+  const bool mean = has(p.outputs, Outputs::mean);
+  // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact. An axis at a
+  // time, so that its 128-bit sums stay in registers.
+  for (int axis = 0; axis < p.axes; ++axis) {
+    const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
+    const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];
+    Int128 end = whole;
+    Int128 twice_mean = 0;
+    if (mean) twice_mean = 2 * p.sum[axis] + carried + t.twice_mean[axis];
+    if (p.part > 0.0 && t.tail_snapped) {
+      end += t.tail_stored[axis];
+      twice_mean += t.tail_twice_mean[axis];
+    } else if (p.part > 0.0) {
+      const Int128 after = weighted(p.part, difference(a.to[axis], p.part_position[axis]));
+      end += p.part_sum[axis] + after;
+      if (mean)
+        twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                      weighted(p.part, difference(a.from[axis], p.part_position[axis])) + after;
+    }
+    sums.end[axis] = to_double(end);
+    sums.twice_mean[axis] = to_double(twice_mean);
+    if (a.commit) {
+      p.sum[axis] = whole;
+      p.position[axis] = a.to[axis];
+    }
+  }
+  if (has(p.outputs, Outputs::energy)) {
+    sums.dissipated =
+        std::min(joules_per_square<T>(p) * (to_double(t.squares) / a.energy_unit), highest_energy);
+    sums.snaps = t.snaps;
+  }
+  sums.visited = t.visited;
+  if (!a.commit) return;
+  if (t.tail_snapped) note_tail<T>(p);
+  renew_bound<T>(p, t);
+}
+
+template <class T>
+void advance(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  Totals totals{};
+  run_blocks<T>(p, step, 0, prepare<T>(p, step), totals);
+  finish<T>(p, step, totals, sums);
+}
+
+void add_totals(Totals& sum, const Totals& part) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    sum.stored[axis] += part.stored[axis];
+    sum.offset[axis] += part.offset[axis];
+    sum.twice_mean[axis] += part.twice_mean[axis];
+  }
+  sum.squares += part.squares;
+  sum.snaps += part.snaps;
+  sum.visited += part.visited;
+  sum.blocks_visited += part.blocks_visited;
+  sum.blocks_rewritten += part.blocks_rewritten;
+  if (part.tail_snapped) {
+    for (int axis = 0; axis < 2; ++axis) {
+      sum.tail_stored[axis] = part.tail_stored[axis];
+      sum.tail_twice_mean[axis] = part.tail_twice_mean[axis];
+    }
+    sum.tail_snapped = 1;
+  }
+}
+
+#define BRISTLE_STEP(T)                                                                     \
+  template std::uint32_t prepare<T>(Patch&, PatchStep&) noexcept;                           \
+  template void run_blocks<T>(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t, \
+                              Totals&) noexcept;                                            \
+  template void finish<T>(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;     \
+  template void advance<T>(Patch&, PatchStep&, StepSums&) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_STEP)
+
+}  // namespace bristle::detail

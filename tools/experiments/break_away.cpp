@@ -1,0 +1,159 @@
+// Break-away: a block under a growing force, over the rate of growth, the load, and the time at rest.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tools/experiments/body.hpp"
+#include "tools/experiments/experiment.hpp"
+#include "tools/files/user_error.hpp"
+
+namespace cli {
+namespace {
+
+struct BreakAway {
+  double friction = 0.0;  // highest before it slides
+  double applied = 0.0;   // at that time
+};
+
+BreakAway pull(const std::string& model, const Settings& s, double rate, double load, double highest_load) {
+  Subject::Options options;
+  options.highest_load_over_load = highest_load / s.number("load");
+  Subject subject(model, s, options);
+  SlidingBlock block(s.number("mass"));
+  const double strongest = 4.0 * std::max(s.number("static"), s.number("kinetic")) * load;
+  const double dt = std::min(s.number("dt"), strongest / rate / 100.0);
+  BreakAway found;
+  for (long k = 1; block.velocity() < s.number("sliding_velocity"); ++k) {
+    const double applied = rate * dt * (static_cast<double>(k) - 0.5);
+    if (applied > 100.0 * strongest) break;  // viscous terms alone hold it
+    const double friction = -block.advance(subject, {applied}, dt, load);
+    if (friction > found.friction) found = {friction, applied};
+  }
+  return found;
+}
+
+// Highest force of a slow pull after sliding and a rest.
+double after_rest(const std::string& model, const Settings& s, double rest_s) {
+  Subject subject(model, s);
+  const double dbar = s.number("presliding"), load = s.number("load");
+  const auto move = [&](double way, double speed) {
+    const double step = dbar / 50.0;
+    double highest = 0.0;
+    for (long k = 0; k < std::lround(way / step); ++k) {
+      highest = std::max(highest, -subject.step({step, 0.0}, step / speed, load).end.x);
+    }
+    return highest;
+  };
+  move(20.0 * dbar, 1e-3);
+  for (int k = 0; k < 100; ++k) subject.step({}, rest_s / 100.0, load);
+  return move(3.0 * dbar, 1e-5);
+}
+
+// Slope of log y over log x by least squares.
+double exponent(const std::vector<double>& x, const std::vector<double>& y) {
+  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double a = std::log(x[i]), b = std::log(std::max(y[i], 1e-300));
+    sx += a;
+    sy += b;
+    sxx += a * a;
+    sxy += a * b;
+  }
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+void over_rates(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double load = s.number("load");
+  std::vector<BreakAway> found;
+  for (const double rate : s.numbers("rates")) {
+    found.push_back(pull(model, s, rate, load, load));
+    result.series.push_back({"rate", model, {rate, load, 0.0, found.back().friction, found.back().applied}});
+  }
+  const double peak = found.front().friction / (s.number("kinetic") * load);
+  result.findings.push_back({"static_peak", model, peak, peak > 1.05});
+  const double ratio = found.back().friction / found.front().friction;
+  result.findings.push_back({"break_away_rate", model, ratio, ratio < 0.98});
+}
+
+void over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const std::vector<double>& loads = s.numbers("loads");
+  const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
+  std::vector<double> friction;
+  for (const double load : loads) {
+    // The same time to break away at every load.
+    const double rate = s.number("rate_at_loads") * load / s.number("load");
+    const BreakAway found = pull(model, s, rate, load, highest);
+    friction.push_back(found.friction);
+    result.series.push_back({"load", model, {rate, load, 0.0, found.friction, found.applied}});
+  }
+  const double power = exponent(loads, friction);
+  result.findings.push_back({"break_away_load", model, power, std::fabs(power - 1.0) < 0.1});
+}
+
+void over_rests(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  std::vector<double> friction;
+  for (const double rest : s.numbers("rests")) {
+    friction.push_back(after_rest(model, s, rest));
+    result.series.push_back({"rest", model, {0.0, s.number("load"), rest, friction.back(), 0.0}});
+  }
+  const double again = friction.front() / (s.number("kinetic") * s.number("load"));
+  result.findings.push_back({"peak_again", model, again, again > 1.05});
+  const double ratio = friction.back() / friction.front();
+  result.findings.push_back({"dwell_time", model, ratio, ratio > 1.02});
+}
+
+ExperimentResult run(const ExperimentInput& input) {
+  const std::vector<double>& loads = input.settings.numbers("loads");
+  if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end()) {
+    throw UserError("experiment break-away: loads must hold two loads that differ");
+  }
+  ExperimentResult result;
+  result.columns = {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"};
+  double done = 0.0;
+  for (const std::string& model : input.models) {
+    over_rates(input, model, result);
+    over_loads(input, model, result);
+    over_rests(input, model, result);
+    input.progress(++done / static_cast<double>(input.models.size()));
+  }
+  return result;
+}
+
+}  // namespace
+
+Experiment break_away_experiment() {
+  return {
+      "break-away",
+      "static peak against force rate, load and time at rest",
+      common_parameters({{"bristles", 3600}, {"dt", 5e-4}}) +
+          std::vector<Parameter>{
+              number_parameter("mass", 1.0, "kg", "of the block", 1e-6, 1e6),
+              list_parameter("rates", {0.1, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0}, "N/s",
+                             "growth of the applied force; the last over the first decides", 1e-4, 1e6),
+              list_parameter("loads", {0.25, 0.5, 1.0, 2.5, 5.0, 10.0}, "N", "loads, two or more", 1e-6, 1e6),
+              number_parameter("rate_at_loads", 2.0, "N/s",
+                               "growth at the common load, in proportion elsewhere", 1e-4, 1e6),
+              list_parameter("rests", {0.1, 1.0, 10.0, 100.0}, "s", "times at rest", 1e-3, 1e6),
+              number_parameter("sliding_velocity", 0.02, "m/s", "from here on it slides", 1e-9, 1e3)},
+      {{"static_peak", "a static peak at the first pull",
+        "it takes more force to start than to keep sliding (Coulomb 1785)",
+        "break-away friction at the slowest rate, over kinetic friction", "", "above 1.05"},
+       {"peak_again", "a static peak again after sliding and a stop",
+        "it takes more force to start again after a stop than to keep sliding (Coulomb 1785)",
+        "break-away friction after sliding and the shortest rest, over kinetic friction", "", "above 1.05"},
+       {"break_away_rate", "break-away falls with the force rate",
+        "the faster the force grows, the lower break-away (Johannes, Green, Brockley 1973)",
+        "break-away friction at the fastest rate, over that at the slowest", "", "below 0.98"},
+       {"break_away_load", "break-away is proportional to load", "Amontons' law for static friction",
+        "exponent of break-away friction over load", "", "1 within 0.1"},
+       {"dwell_time", "static friction grows at rest",
+        "static friction grows with the logarithm of the time at rest (Rabinowicz 1958; Dieterich 1972)",
+        "break-away friction after the longest rest, over that after the shortest", "", "above 1.02"}},
+      &run};
+}
+
+}  // namespace cli

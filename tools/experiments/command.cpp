@@ -1,0 +1,195 @@
+#include "tools/experiments/command.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/progress.hpp"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> chosen_models(const ExperimentOptions& options) {
+  std::vector<std::string> models(options.models);
+  if (models.empty()) models.assign(model_names().begin(), model_names().end());
+  for (const std::string& model : models) {
+    if (std::find(model_names().begin(), model_names().end(), model) == model_names().end()) {
+      throw UserError(
+          fmt::format("--models: '{}' is not a model; allowed: {}", model, fmt::join(model_names(), ", ")));
+    }
+    if (std::count(models.begin(), models.end(), model) > 1) {
+      throw UserError(fmt::format("--models: '{}' appears twice", model));
+    }
+  }
+  return models;
+}
+
+bool is_experiment(std::string_view name) {
+  return std::any_of(experiments().begin(), experiments().end(),
+                     [&](const Experiment& e) { return e.name == name; });
+}
+
+Settings settings_for(const Experiment& experiment, const ExperimentOptions& options) {
+  Settings settings(experiment.parameters);
+  if (!options.config.empty()) settings.read_file(options.config, experiment.name, is_experiment);
+  for (const std::string& assignment : options.set) {
+    std::string_view text = assignment;
+    if (options.name == "all") {
+      const auto dot = text.find('.');
+      if (dot == std::string_view::npos || dot > text.find('=')) {
+        throw UserError(fmt::format("--set {}: with 'all' it needs EXPERIMENT.KEY=VALUE", assignment));
+      }
+      if (find_experiment(text.substr(0, dot)).name != experiment.name) continue;
+      text.remove_prefix(dot + 1);
+    }
+    settings.set(text);
+  }
+  return settings;
+}
+
+// Single quotes for the shell and for gnuplot: refused in names rather than escaped twice.
+std::string quoted(const std::string& path) {
+  if (path.find_first_of("'\"\n\\") != std::string::npos) {
+    throw UserError(fmt::format("{}: gnuplot cannot take quotes or backslashes in a file name", path));
+  }
+  return "'" + path + "'";
+}
+
+std::string plot_script(const std::string& name) {
+  const char* folder = std::getenv("BRISTLE_PLOTS");
+  std::string file = "experiment_" + name + ".gp";
+  std::replace(file.begin(), file.end(), '-', '_');
+  return (fs::path(folder ? folder : BRISTLE_PLOTS_FOLDER) / file).string();
+}
+
+void check_plot(const ExperimentOptions& options) {
+  if (options.plot.empty()) return;
+  if (options.name == "all") throw UserError("--plot: one experiment at a time");
+  if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) {
+    throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
+  }
+  const std::string script = plot_script(options.name);
+  if (!fs::exists(script)) {
+    throw UserError(
+        fmt::format("--plot: {} does not exist; set BRISTLE_PLOTS to the folder of the scripts", script));
+  }
+  quoted(options.plot);
+  quoted(script);
+  open_for_writing(options.plot);  // says now if it cannot be written
+}
+
+void draw(const ExperimentOptions& options, const ExperimentReport& report) {
+  const fs::path data = fs::temp_directory_path() / fmt::format("bristle_experiment_{}.csv", getpid());
+  {
+    const FilePointer file = open_for_writing(data.string());
+    write_text(file.get(), experiment_csv(report), data.string());
+  }
+  const std::string command = fmt::format(
+      "gnuplot -e \"csv={}; png={}; folder={}\" {}", quoted(data.string()), quoted(options.plot),
+      quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
+  const int code = std::system(command.c_str());
+  std::error_code ignored;
+  fs::remove(data, ignored);
+  if (code != 0) throw UserError("--plot: gnuplot failed; its message is above");
+}
+
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path) : path_(path) {
+    if (!path.empty()) file_.emplace(open_for_writing(path));
+  }
+  explicit operator bool() const { return file_.has_value(); }
+  void write(const std::string& text) const { write_text(file_->get(), text, path_); }
+
+ private:
+  std::string path_;
+  std::optional<FilePointer> file_;
+};
+
+void check_files(const ExperimentOptions& options) {
+  const std::string* files[] = {&options.csv, &options.json, &options.markdown};
+  if (std::count_if(std::begin(files), std::end(files), [](const std::string* f) { return *f == "-"; }) > 1) {
+    throw UserError("only one of --csv, --json and --markdown can have stdout");
+  }
+  if (options.name == "all" && !options.csv.empty()) throw UserError("--csv: one experiment at a time");
+  if (options.name != "all" && !options.markdown.empty()) throw UserError("--markdown: only with 'all'");
+  check_plot(options);
+}
+
+ExperimentReport run_one(const Experiment& experiment, const ExperimentOptions& options,
+                         const std::vector<std::string>& models) {
+  Progress progress("experiment " + experiment.name);
+  ExperimentInput input{settings_for(experiment, options), models,
+                        [&](double share) { progress.update(share); }};
+  return {&experiment, input.settings, run_experiment(experiment, input)};
+}
+
+std::vector<CostRow> run_cost(const std::vector<std::string>& models) {
+  Progress progress("cost");
+  return measure_cost({Settings(cost_parameters()), models, [&](double share) { progress.update(share); }});
+}
+
+}  // namespace
+
+std::string experiment_list() {
+  std::string text = "Experiments: bristle experiment NAME; all of them: bristle experiment all\n";
+  for (const Experiment& e : experiments()) text += fmt::format("  {:<13} {}\n", e.name, e.title);
+  text += fmt::format(
+      "\nModels (--models A,B): {}\n\nParameters (--set KEY=VALUE) of every experiment; some have "
+      "other defaults for them, listed there\n",
+      fmt::join(model_names(), ", "));
+  const std::vector<Parameter> common = common_parameters();
+  text += parameter_table(common);
+  for (const Experiment& e : experiments()) {
+    std::vector<Parameter> own;
+    for (const Parameter& p : e.parameters) {
+      const auto same = std::find_if(common.begin(), common.end(), [&](const Parameter& c) {
+        return c.name == p.name && Settings::value_text(c) == Settings::value_text(p);
+      });
+      if (same == common.end()) own.push_back(p);
+    }
+    text += fmt::format("\n{}: {}\n{}", e.name, e.title, parameter_table(own));
+  }
+  return text;
+}
+
+void experiment_command(const ExperimentOptions& options) {
+  if (options.name == "list") {
+    write_text(stdout, experiment_list(), "standard output");
+    return;
+  }
+  check_files(options);
+  const std::vector<std::string> models = chosen_models(options);
+  std::vector<const Experiment*> wanted;
+  for (const Experiment& e : experiments()) {
+    if (options.name == "all" || options.name == e.name) wanted.push_back(&e);
+  }
+  if (wanted.empty()) find_experiment(options.name);
+  for (const Experiment* e : wanted) settings_for(*e, options);  // refuses bad ones before the first runs
+  // Opened before the run: a path that cannot be written must not cost the result.
+  const OutputFile csv(options.csv), json(options.json), markdown(options.markdown);
+  std::vector<ExperimentReport> reports;
+  for (const Experiment* e : wanted) reports.push_back(run_one(*e, options, models));
+  std::vector<CostRow> cost;
+  if (options.name == "all" && !options.no_cost) cost = run_cost(models);
+  if (options.csv != "-" && options.json != "-" && options.markdown != "-") {
+    write_text(stdout, findings_table(reports, models), "standard output");
+    if (!cost.empty()) write_text(stdout, "\n" + cost_table(cost, models), "standard output");
+  }
+  if (csv) csv.write(experiment_csv(reports.front()));
+  if (json) json.write(experiment_json(reports, cost));
+  if (markdown) markdown.write(experiment_page(reports, cost, models));
+  if (!options.plot.empty()) draw(options, reports.front());
+}
+
+}  // namespace cli

@@ -1,0 +1,135 @@
+// Coulomb's laws: friction against load, against the number of bristles, and against the apparent area.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "tools/experiments/experiment.hpp"
+#include "tools/experiments/subject.hpp"
+
+namespace cli {
+namespace {
+
+double steady_friction(const std::string& model, const Settings& s, double load, double highest_load) {
+  Subject::Options options;
+  options.highest_load_over_load = highest_load / s.number("load");
+  Subject subject(model, s, options);
+  const double step = 0.37 * s.number("presliding");  // not in step with the snap lengths
+  const double dt = step / s.number("velocity");
+  const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
+  double sum = 0.0;
+  for (long k = -settle; k < measure; ++k) {
+    const double friction = -subject.step({step, 0.0}, dt, load).mean.x;
+    if (k >= 0) sum += friction;
+  }
+  return sum / static_cast<double>(std::max(measure, 1L));
+}
+
+// Asperities on an apparent area, heights exponential (eq. 6) and evenly spread over their law; the surfaces
+// come together until the springs carry the load (eq. 7 without its integral). Returns how many touch (eq.
+// 8).
+double asperities_touching(const Settings& s, double area_factor) {
+  const double sigma = 1e-6;  // m; cancels out
+  const double normal_stiffness = 1.0 / (s.number("bristles_per_newton") * sigma);
+  const double in_contact = s.number("bristles_per_newton") * s.number("load");
+  const auto count =
+      static_cast<std::size_t>(std::ceil(s.number("asperities_per_contact") * in_contact * area_factor));
+  const auto height = [&](std::size_t i) {  // the i-th highest
+    return -sigma * std::log((static_cast<double>(i) + 0.5) / static_cast<double>(count));
+  };
+  // With the n highest touching, the load they carry when the separation is the height of the next one grows
+  // with n.
+  double sum = 0.0;
+  for (std::size_t n = 1; n < count; ++n) {
+    sum += height(n - 1);
+    const double carried = normal_stiffness * (sum - static_cast<double>(n) * height(n));
+    if (carried >= s.number("load")) return static_cast<double>(n);
+  }
+  return static_cast<double>(count);
+}
+
+void over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const std::vector<double>& loads = s.numbers("loads");
+  const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
+  double worst = 0.0;
+  for (const double load : loads) {
+    const double friction = steady_friction(model, s, load, highest);
+    worst = std::max(worst, std::fabs(friction / load / s.number("kinetic") - 1.0));
+    result.series.push_back({"load", model, {load, friction, friction / load}});
+  }
+  result.findings.push_back({"proportional_to_load", model, 100.0 * worst, worst < 0.02});
+}
+
+void over_bristles(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  Settings s = input.settings;
+  const double load = s.number("load");
+  double low = INFINITY, high = -INFINITY;
+  for (const double n : input.settings.numbers("bristle_counts")) {
+    s.set("bristles=" + std::to_string(static_cast<long>(n)));
+    const double friction = steady_friction(model, s, load, load);
+    low = std::min(low, friction);
+    high = std::max(high, friction);
+    result.series.push_back({"bristles", model, {n, friction, friction / load}});
+  }
+  const double spread = (high - low) / (s.number("kinetic") * load);
+  result.findings.push_back({"representatives", model, 100.0 * spread, spread < 0.02});
+}
+
+void over_areas(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  Settings s = input.settings;
+  const double load = s.number("load");
+  const double bristles_per_newton = s.number("bristles_per_newton");
+  double low = INFINITY, high = -INFINITY;
+  for (const double area : input.settings.numbers("areas")) {
+    // As many physical bristles as touch at this area carry the friction of this load; a rival has none.
+    const double touching = asperities_touching(s, area) / (bristles_per_newton * load);
+    const double friction = steady_friction(model, s, load, load) * (is_brush(model) ? touching : 1.0);
+    low = std::min(low, friction);
+    high = std::max(high, friction);
+    result.series.push_back({"area", model, {area, friction, friction / load}});
+  }
+  const double spread = (high - low) / (s.number("kinetic") * load);
+  result.findings.push_back({"area", model, 100.0 * spread, spread < 0.02});
+}
+
+ExperimentResult run(const ExperimentInput& input) {
+  ExperimentResult result;
+  result.columns = {"value", "friction[N]", "friction_over_load"};
+  double done = 0.0;
+  for (const std::string& model : input.models) {
+    over_loads(input, model, result);
+    over_bristles(input, model, result);
+    over_areas(input, model, result);
+    input.progress(++done / static_cast<double>(input.models.size()));
+  }
+  return result;
+}
+
+}  // namespace
+
+Experiment coulomb_experiment() {
+  return {
+      "coulomb",
+      "friction against load, number of bristles and apparent area",
+      common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 3600}}) +
+          std::vector<Parameter>{
+              list_parameter("loads", {0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0}, "N", "loads", 1e-6, 1e6),
+              list_parameter("bristle_counts", {100, 300, 900, 3600, 14400}, "", "representatives", 1, 4e6),
+              list_parameter("areas", {1.0, 3.0, 10.0, 30.0, 100.0}, "", "apparent areas, relative", 1e-2,
+                             1e4),
+              number_parameter("asperities_per_contact", 4.0, "",
+                               "asperities of area 1 over bristles in contact", 2.0, 1e3),
+              number_parameter("velocity", 1e-2, "m/s", "of the sliding", 1e-9, 1e3),
+              number_parameter("settling", 20.0, "", "way before measuring, mean snap lengths", 1.0, 1e6),
+              number_parameter("way", 300.0, "", "way measured, mean snap lengths", 1.0, 1e7)},
+      {{"proportional_to_load", "friction is proportional to load", "Amontons 1699, Coulomb 1785",
+        "largest deviation of friction over load from the kinetic coefficient", "%", "below 2 %"},
+       {"representatives", "the number of simulated bristles does not matter",
+        "no law of nature: what a user of the brush must be able to rely on",
+        "spread of the friction over the numbers, over kinetic friction", "%", "below 2 %"},
+       {"area", "the apparent area does not matter", "Amontons 1699; the paper, eqs. 6 to 9",
+        "spread of the friction over areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
+      &run};
+}
+
+}  // namespace cli

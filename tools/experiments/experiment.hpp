@@ -1,0 +1,99 @@
+// `bristle experiment`: the classic friction experiments, the brush beside its rivals. Each experiment moves
+// every model in the same way and says, number by number, whether the model shows what the literature
+// reports.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/experiments/settings.hpp"
+
+namespace cli {
+
+/// What people have seen, and how an experiment decides whether a model shows it.
+struct Phenomenon {
+  std::string id;          ///< "drift_per_cycle"
+  std::string title;       ///< "no drift under a wavering force"
+  std::string literature;  ///< what is reported, and by whom
+  std::string measured;    ///< what the number is
+  std::string unit;
+  std::string passes;  ///< when it counts as shown
+};
+
+/// One cell of the table.
+struct Finding {
+  std::string phenomenon;
+  std::string model;
+  double value = 0.0;
+  bool shown = false;
+};
+
+/// A curve point: which picture panel and model it belongs to, and its numbers.
+struct SeriesRow {
+  std::string panel;
+  std::string model;
+  std::vector<double> values;
+};
+
+struct ExperimentResult {
+  std::vector<std::string> columns;  ///< of SeriesRow::values, units in brackets
+  std::vector<SeriesRow> series;
+  std::vector<Finding> findings;
+};
+
+struct ExperimentInput {
+  Settings settings;
+  std::vector<std::string> models;
+  std::function<void(double)> progress = [](double) {};  ///< share done
+};
+
+struct Experiment {
+  std::string name;
+  std::string title;
+  std::vector<Parameter> parameters;  ///< those of every experiment, with this one's defaults, then its own
+  std::vector<Phenomenon> phenomena;
+  ExperimentResult (*run)(const ExperimentInput&);
+};
+
+/// In the order of the table.
+const std::vector<Experiment>& experiments();
+/// Throws UserError.
+const Experiment& find_experiment(std::string_view name);
+
+/// Six rivals and the two readings of the brush.
+std::span<const std::string_view> model_names();
+/// As tables print it: "LuGre".
+std::string model_title(std::string_view model);
+
+/// Why a model shows a phenomenon or does not; empty where the outcome is not the one of the default
+/// parameters.
+std::string reason_of(std::string_view phenomenon, std::string_view model, bool shown);
+
+/// Runs with progress on a terminal. Throws UserError (a model that this build lacks, for instance).
+ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input);
+
+Experiment drift_experiment();
+Experiment stick_slip_experiment();
+Experiment friction_lag_experiment();
+Experiment stribeck_experiment();
+Experiment presliding_experiment();
+Experiment break_away_experiment();
+Experiment load_step_experiment();
+Experiment turn_experiment();
+Experiment coulomb_experiment();
+
+/// Time of a step, ns, of every model in one interleaved run.
+struct CostRow {
+  std::string model;
+  std::string motion;
+  double ns = 0.0;               ///< median over rounds
+  double low = 0.0, high = 0.0;  ///< quartiles
+};
+std::vector<CostRow> measure_cost(const ExperimentInput& input);
+/// The settings that measure_cost needs.
+std::vector<Parameter> cost_parameters();
+
+}  // namespace cli

@@ -1,0 +1,96 @@
+// Friction lag: one-way sliding whose speed swings (Hess and Soom 1990; Canudas de Wit et al. 1995, Fig. 4).
+#include <algorithm>
+#include <cmath>
+
+#include "tools/experiments/experiment.hpp"
+#include "tools/experiments/subject.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/scene/waveform.hpp"
+
+namespace cli {
+namespace {
+
+// Mean over the cycles of the friction at the mean speed, while it grows and while it falls.
+void swing(const ExperimentInput& input, const std::string& model, double omega, bool decides,
+           ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double load = s.number("load");
+  const double mean = s.number("velocity_mean"), amplitude = s.number("velocity_amplitude");
+  const auto cycles = static_cast<long>(s.number("cycles"));
+  const double period = 2.0 * M_PI / omega;
+  // A whole number of steps in a quarter, so that the mean speed falls on the ends of steps.
+  const long quarter = std::max(25L, static_cast<long>(std::ceil(0.25 * period / s.number("dt"))));
+  const long steps = 4 * quarter;
+  const double dt = period / static_cast<double>(steps);
+  const auto at = [&](long k) {  // position: the integral of mean + amplitude sin
+    const double turns = static_cast<double>(k) / static_cast<double>(steps);
+    return mean * period * turns - amplitude / omega * (cosine_of_turns(turns) - 1.0);
+  };
+  Subject subject(model, s);
+  std::vector<double> force(static_cast<std::size_t>(steps), 0.0);
+  const long settling = 2;
+  for (long cycle = -settling; cycle < cycles; ++cycle) {
+    for (long k = 1; k <= steps; ++k) {
+      // The force at the middle of the step, where its speed is that of the swing to second order.
+      const double friction = -subject.step({at(k) - at(k - 1), 0.0}, dt, load).mean.x;
+      if (cycle >= 0) force[static_cast<std::size_t>(k - 1)] += friction / static_cast<double>(cycles);
+    }
+  }
+  const long every = std::max(1L, steps / 400);
+  for (long k = 0; k < steps; k += every) {
+    const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
+    result.series.push_back(
+        {"lag", model, {omega, mean + amplitude * sine_of_turns(turns), force[static_cast<std::size_t>(k)]}});
+  }
+  const auto around = [&](long k) {
+    const auto n = static_cast<std::size_t>(steps);
+    const auto i = static_cast<std::size_t>(k % steps);
+    return 0.5 * (force[(i + n - 1) % n] + force[i]);
+  };
+  const double up = around(0), down = around(2 * quarter);
+  result.series.push_back({"width", model, {omega, up, down}});
+  if (decides) {
+    const double width = (up - down) / (s.number("kinetic") * load);
+    result.findings.push_back({"lag", model, 100.0 * width, width > 0.01});
+  }
+}
+
+ExperimentResult run(const ExperimentInput& input) {
+  if (input.settings.number("velocity_amplitude") >= input.settings.number("velocity_mean")) {
+    throw UserError(
+        "experiment friction-lag: velocity_amplitude must be below velocity_mean: sliding is one-way");
+  }
+  ExperimentResult result;
+  result.columns = {"omega[rad/s]", "v[m/s]", "friction[N]"};
+  const std::vector<double>& omegas = input.settings.numbers("omegas");
+  const double fastest = *std::max_element(omegas.begin(), omegas.end());
+  double done = 0.0;
+  for (const std::string& model : input.models) {
+    for (const double omega : omegas) {
+      swing(input, model, omega, omega == fastest, result);
+      input.progress(++done / static_cast<double>(input.models.size() * omegas.size()));
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+Experiment friction_lag_experiment() {
+  return {"friction-lag",
+          "one-way sliding whose speed swings",
+          common_parameters({{"bristles", 3600}, {"dt", 5e-3}}) +
+              std::vector<Parameter>{
+                  number_parameter("velocity_mean", 1.5e-3, "m/s", "mean speed", 1e-9, 1e3),
+                  number_parameter("velocity_amplitude", 1e-3, "m/s", "of the swing", 1e-9, 1e3),
+                  list_parameter("omegas", {1.0, 10.0, 25.0, 100.0}, "rad/s",
+                                 "of the swing; the fastest decides", 1e-3, 1e5),
+                  whole_parameter("cycles", 20, "to average over", 1, 1e6)},
+          {{"lag", "friction lags behind the speed",
+            "friction is higher while the speed grows than while it falls (Hess and Soom 1990)",
+            "friction at the mean speed, growing less falling, over kinetic friction, fastest swing", "%",
+            "above 1 %"}},
+          &run};
+}
+
+}  // namespace cli

@@ -1,0 +1,125 @@
+// Load steps: friction when the normal load jumps, in sliding and at rest.
+#include <algorithm>
+#include <cmath>
+
+#include "tools/experiments/experiment.hpp"
+#include "tools/experiments/subject.hpp"
+
+namespace cli {
+namespace {
+
+class Contact {
+ public:
+  Contact(const ExperimentInput& input, const std::string& model, double highest_over_load)
+      : settings_(input.settings),
+        subject_(model, settings_, {1, highest_over_load}),
+        dbar_(settings_.number("presliding")) {}
+
+  /// Elastic and other friction, N, after `way` mean snap lengths under a load.
+  double move(double way, double load) {
+    const double largest = 1.0 / settings_.number("steps_per_length");
+    const auto steps = std::max(1L, static_cast<long>(std::ceil(way / largest - 1e-9)));
+    const double step = way * dbar_ / static_cast<double>(steps);
+    for (long k = 0; k < steps; ++k) {
+      friction_ = -subject_.step({step, 0.0}, step / settings_.number("velocity"), load).end.x;
+    }
+    return friction_;
+  }
+  double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }
+  /// `rounds` times: mean over a way.
+  double mean(double way, double load) {
+    const auto steps = static_cast<long>(std::ceil(way * settings_.number("steps_per_length")));
+    double sum = 0.0;
+    for (long k = 0; k < steps; ++k) sum += move(way / static_cast<double>(steps), load);
+    return sum / static_cast<double>(steps);
+  }
+
+ private:
+  const Settings& settings_;
+  Subject subject_;
+  double dbar_, friction_ = 0.0;
+};
+
+void sliding(const ExperimentInput& input, const std::string& model, const std::string& panel, double factor,
+             ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double load = s.number("load");
+  Contact contact(input, model, std::max(1.0, factor));
+  contact.move(s.number("settling"), load);
+  const double before = contact.mean(1.0, load);
+  const double per_length = s.number("steps_per_length");
+  const double kinetic = s.number("kinetic") * load;
+  double at_once = 0.0;
+  result.series.push_back({panel, model, {0.0, contact.rest(load)}});
+  for (long k = 1; k <= std::lround(3.0 * per_length); ++k) {
+    const double friction = contact.move(1.0 / per_length, factor * load);
+    const double x = static_cast<double>(k) / per_length;
+    if (k == 1) at_once = (friction - before) / ((factor - 1.0) * kinetic);
+    result.series.push_back({panel, model, {x, friction}});
+  }
+  if (factor > 1.0) result.findings.push_back({"load_up_sliding", model, 100.0 * at_once, at_once < 0.1});
+}
+
+void resting(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double load = s.number("load"), up = s.number("factor_up"), down = s.number("factor_rest_down");
+  const auto bent = [&](double later, const char* panel) {
+    Contact contact(input, model, std::max(1.0, later));
+    const double before = contact.move(s.number("bend"), load);
+    const double held = contact.rest(load);
+    const double after = contact.rest(later * load);
+    result.series.push_back({panel, model, {0.0, before}});
+    result.series.push_back({panel, model, {0.0, held}});
+    result.series.push_back({panel, model, {0.0, after}});
+    return std::pair(held, after);
+  };
+  const auto [held, raised] = bent(up, "rest_up");
+  const double change = (raised - held) / (s.number("kinetic") * load);
+  result.findings.push_back({"load_up_rest", model, 100.0 * change, std::fabs(change) < 0.01});
+  const double left = bent(down, "rest_down").second / (down * load);
+  const double most = std::max(s.number("static"), s.number("kinetic"));
+  result.findings.push_back({"load_down_rest", model, left / most, left <= most * 1.001});
+}
+
+ExperimentResult run(const ExperimentInput& input) {
+  ExperimentResult result;
+  result.columns = {"x_over_presliding", "friction[N]"};
+  double done = 0.0;
+  for (const std::string& model : input.models) {
+    sliding(input, model, "up", input.settings.number("factor_up"), result);
+    sliding(input, model, "down", input.settings.number("factor_down"), result);
+    resting(input, model, result);
+    input.progress(++done / static_cast<double>(input.models.size()));
+  }
+  return result;
+}
+
+}  // namespace
+
+Experiment load_step_experiment() {
+  return {"load-step",
+          "friction when the normal load jumps, in sliding and at rest",
+          common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) +
+              std::vector<Parameter>{
+                  number_parameter("velocity", 1e-4, "m/s", "of the sliding", 1e-9, 1e3),
+                  number_parameter("factor_up", 2.0, "", "load after a rise over load before", 1.01, 100.0),
+                  number_parameter("factor_down", 0.5, "", "load after a fall in sliding", 0.01, 0.99),
+                  number_parameter("factor_rest_down", 0.1, "", "load after a fall at rest", 0.01, 0.99),
+                  number_parameter("bend", 0.25, "", "displacement before the rest, mean snap lengths", 0.01,
+                                   100.0),
+                  number_parameter("settling", 60.0, "", "way before the jump, mean snap lengths", 1.0, 1e6),
+                  whole_parameter("steps_per_length", 100, "steps in a mean snap length", 10, 1e5)},
+          {{"load_up_sliding", "friction follows a load jump over a way",
+            "in sliding, friction does not jump with the load but follows over micrometres (Prakash 1998; "
+            "Dieterich and Linker 1992, in part)",
+            "share of the new friction after a hundredth of a presliding length", "%", "below 10 %"},
+           {"load_up_rest", "more load at rest moves no force",
+            "a load that rises at rest leaves the held force alone: nothing moved (equilibrium)",
+            "change of the held force, over kinetic friction", "%", "below 1 %"},
+           {"load_down_rest", "less load holds less",
+            "a contact holds no more than its static friction (Coulomb's law)",
+            "held force after the load fell to a tenth, over static friction there", "", "at most 1"}},
+          &run};
+}
+
+}  // namespace cli

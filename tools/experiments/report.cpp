@@ -1,0 +1,227 @@
+// What `bristle experiment` says: tables for people, CSV for plots, JSON for programs, the page
+// EXPERIMENTS.md.
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/experiments/command.hpp"
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/text_table.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Three digits; what rounding leaves of nothing is nothing.
+std::string value_text(double value) {
+  if (std::fabs(value) < 5e-7) return "0";
+  const double size = std::fabs(value);
+  if (size >= 1e5 || size < 1e-3) return fmt::format("{:.1e}", value);
+  const int digits = std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
+  std::string text = fmt::format("{:.{}f}", value, digits);
+  if (text.find('.') != std::string::npos) {
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+  }
+  return text;
+}
+
+const Finding* find(const ExperimentResult& result, const std::string& phenomenon, const std::string& model) {
+  for (const Finding& f : result.findings) {
+    if (f.phenomenon == phenomenon && f.model == model) return &f;
+  }
+  return nullptr;
+}
+
+std::string cell(const Finding* finding, const Phenomenon& phenomenon, const char* yes, const char* no) {
+  if (!finding) return "not measured";
+  const bool spaced = !phenomenon.unit.empty();
+  return fmt::format("{} {}{}{}", finding->shown ? yes : no, value_text(finding->value), spaced ? " " : "",
+                     phenomenon.unit);
+}
+
+// Models with the same verdict and reason, together.
+std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
+                    const std::vector<std::string>& models) {
+  std::vector<std::pair<std::string, std::string>> groups;  // reason, models
+  for (const std::string& model : models) {
+    const Finding* f = find(result, phenomenon.id, model);
+    if (!f) continue;
+    std::string reason = reason_of(phenomenon.id, model, f->shown);
+    if (reason.empty()) reason = "differs from the outcome with default parameters: no reason is given";
+    reason = (f->shown ? "shown: " : "not shown: ") + reason;
+    auto group = groups.begin();
+    while (group != groups.end() && group->first != reason) ++group;
+    if (group == groups.end()) {
+      groups.emplace_back(reason, model_title(model));
+    } else {
+      group->second += "; " + model_title(model);
+    }
+  }
+  std::string text;
+  for (const auto& [reason, who] : groups) text += fmt::format("  - *{}*: {}.\n", who, reason);
+  return text;
+}
+
+Json parameters_json(const Settings& settings) {
+  Json json = Json::object();
+  for (const Parameter& p : settings.parameters()) {
+    if (!p.choices.empty()) {
+      json[p.name] = p.text;
+    } else if (p.is_list) {
+      json[p.name] = p.numbers;
+    } else {
+      json[p.name] = p.numbers.front();
+    }
+  }
+  return json;
+}
+
+std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::string>& models) {
+  if (cost.empty()) return "";
+  const Conditions c = conditions();
+  std::string text = fmt::format(
+      "\n## Cost\n\nCPU time of one step of one contact, two axes, force at the end of the step and mean "
+      "over "
+      "it, every "
+      "model in the same\ninterleaved run; median and quartiles over rounds. Presliding: 0.003 mean snap "
+      "lengths a "
+      "step; sliding: 1. The brush has 900\nbristles in single precision. {}; {}; commit {}.\n\n| model | "
+      "presliding, "
+      "ns | quartiles | sliding, ns | quartiles |\n|---|---|---|---|---|\n",
+      c.cpu, c.flags, c.commit);
+  for (const std::string& model : models) {
+    text += fmt::format("| {} |", model_title(model));
+    for (const CostRow& row : cost) {
+      if (row.model == model) text += fmt::format(" {:.0f} | {:.0f} to {:.0f} |", row.ns, row.low, row.high);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string findings_table(const std::vector<ExperimentReport>& reports,
+                           const std::vector<std::string>& models) {
+  std::vector<std::string> headers = {"<phenomenon", "<unit"};
+  for (const std::string& model : models) headers.push_back("<" + model_title(model));
+  TextTable table(headers);
+  for (const ExperimentReport& report : reports) {
+    for (const Phenomenon& phenomenon : report.experiment->phenomena) {
+      std::vector<std::string> row = {phenomenon.title, phenomenon.unit};
+      Phenomenon without_unit = phenomenon;
+      without_unit.unit.clear();
+      for (const std::string& model : models) {
+        row.push_back(cell(find(report.result, phenomenon.id, model), without_unit, "yes", "no "));
+      }
+      table.add(std::move(row));
+    }
+  }
+  return table.text();
+}
+
+std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models) {
+  TextTable table({"<model", "<motion", "ns a step", "quartiles"});
+  for (const std::string& model : models) {
+    for (const CostRow& row : cost) {
+      if (row.model != model) continue;
+      table.add({model_title(model), row.motion, fmt::format("{:.0f}", row.ns),
+                 fmt::format("{:.0f} to {:.0f}", row.low, row.high)});
+    }
+  }
+  return table.text();
+}
+
+std::string experiment_csv(const ExperimentReport& report) {
+  fmt::memory_buffer buffer;
+  const auto to = std::back_inserter(buffer);
+  fmt::format_to(to, "panel,model,{}\n", fmt::join(report.result.columns, ","));
+  for (const SeriesRow& row : report.result.series) {
+    fmt::format_to(to, "{},{}", row.panel, row.model);
+    for (const double value : row.values) fmt::format_to(to, ",{:.9g}", value);
+    buffer.push_back('\n');
+  }
+  return {buffer.data(), buffer.size()};
+}
+
+std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost) {
+  Json json;
+  json["schema"] = "bristle-experiment-1";
+  json["conditions"] = to_json(conditions());
+  json["experiments"] = Json::array();
+  for (const ExperimentReport& report : reports) {
+    Json one;
+    one["name"] = report.experiment->name;
+    one["parameters"] = parameters_json(report.settings);
+    one["findings"] = Json::array();
+    for (const Phenomenon& p : report.experiment->phenomena) {
+      for (const Finding& f : report.result.findings) {
+        if (f.phenomenon != p.id) continue;
+        one["findings"].push_back({{"phenomenon", p.id},
+                                   {"model", f.model},
+                                   {"value", f.value},
+                                   {"unit", p.unit},
+                                   {"shown", f.shown},
+                                   {"measured", p.measured},
+                                   {"passes", p.passes},
+                                   {"reason", reason_of(p.id, f.model, f.shown)}});
+      }
+    }
+    json["experiments"].push_back(std::move(one));
+  }
+  if (!cost.empty()) {
+    json["cost"] = Json::array();
+    for (const CostRow& row : cost) {
+      json["cost"].push_back({{"model", row.model},
+                              {"motion", row.motion},
+                              {"ns_per_step", row.ns},
+                              {"quartiles_ns", {row.low, row.high}}});
+    }
+  }
+  return json.dump(2) + "\n";
+}
+
+std::string experiment_page(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost,
+                            const std::vector<std::string>& models) {
+  std::string text =
+      "# The classic friction experiments\n\n"
+      "Written by `bristle experiment all --markdown tools/EXPERIMENTS.md`; not edited by hand. Every cell "
+      "is measured "
+      "by\n`bristle experiment NAME` with its default parameters: **yes** where the number meets the "
+      "criterion, **no** "
+      "where it does\nnot. Criteria, sources and reasons follow below the table; what the models are is in "
+      "`tools/rivals/README.md`, the brush in\n`core/MODEL.md`.\n\n## The table\n\n| experiment | phenomenon "
+      "|";
+  for (const std::string& model : models) text += fmt::format(" {} |", model_title(model));
+  text += "\n|---|---|";
+  for (std::size_t i = 0; i < models.size(); ++i) text += "---|";
+  text += '\n';
+  for (const ExperimentReport& report : reports) {
+    for (const Phenomenon& p : report.experiment->phenomena) {
+      text += fmt::format("| {} | {} |", report.experiment->name, p.title);
+      for (const std::string& model : models) {
+        text += fmt::format(" {} |", cell(find(report.result, p.id, model), p, "**yes**", "**no**"));
+      }
+      text += '\n';
+    }
+  }
+  text += cost_page(cost, models);
+  text += "\n## What was measured, and why\n";
+  for (const ExperimentReport& report : reports) {
+    text += fmt::format("\n### {}\n\n{}: `bristle experiment {}`.\n\n", report.experiment->name,
+                        report.experiment->title, report.experiment->name);
+    for (const Phenomenon& p : report.experiment->phenomena) {
+      text += fmt::format("- **{}.** Literature: {}. Measured: {}{}. Shown when {}.\n", p.title, p.literature,
+                          p.measured, p.unit.empty() ? "" : ", " + p.unit, p.passes);
+      text += reasons(report.result, p, models);
+    }
+  }
+  return text;
+}
+
+}  // namespace cli

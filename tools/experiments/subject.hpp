@@ -1,0 +1,54 @@
+// A friction model under test: a rival or the brush, moved and asked in the same way.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <bristle/patch_batch.hpp>
+
+#include "tools/experiments/settings.hpp"
+#include "tools/rivals/rival.hpp"
+
+namespace cli {
+
+class Subject {
+ public:
+  struct Options {
+    int axes = 1;
+    double highest_load_over_load = 1.0;  ///< the brush has room for so much
+  };
+
+  /// `model` is one of model_names(). Throws bristle::Error.
+  Subject(std::string_view model, const Settings& settings, const Options& options);
+  Subject(std::string_view model, const Settings& settings) : Subject(model, settings, Options{}) {}
+
+  /// Force on the moving body, N. `displacement` (m) is done in dt_s at constant velocity.
+  rivals::Force step(rivals::Pair displacement, double dt_s, double load_n);
+  /// What step would give.
+  rivals::Force find_force(rivals::Pair displacement, double dt_s, double load_n);
+
+  const std::string& name() const noexcept { return name_; }
+  /// At least -d(mean force)/d(displacement) of a step, but for falling branches, N/m.
+  double slope_bound(double dt_s, double load_n) const noexcept;
+
+ private:
+  struct Brush {
+    bristle::PatchBatch batch;
+    bristle::PatchId id;
+    bristle::Motion motion(rivals::Pair d, double load) const;
+  };
+
+  std::string name_;
+  std::variant<rivals::Rival, Brush> model_;
+  double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;  // at load_; the brush's grow with the load
+  double creep_damping_ = 0.0;
+};
+
+bool is_brush(std::string_view model);
+/// The brush's material for these settings. Throws bristle::Error.
+bristle::Material brush_material(std::string_view model, const Settings& settings);
+rivals::Surface rival_surface(const Settings& settings);
+
+}  // namespace cli

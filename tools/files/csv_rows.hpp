@@ -1,0 +1,53 @@
+// The rows of a CSV file under a header that was read: split by libfccp, its errors as UserError by line.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#define CSV_IO_NO_THREAD
+#include <libfccp/csv.h>
+
+#include <fmt/format.h>
+
+#include "tools/files/csv_columns.hpp"
+#include "tools/files/user_error.hpp"
+
+namespace cli {
+
+/// Calls `take(cells, where)` for every row of `text`, which begins with the header in line `header_line`:
+/// cells in the order of `kinds`, null where the file has no such column; `where()` names file and line.
+template <std::size_t count, class Take>
+void for_csv_rows(std::string_view text, const std::string& name, std::size_t header_line,
+                  const CsvHeader& header, const ColumnKind (&kinds)[count], Take&& take) {
+  // The splitter looks at the byte behind the last line if that has no line end: give it one.
+  std::string canonical = header.canonical;
+  canonical += text.substr(std::min(text.find('\n'), text.size()));
+  if (!canonical.ends_with('\n')) canonical += '\n';
+
+  using Reader = io::CSVReader<count, io::trim_chars<' ', '\t'>, io::no_quote_escape<','>,
+                               io::throw_on_overflow, io::single_line_comment<'#'>>;
+  Reader reader(name, canonical.data(), canonical.data() + canonical.size());
+  reader.set_file_line(static_cast<unsigned>(header_line - 1));
+  const auto where = [&] { return fmt::format("{}:{}", name, reader.get_file_line()); };
+  const auto read_all = [&]<std::size_t... i>(std::index_sequence<i...>) {
+    reader.read_header(io::ignore_extra_column | io::ignore_missing_column, std::string(kinds[i].name)...);
+    std::array<char*, count> cells{};
+    while (reader.read_row(cells[i]...)) take(cells, where);
+  };
+  try {
+    read_all(std::make_index_sequence<count>());
+  } catch (const io::error::too_few_columns&) {
+    throw UserError(fmt::format("{}: fewer cells than the header has columns", where()));
+  } catch (const io::error::too_many_columns&) {
+    throw UserError(fmt::format("{}: more cells than the header has columns", where()));
+  } catch (const io::error::base& error) {
+    throw UserError(fmt::format("{}: {}", where(), error.what()));
+  }
+}
+
+}  // namespace cli

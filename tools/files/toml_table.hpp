@@ -1,0 +1,69 @@
+// Reads keys of one TOML table with range checks; every error names file, line and key.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <toml++/toml.h>
+
+namespace cli {
+
+/// What a number may be. `above` excludes the lower bound itself.
+struct Range {
+  double min = -1e9;
+  double max = 1e9;
+  bool above = false;
+  const char* unit = "";
+};
+
+class TomlTable {
+ public:
+  /// `what` stands for the table in messages: "[scene]", "[[patch]]".
+  TomlTable(const std::string& file, const toml::table& table, std::string what);
+
+  /// The first key read of most tables; from then on messages carry it.
+  std::string name();
+
+  /// Throws when the table holds a key that is not among these.
+  void allow(std::initializer_list<std::string_view> keys) const;
+
+  bool has(std::string_view key) const { return table_.contains(key); }
+  bool has_any(std::initializer_list<std::string_view> keys) const;
+
+  double number(std::string_view key, const Range& range) const;
+  double number(std::string_view key, const Range& range, double otherwise) const;
+  std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max,
+                       std::int64_t otherwise) const;
+  std::string text(std::string_view key) const;
+  std::string text(std::string_view key, std::string otherwise) const;
+  /// One of the names, by index.
+  std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
+                     std::size_t otherwise) const;
+  std::vector<std::string> texts(std::string_view key) const;  ///< an array of strings; empty without the key
+  std::vector<double> numbers(std::string_view key, const Range& range) const;
+  /// A number (then the second one is 0) or an array of two.
+  void pair(std::string_view key, const Range& range, double (&to)[2]) const;
+  TomlTable table(std::string_view key) const;
+  std::vector<TomlTable> tables(std::string_view key) const;  ///< an array of tables; empty without the key
+
+  /// "file:line: what" of the table or of one of its keys.
+  std::string where() const;
+  std::string where(std::string_view key) const;
+  [[noreturn]] void fail(std::string_view key, const std::string& why) const;
+  [[noreturn]] void fail(const std::string& why) const;
+
+ private:
+  const toml::node& need(std::string_view key) const;
+  double checked(const toml::node& node, std::string_view key, const Range& range) const;
+
+  const std::string& file_;
+  const toml::table& table_;
+  std::string what_;
+};
+
+}  // namespace cli

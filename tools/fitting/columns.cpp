@@ -1,0 +1,98 @@
+// The reader of measured friction.
+#include <fmt/format.h>
+
+#include "tools/files/csv_rows.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/data.hpp"
+
+namespace cli {
+namespace {
+
+enum Column : unsigned {
+  column_t,
+  column_x,
+  column_v,
+  column_vx,
+  column_load,
+  column_force,
+  column_fx,
+  column_friction,
+  column_count
+};
+constexpr ColumnKind kinds[column_count] = {
+    {"t", time_units, most_time},    {"x", length_units, most_length},     {"v", speed_units, most_speed},
+    {"vx", speed_units, most_speed}, {"load", force_units, most_force},    {"force", force_units, most_force},
+    {"fx", force_units, most_force}, {"friction", force_units, most_force}};
+constexpr const char* expected = "t,x,load,force";
+
+/// The one of several names for a thing that is there; column_count when none is.
+unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, const std::string& where) {
+  unsigned found = column_count;
+  for (const unsigned c : names) {
+    if (!header.present[c]) continue;
+    if (found != column_count) {
+      throw UserError(
+          fmt::format("{}: columns {} and {} together: give one", where, kinds[found].name, kinds[c].name));
+    }
+    found = c;
+  }
+  return found;
+}
+
+struct Choice {
+  unsigned v = column_count, force = column_count;
+};
+
+Choice choose(const CsvHeader& header, std::string_view line, const std::string& where) {
+  const Choice choice{pick(header, {column_v, column_vx}, where),
+                      pick(header, {column_force, column_fx, column_friction}, where)};
+  const auto need = [&](bool ok, const char* what) {
+    if (!ok)
+      throw UserError(
+          fmt::format("{}: header '{}' has no {}; expected {}", where, trim(line), what, expected));
+  };
+  need(header.present[column_t], "column t");
+  need(header.present[column_x] || choice.v != column_count, "column x (nor v)");
+  need(choice.force != column_count, "column force (nor fx, friction)");
+  return choice;
+}
+
+}  // namespace
+
+FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
+  FitColumns data;
+  data.name = name;
+  std::size_t header_line = 1;
+  text = skip_to_header(text, name, expected, header_line);
+  const std::string header_where = fmt::format("{}:{}", name, header_line);
+  const std::string_view line = text.substr(0, text.find('\n'));
+  const CsvHeader header = read_csv_header(line, header_where, kinds);
+  const Choice choice = choose(header, line, header_where);
+  data.has_x = header.present[column_x];
+  data.has_load = header.present[column_load];
+  data.replayable = data.has_x || choice.v == column_vx;
+  data.ignored_columns = header.other_columns;
+
+  for_csv_rows(text, name, header_line, header, kinds, [&](const auto& cells, const auto& where) {
+    const auto value = [&](unsigned c) { return parse_cell(cells[c], kinds[c], header.per_si[c], where()); };
+    const double t = value(column_t);
+    if (!data.t.empty()) require_later(t, data.t.back(), where());
+    if (choice.v != column_count) data.v.push_back(value(choice.v));
+    if (data.has_x) {
+      data.x.push_back(value(column_x));
+    } else {
+      const std::size_t n = data.t.size();
+      data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
+      require_near(data.x.back(), where());
+    }
+    if (data.has_load) {
+      data.load.push_back(value(column_load));
+      require_load(data.load.back(), cells[column_load], where());
+    }
+    data.force.push_back(value(choice.force));
+    data.t.push_back(t);
+  });
+  return data;
+}
+
+}  // namespace cli

@@ -1,0 +1,52 @@
+// Measured friction for `bristle fit`: reads the file, finds the sign of the force, undoes what an encoder
+// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: tools/README.md.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/fitting/mean_brush.hpp"
+
+namespace cli {
+
+/// Whose force the column holds. On the body it opposes the motion, by the body it points along.
+enum class ForceSign : unsigned char { automatic, on_body, by_body };
+
+struct FitColumns {
+  std::string name;  ///< of the file
+  std::vector<double> t, x, v, load,
+      force;  ///< SI units; v empty without a column, x integrated where only v is there
+  bool has_x = false, has_load = false;
+  bool replayable = false;  ///< `run` can read it as a motion file
+  std::vector<std::string> ignored_columns;
+};
+
+struct FitData {
+  FitColumns columns;
+  ForceSign sign = ForceSign::by_body;
+  bool sign_found = false;              ///< from the data, not given
+  std::vector<double> force;            ///< N, by the body: positive along the motion
+  std::vector<double> load;             ///< N, as the fit uses it
+  std::vector<double> velocity;         ///< m/s, for the damper and the lubricant
+  std::vector<PathPoint> path;          ///< samples and the turning points between them
+  bool steady_load = false;             ///< it wobbles so little that it is taken as constant
+  double quantum = 0.0;                 ///< m, of an encoder; 0: none seen
+  double range = 0.0, travelled = 0.0;  ///< m
+  double finest_move = 0.0;             ///< m, between samples: a tenth of the moves are shorter
+  int reversals = 0;
+  double slow = 0.0, fast = 0.0;  ///< m/s, a tenth of the moving samples is slower, a tenth faster
+  double mean_load = 0.0, force_scale = 0.0;  ///< N, force: rms
+  double sample_time = 0.0;                   ///< s, median
+  double start() const { return columns.t.front(); }
+  double length() const { return columns.t.back() - columns.t.front(); }
+};
+
+/// Throws UserError naming file, line and column.
+FitColumns parse_fit_columns(std::string_view text, const std::string& name);
+
+/// `load`: in place of the file's column. Throws UserError on data that nothing can be learnt from.
+FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load);
+
+}  // namespace cli

@@ -1,0 +1,480 @@
+#include "tools/fitting/fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include <bristle/error.hpp>
+
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/model.hpp"
+#include "tools/fitting/solve.hpp"
+#include "tools/reports/progress.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::SnapLaw;
+using bristle::SnapRule;
+
+constexpr double one_speed = 1.3;         // fast over slow below which there is one speed only
+constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
+constexpr double widest_offset = 0.25;    // deviation over the rms of the force
+constexpr double least_explained = 0.3;   // of the force: below, this is no friction of this motion
+constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
+constexpr double bristles_per_newton = 900.0;
+
+bool contains(const FitParameterSet& set, FitParameter p) {
+  return std::count(set.begin(), set.end(), p) > 0;
+}
+
+void take_out(FitParameterSet& set, FitParameter p) {
+  set.erase(std::remove(set.begin(), set.end(), p), set.end());
+}
+
+/// How many samples a parameter rests on: those with weight in its estimate, a column of J (J'J)^-1, counted
+/// by (sum of squares)^2 over the sum of fourth powers. Least squares alone would trust a single one.
+double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter) {
+  const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd normal = scaled.transpose() * scaled;
+  const Eigen::VectorXd unit = Eigen::VectorXd::Unit(normal.rows(), parameter);
+  const Eigen::ArrayXd weight = (scaled * normal.completeOrthogonalDecomposition().solve(unit)).array();
+  const double fourth = weight.square().square().sum();
+  return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
+}
+
+/// Finds the best point, then takes away what the data do not determine.
+class Fitter {
+ public:
+  Fitter(const FitData& data, const FitOptions& options)
+      : data_(data), options_(options), model_(data, options) {}
+
+  FitResult run() {
+    FitPoint point = search();
+    progress_.update(0.5);
+    point = try_starts(point);
+    progress_.update(0.6);
+    point = add_speed_terms(point);
+    progress_.update(0.8);
+    point = keep_determined(point);
+    return report(point);
+  }
+
+ private:
+  FitPoint search();
+  FitPoint linear_start(double length, double spread, double stribeck, const FitParameterSet& linear);
+  FitPoint try_starts(FitPoint best);
+  std::vector<FitPoint> speed_candidates(const FitPoint& core);
+  FitPoint add_speed_terms(const FitPoint& core);
+  FitPoint keep_determined(FitPoint point);
+  bool drop_one(FitPoint& point);
+  bool is_determined(const FitPoint& point, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& cov,
+                     Eigen::Index i) const;
+  bool at_an_edge(FitPoint& point);
+  std::string lacking(FitParameter p) const;
+  FitResult report(const FitPoint& point);
+  void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);
+
+  Eigen::VectorXd residuals(const FitPoint& point) {
+    model_.set_start(point.start);
+    return model_.force(point.values) - Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples());
+  }
+  Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
+  double samples_that_count(const FitPoint& point) {
+    return static_cast<double>(samples()) / correlated_samples(residuals(point));
+  }
+  /// Bayes' information criterion with the samples that count, parameters weighing twice: what a small
+  /// population has of its own must not look like a damper.
+  double criterion(const FitPoint& point, double count) const {
+    return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
+           2.0 * static_cast<double>(point.free.size()) * std::log(count);
+  }
+  bool two_ways() const { return data_.reversals > 0; }
+
+  const FitData& data_;
+  const FitOptions& options_;
+  FitModel model_;
+  std::array<std::string, fit_parameters> why_;
+  Progress progress_{"fit"};
+};
+
+/// The point at this length, spread and Stribeck velocity, everything else being linear.
+FitPoint Fitter::linear_start(double length, double spread, double stribeck, const FitParameterSet& linear) {
+  FitPoint point;
+  point.start = model_.start();
+  point.values[fit_length] = length;
+  point.values[fit_spread] = spread;
+  point.values[fit_stribeck] = stribeck;
+  point.values[fit_kinetic] = 1.0;  // so that its derivative is the unit force
+  Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
+  }
+  const Eigen::Map<const Eigen::VectorXd> f(data_.force.data(), samples());
+  const Eigen::VectorXd solution = a.colPivHouseholderQr().solve(f);
+  point.sum_of_squares = (a * solution - f).squaredNorm();
+  const FitValues at = point.values;
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    point.values[linear[i]] = solution[static_cast<Eigen::Index>(i)] * model_.scale(at, linear[i]);
+  }
+  return point;
+}
+
+/// A grid over length and spread, the rest linear; Levenberg-Marquardt from its best lengths.
+FitPoint Fitter::search() {
+  FitParameterSet linear{fit_kinetic};
+  if (two_ways()) linear.insert(linear.end(), {fit_offset, fit_drift});
+  FitParameterSet free = linear;
+  free.push_back(fit_length);
+  std::vector<double> spreads{0.2, 0.5};
+  if (options_.law == SnapLaw::exponential) {
+    spreads = {1.0};
+  } else {
+    free.push_back(fit_spread);
+  }
+  if (data_.fast > one_speed * data_.slow)
+    linear.push_back(fit_viscous);  // else it would bend the force of the brush
+
+  std::vector<FitPoint> best_of_length;
+  const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
+  const int count = static_cast<int>(std::log(high / low) / std::log(1.6)) + 2;
+  for (int i = 0; i < count; ++i) {
+    progress_.update(0.4 * i / count);
+    const double length = low * std::pow(high / low, (i + 0.5) / count);
+    FitPoint best;
+    best.sum_of_squares = std::numeric_limits<double>::infinity();
+    for (const double spread : spreads) {
+      const FitPoint point = linear_start(length, std::min(spread, 0.9 * model_.highest(fit_spread)),
+                                          std::max(data_.fast, 1e-9), linear);
+      if (point.values[fit_kinetic] > 0.0 && point.sum_of_squares < best.sum_of_squares) best = point;
+    }
+    if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
+  }
+  const auto better = [](const FitPoint& a, const FitPoint& b) {
+    return a.sum_of_squares < b.sum_of_squares;
+  };
+  std::vector<FitPoint> starts;
+  for (std::size_t i = 0; i < best_of_length.size(); ++i) {
+    const bool hill = (i > 0 && better(best_of_length[i - 1], best_of_length[i])) ||
+                      (i + 1 < best_of_length.size() && better(best_of_length[i + 1], best_of_length[i]));
+    if (!hill) starts.push_back(best_of_length[i]);
+  }
+  std::sort(starts.begin(), starts.end(), better);
+  if (starts.size() > 3) starts.resize(3);
+  FitPoint best;
+  best.sum_of_squares = std::numeric_limits<double>::infinity();
+  for (FitPoint& start : starts) {
+    start.values[fit_viscous] = 0.0;
+    start.values[fit_stribeck] = fit_defaults[fit_stribeck];
+    start.free = free;
+    const FitPoint point = minimise(model_, start);
+    if (point.sum_of_squares < best.sum_of_squares) best = point;
+  }
+  if (best.free.empty()) {
+    throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
+                                data_.columns.name));
+  }
+  return best;
+}
+
+/// Straight bristles at the first sample unless the data say clearly that the body came sliding.
+FitPoint Fitter::try_starts(FitPoint best) {
+  const FitPoint straight = best;
+  for (const StartState start : {StartState::forward, StartState::backward}) {
+    FitPoint from = straight;
+    from.start = start;
+    // Where the first stroke speaks against it, fitting would not help.
+    if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
+    const FitPoint point = minimise(model_, from);
+    const double count = samples_that_count(point);
+    const double gain = count * std::log(straight.sum_of_squares / std::max(point.sum_of_squares, 1e-300));
+    if (gain > 10.0 && point.sum_of_squares < best.sum_of_squares) best = point;
+  }
+  return best;
+}
+
+/// With the lubricant, the damper, or both; all that bends the brush as in `core`, so that nothing need be
+/// stepped.
+std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
+  const FitParameterSet all = core.free;
+  FitPoint rigid = core;
+  take_out(rigid.free, fit_length);
+  take_out(rigid.free, fit_spread);
+  std::vector<FitPoint> candidates;
+  const auto add = [&](const FitPoint& start) {
+    FitPoint point = minimise(model_, start);
+    for (const FitParameter p : all) {
+      if (!contains(point.free, p)) point.free.push_back(p);
+    }
+    candidates.push_back(point);
+  };
+  FitPoint lubricant = rigid;
+  lubricant.free.push_back(fit_viscous);
+  add(lubricant);
+  for (const bool both : {false, true}) {
+    FitParameterSet linear = rigid.free;
+    linear.push_back(fit_damping);
+    if (both) linear.push_back(fit_viscous);
+    FitPoint best;
+    best.sum_of_squares = std::numeric_limits<double>::infinity();
+    for (double stribeck = data_.slow / 4.0; stribeck < 4.0 * data_.fast; stribeck *= 1.8) {
+      const FitPoint point = linear_start(core.values[fit_length], core.values[fit_spread], stribeck, linear);
+      if (point.values[fit_damping] > 0.0 && point.values[fit_kinetic] > 0.0 &&
+          point.sum_of_squares < best.sum_of_squares) {
+        best = point;
+      }
+    }
+    if (!(best.sum_of_squares < std::numeric_limits<double>::infinity())) continue;
+    best.free = linear;
+    best.free.push_back(fit_stribeck);
+    add(best);
+  }
+  return candidates;
+}
+
+/// The lubricant, the damper, or both, where they pay for their parameters.
+FitPoint Fitter::add_speed_terms(const FitPoint& core) {
+  if (data_.fast < one_speed * data_.slow) {
+    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+      why_[p] = fmt::format("one speed only ({:.3g} to {:.3g} m/s)", data_.slow, data_.fast);
+    }
+    return core;
+  }
+  FitPoint best = core;
+  for (const FitPoint& candidate : speed_candidates(core)) {
+    if (candidate.values[fit_viscous] < 0.0 || candidate.values[fit_damping] < 0.0) continue;
+    const double count = samples_that_count(candidate);
+    if (criterion(candidate, count) < criterion(best, count)) best = candidate;
+  }
+  if (best.free.size() > core.free.size()) best = minimise(model_, best);
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+    if (!contains(best.free, p)) {
+      why_[p] = fmt::format("not seen between {:.3g} and {:.3g} m/s", data_.slow, data_.fast);
+    }
+  }
+  return best;
+}
+
+std::string Fitter::lacking(FitParameter p) const {
+  switch (p) {
+    case fit_kinetic:
+      return "no sliding: only kinetic / presliding_length is determined";
+    case fit_length:
+      return "no presliding: too few samples before break-away and after reversals";
+    case fit_spread:
+      return "neither break-away nor a reversal is resolved";
+    case fit_offset:
+    case fit_drift:
+      return "cannot be separated from friction";
+    default:
+      return "cannot be separated from other terms";
+  }
+}
+
+/// Parameters that ran to an end of their range stay there.
+bool Fitter::at_an_edge(FitPoint& point) {
+  for (const FitParameter p : {fit_length, fit_spread}) {
+    if (!contains(point.free, p)) continue;
+    const double low = model_.lowest(p), high = model_.highest(p), share = std::log(high / low);
+    const double place = std::log(point.values[p] / low) / share;
+    if (place > 0.01 && place < 0.99) continue;
+    take_out(point.free, p);
+    point.values[p] = place < 0.5 ? low : high;
+    why_[p] = p == fit_spread
+                  ? fmt::format("at the {} end of what this law takes", place < 0.5 ? "lower" : "upper")
+              : place < 0.5 ? std::string("presliding is shorter than the data resolve")
+                            : std::string("presliding is longer than the motion");
+    return true;
+  }
+  return false;
+}
+
+bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::MatrixXd& cov,
+                           Eigen::Index i) const {
+  const FitParameter p = point.free[static_cast<std::size_t>(i)];
+  const double deviation = std::sqrt(cov(i, i));
+  if (informing_samples(j, i) < fewest_informing) return false;
+  if (FitModel::is_logarithmic(p)) return deviation <= widest_deviation;
+  if (p == fit_offset || p == fit_drift) return deviation <= widest_offset;
+  return point.values[p] >=
+         2.0 * deviation * model_.scale(point.values, p);  // lubricant, damper: there at all?
+}
+
+/// Takes out the most expendable parameter of those that the data do not determine.
+bool Fitter::drop_one(FitPoint& point) {
+  if (at_an_edge(point)) return true;
+  const Eigen::MatrixXd j = jacobian(model_, point);
+  const Eigen::VectorXd r = residuals(point);
+  const double nothing = 1e-6 * data_.force_scale * std::sqrt(static_cast<double>(samples()));
+  const bool without_effect = j.colwise().norm().minCoeff() < nothing;
+  const Eigen::MatrixXd cov = without_effect ? Eigen::MatrixXd() : covariance(j, r, correlated_samples(r));
+  for (const FitParameter p :
+       {fit_drift, fit_offset, fit_damping, fit_stribeck, fit_viscous, fit_spread, fit_kinetic, fit_length}) {
+    const auto at = std::find(point.free.begin(), point.free.end(), p);
+    if (at == point.free.end()) continue;
+    const auto i = static_cast<Eigen::Index>(at - point.free.begin());
+    if (without_effect ? j.col(i).norm() >= nothing : is_determined(point, j, cov, i)) continue;
+    const double before = point.values[p];
+    take_out(point.free, p);
+    point.values[p] = fit_defaults[p];
+    why_[p] = lacking(p);
+    if (p == fit_damping || p == fit_stribeck) {
+      for (const FitParameter q : {fit_damping, fit_stribeck}) {
+        take_out(point.free, q);
+        point.values[q] = fit_defaults[q];
+        why_[q] = lacking(q);
+      }
+    }
+    if (p == fit_kinetic) point.values[fit_length] *= point.values[p] / before;  // the stiffness stays
+    return true;
+  }
+  return false;
+}
+
+FitPoint Fitter::keep_determined(FitPoint point) {
+  if (!two_ways()) why_[fit_offset] = why_[fit_drift] = "the motion has one direction only";
+  if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
+  while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
+  return point;
+}
+
+/// Peak coefficient and stiffness: functions of what was fitted, errors carried over.
+void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result) {
+  const auto interval = [&](FitEstimate& estimate, double value, double by_kinetic, double by_length,
+                            double by_spread) {
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(cov.rows());
+    for (std::size_t i = 0; i < point.free.size(); ++i) {
+      const FitParameter p = point.free[i];
+      gradient[static_cast<Eigen::Index>(i)] = p == fit_kinetic  ? by_kinetic
+                                               : p == fit_length ? by_length
+                                               : p == fit_spread ? by_spread
+                                                                 : 0.0;
+    }
+    const double width = quantile * std::sqrt(std::max(gradient.dot(cov * gradient), 0.0));
+    estimate.value = value;
+    estimate.low = value * std::exp(-width);
+    estimate.high = value * std::exp(width);
+    // Parameters that stayed where they were put count as known only where they do not matter.
+    estimate.fitted = (by_kinetic == 0.0 || contains(point.free, fit_kinetic) || by_length != 0.0) &&
+                      (by_length == 0.0 || contains(point.free, fit_length));
+  };
+  const double spread = point.values[fit_spread];
+  const auto peak_at = [&](double s) {
+    bristle::Material m = result.material;
+    m.snap_length = make_snap_length(options_.law, point.values[fit_length], s);
+    return m.peak_coefficient() / m.kinetic_coefficient();
+  };
+  const double peak = peak_at(spread);
+  const double up = std::min(1.02 * spread, model_.highest(fit_spread)), down = 0.98 * spread;
+  const double slope = options_.law == SnapLaw::exponential
+                           ? 0.0
+                           : std::log(peak_at(up) / peak_at(down)) / std::log(up / down);
+  interval(result.peak, result.material.kinetic_coefficient() * peak, 1.0, 0.0, slope);
+  result.peak.fitted =
+      contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || slope == 0.0);
+  const double cv = result.material.snap_length.cv();
+  const double bend = kinetic_bend(options_.rule, cv);
+  const double by_spread = options_.rule == SnapRule::keep ? 0.0 : -2.0 * cv * cv / (1.0 + cv * cv);
+  interval(result.stiffness,
+           result.material.kinetic_coefficient() / (bend * result.material.snap_length.mean()), 1.0, -1.0,
+           by_spread);
+}
+
+bristle::Material make_material(const FitValues& p, const FitOptions& options) {
+  bristle::Material m;
+  m.snap_length = make_snap_length(options.law, p[fit_length], p[fit_spread]);
+  m.snap_rule = options.rule;
+  m.damper_decay = options.decay;
+  m.asperity_height_deviation = 1e-6;
+  m.normal_stiffness = 1.0 / (bristles_per_newton * m.asperity_height_deviation);
+  m.bristle_stiffness = 1.0;
+  m.bristle_stiffness = p[fit_kinetic] / m.kinetic_coefficient();
+  m.bristle_damping = p[fit_damping] / bristles_per_newton;
+  m.viscous_friction = p[fit_viscous];
+  m.stribeck_velocity = p[fit_stribeck];
+  m.validate();
+  return m;
+}
+
+FitResult Fitter::report(const FitPoint& point) {
+  FitResult result;
+  result.start = point.start;
+  result.material = make_material(point.values, options_);
+  const Eigen::VectorXd r = residuals(point);
+  const Eigen::VectorXd curve = model_.force(point.values);
+  result.curve.assign(curve.begin(), curve.end());
+  result.residual_rms = std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
+  const double middle = data_.start() + 0.5 * data_.length();
+  double squares = 0.0;
+  for (std::size_t i = 0; i < data_.force.size(); ++i) {
+    const double f =
+        data_.force[i] - point.values[fit_offset] - point.values[fit_drift] * (data_.columns.t[i] - middle);
+    squares += f * f;
+  }
+  result.explained = 1.0 - r.squaredNorm() / squares;
+  if (!(result.explained >= least_explained) || point.free.empty()) {
+    throw UserError(
+        fmt::format("{}: the brush explains {:.0f} % of the force, less than {:.0f} %: this is not friction "
+                    "of this motion (sign, units, columns?)",
+                    data_.columns.name, 100.0 * std::max(result.explained, 0.0), 100.0 * least_explained));
+  }
+  result.correlated_samples = correlated_samples(r);
+  const Eigen::MatrixXd j = jacobian(model_, point);
+  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples);
+  const double bristles = fluctuating_bristles(model_, point, r);
+  result.fluctuating_bristles = bristles / data_.mean_load;
+  cov += population_error(model_, point, j,
+                          std::isfinite(bristles) ? bristles : bristles_per_newton * data_.mean_load);
+  const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
+  const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
+  result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();
+  const double count = static_cast<double>(samples()) / result.correlated_samples;
+  const double quantile = student_quantile(count - static_cast<double>(point.free.size()));
+  for (unsigned k = 0; k < fit_parameters; ++k) {
+    const auto p = static_cast<FitParameter>(k);
+    FitEstimate& estimate = result.estimates[k];
+    estimate.value = point.values[k];
+    estimate.why = why_[k];
+    const auto at = std::find(point.free.begin(), point.free.end(), p);
+    if (at == point.free.end()) continue;
+    estimate.fitted = true;
+    const auto i = static_cast<Eigen::Index>(at - point.free.begin());
+    const double width = quantile * std::sqrt(std::max(cov(i, i), 0.0));
+    if (FitModel::is_logarithmic(p)) {
+      estimate.low = estimate.value * std::exp(-width);
+      estimate.high = estimate.value * std::exp(width);
+    } else {
+      estimate.low = estimate.value - width * model_.scale(point.values, p);
+      estimate.high = estimate.value + width * model_.scale(point.values, p);
+    }
+  }
+  FitEstimate& length = result.estimates[fit_length];
+  if (length.fitted && !contains(point.free, fit_kinetic)) {
+    length.fitted = false;
+    length.why = "what the stiffness asks for with this kinetic coefficient";
+  }
+  derive(point, cov, quantile, result);
+  result.evaluations = model_.evaluations();
+  return result;
+}
+
+}  // namespace
+
+FitResult fit_material(const FitData& data, const FitOptions& options) {
+  if (options.law == SnapLaw::single || options.law == SnapLaw::table) {
+    throw UserError("--law: allowed are lognormal, normal, uniform, exponential");
+  }
+  try {
+    return Fitter(data, options).run();
+  } catch (const bristle::Error& error) {
+    throw UserError(
+        fmt::format("{}: the fit leaves what a material allows: {}", data.columns.name, error.what()));
+  }
+}
+
+}  // namespace cli

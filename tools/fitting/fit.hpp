@@ -1,0 +1,76 @@
+// `bristle fit`: a material from measured friction.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <bristle/material.hpp>
+
+#include "tools/fitting/data.hpp"
+#include "tools/fitting/mean_brush.hpp"
+
+namespace cli {
+
+struct FitOptions {
+  std::string data;            ///< measured friction, CSV
+  std::optional<double> load;  ///< N, in place of a column
+  ForceSign sign = ForceSign::automatic;
+  bristle::SnapLaw law = bristle::SnapLaw::lognormal;
+  bristle::SnapRule rule = bristle::SnapRule::redraw;
+  bristle::DamperDecay decay = bristle::DamperDecay::exponential;
+  std::string json, csv, write, plot;  ///< files; empty: none
+};
+
+/// What is fitted: six numbers of the material, two of the force sensor.
+enum FitParameter : unsigned {
+  fit_kinetic,    ///< friction over load in slow sliding
+  fit_length,     ///< m, mean snap length
+  fit_spread,     ///< its deviation over its mean
+  fit_viscous,    ///< N s/m
+  fit_damping,    ///< s/m, per newton of load
+  fit_stribeck,   ///< m/s
+  fit_offset,     ///< N, of the sensor, in the middle of the record
+  fit_drift,      ///< N/s
+  fit_parameters  ///< how many
+};
+using FitValues = std::array<double, fit_parameters>;
+
+/// Where a parameter stays when the data do not determine it.
+inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 1e-3, 0.0, 0.0};
+
+struct FitEstimate {
+  double value = 0.0;
+  bool fitted = false;
+  double low = 0.0, high = 0.0;  ///< 95 % interval, where fitted
+  std::string why;               ///< where not: what the data lack
+};
+
+struct FitResult {
+  std::array<FitEstimate, fit_parameters> estimates;
+  FitEstimate peak, stiffness;  ///< follow from the others: peak coefficient, K over load in 1/m
+  bristle::Material material;
+  StartState start = StartState::straight;
+  std::vector<double> curve;        ///< N, the fit at the samples, by the body, offset and drift included
+  double residual_rms = 0.0;        ///< N
+  double explained = 0.0;           ///< share of the sum of squares of the force
+  double correlated_samples = 1.0;  ///< as many samples count as one, for the intervals
+  double smallest_singular_value = 0.0;  ///< of the Jacobian, columns scaled to length 1, over the largest
+  double fluctuating_bristles = 0.0;  ///< 1/N: as many at least, by the residuals in sliding; may be infinite
+  int evaluations = 0;                ///< of the force of the brush along the path
+};
+
+/// Throws UserError where the brush explains too little of the force.
+FitResult fit_material(const FitData& data, const FitOptions& options);
+
+std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& result);
+std::string fit_json(const FitData& data, const FitOptions& options, const FitResult& result);
+std::string fit_csv(const FitData& data, const FitResult& result);
+/// A scene with the material that replays the measured motion: `bristle run` takes it.
+std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
+
+/// The subcommand: reads, fits, reports. Throws UserError.
+void fit_command(const FitOptions& options);
+
+}  // namespace cli

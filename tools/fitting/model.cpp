@@ -1,0 +1,129 @@
+#include "tools/fitting/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cli {
+
+Eigen::VectorXd FitModel::elastic_at(double length, double spread) {
+  ++evaluations_;
+  const std::vector<double> forces =
+      mean_brush_force(data_.path, make_snap_length(options_.law, length, spread), options_.rule, start_);
+  return Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size()));
+}
+
+const Eigen::VectorXd& FitModel::elastic(double length, double spread) {
+  if (length != known_length_ || spread != known_spread_) {
+    known_ = elastic_at(length, spread);
+    known_length_ = length;
+    known_spread_ = spread;
+  }
+  return known_;
+}
+
+double FitModel::decay(double speed, double stribeck) const {
+  if (!(stribeck > 0.0)) return 0.0;
+  const double u = speed / stribeck;
+  return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
+}
+
+Eigen::VectorXd FitModel::force(const FitValues& p) {
+  Eigen::VectorXd f = p[fit_kinetic] * elastic(p[fit_length], p[fit_spread]);
+  const double middle = data_.start() + 0.5 * data_.length();
+  for (Eigen::Index i = 0; i < f.size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double v = data_.velocity[k], load = data_.load[k];
+    if (load > 0.0)
+      f[i] += v * (p[fit_viscous] + load * p[fit_damping] * decay(std::fabs(v), p[fit_stribeck]));
+    f[i] += p[fit_offset] + p[fit_drift] * (data_.columns.t[k] - middle);
+  }
+  return f;
+}
+
+Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter, bool central) {
+  const auto n = static_cast<Eigen::Index>(data_.columns.t.size());
+  const double unit = scale(p, parameter);
+  if (parameter == fit_kinetic) return unit * elastic(p[fit_length], p[fit_spread]);
+  if (parameter == fit_length || parameter == fit_spread) {
+    // Central difference of the logarithm. The force is smooth over such a step, and far from rounding.
+    constexpr double step = 0.02;
+    const auto shifted = [&](double by) {
+      const double factor = std::exp(by);
+      return elastic_at(p[fit_length] * (parameter == fit_length ? factor : 1.0),
+                        p[fit_spread] * (parameter == fit_spread ? factor : 1.0));
+    };
+    const bool at_top = parameter == fit_spread && p[fit_spread] * std::exp(step) > highest(fit_spread);
+    if (!central || at_top)
+      return p[fit_kinetic] * (elastic(p[fit_length], p[fit_spread]) - shifted(-step)) / step;
+    return p[fit_kinetic] * (shifted(step) - shifted(-step)) / (2.0 * step);
+  }
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+  const double middle = data_.start() + 0.5 * data_.length();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double v = data_.velocity[k], load = data_.load[k], speed = std::fabs(v);
+    switch (parameter) {
+      case fit_viscous:
+        d[i] = load > 0.0 ? unit * v : 0.0;
+        break;
+      case fit_damping:
+        d[i] = unit * load * v * decay(speed, p[fit_stribeck]);
+        break;
+      case fit_stribeck: {
+        const double u = speed / p[fit_stribeck];
+        const double slope = options_.decay == bristle::DamperDecay::gaussian ? 2.0 * u * u : u;
+        d[i] = load * p[fit_damping] * v * decay(speed, p[fit_stribeck]) * slope;
+        break;
+      }
+      case fit_offset:
+        d[i] = unit;
+        break;
+      default:
+        d[i] = unit * (data_.columns.t[k] - middle);
+    }
+  }
+  return d;
+}
+
+double FitModel::scale(const FitValues& p, FitParameter parameter) const {
+  if (is_logarithmic(parameter)) return p[parameter];
+  const double force = data_.force_scale;
+  switch (parameter) {
+    case fit_viscous:
+      return force / std::max(data_.fast, 1e-12);
+    case fit_damping:  // of a damper whose highest force is that of the data
+      return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
+    case fit_drift:
+      return force / data_.length();
+    default:
+      return force;
+  }
+}
+
+double FitModel::lowest(FitParameter parameter) const {
+  switch (parameter) {
+    case fit_length:
+      return std::max({0.5 * data_.quantum, 0.02 * data_.finest_move, 1e-5 * data_.range, 1e-11});
+    case fit_spread:
+      return 0.04;
+    case fit_stribeck:
+      return std::max(0.1 * data_.slow, 1e-9);
+    default:
+      return 1e-6;
+  }
+}
+
+double FitModel::highest(FitParameter parameter) const {
+  switch (parameter) {
+    case fit_length:
+      return std::min(std::max(10.0 * data_.range, 10.0 * lowest(fit_length)), 100.0);
+    case fit_spread:
+      return largest_spread(options_.law, options_.rule);
+    case fit_stribeck:
+      return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
+    default:
+      return 1e6;
+  }
+}
+
+}  // namespace cli

@@ -1,0 +1,274 @@
+// What `bristle fit` reports: table, JSON, CSV, TOML, picture. Schema: tools/README.md.
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <sys/wait.h>
+
+#include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/fitting/fit.hpp"
+#include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/text_table.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Row {
+  const char* name;
+  const char* unit;
+  double per_si;
+};
+/// By FitParameter, then peak and stiffness.
+constexpr Row rows[fit_parameters + 2] = {{"kinetic", "", 1.0},
+                                          {"presliding_length", "um", 1e6},
+                                          {"spread", "", 1.0},
+                                          {"viscous_friction", "N s/m", 1.0},
+                                          {"damping_per_newton", "s/m", 1.0},
+                                          {"stribeck_velocity", "mm/s", 1e3},
+                                          {"sensor offset", "N", 1.0},
+                                          {"sensor drift", "N/s", 1.0},
+                                          {"peak", "", 1.0},
+                                          {"stiffness / load", "1/mm", 1e-3}};
+constexpr const char* keys[fit_parameters + 2] = {"kinetic",
+                                                  "presliding_length",
+                                                  "spread",
+                                                  "viscous_friction",
+                                                  "damping_per_newton",
+                                                  "stribeck_velocity",
+                                                  "sensor_offset",
+                                                  "sensor_drift",
+                                                  "peak",
+                                                  "stiffness_per_newton"};
+
+const FitEstimate& estimate(const FitResult& r, std::size_t i) {
+  return i < fit_parameters ? r.estimates[i] : i == fit_parameters ? r.peak : r.stiffness;
+}
+
+const char* start_text(StartState start) {
+  return start == StartState::straight  ? "straight"
+         : start == StartState::forward ? "sliding towards +x"
+                                        : "sliding towards -x";
+}
+
+const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
+
+/// Replay: the interval of the measurement, or a finer whole part of it, 1 ms at most.
+std::string replay_dt(const FitData& data) {
+  return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
+}
+
+void write_file(const std::string& path, const std::string& text) {
+  const FilePointer file = open_for_writing(path);
+  write_text(file.get(), text, path);
+}
+
+std::string quoted(const std::string& text) {
+  return "'" + [&] {
+    std::string out;
+    for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+    return out;
+  }() + "'";
+}
+
+/// Runs gnuplot on the script that was built in, the samples in it.
+void draw(const FitData& data, const FitResult& result, const std::string& picture) {
+  open_for_writing(picture);  // says why it cannot be written, which gnuplot does in several lines
+  std::FILE* pipe = popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
+  if (pipe == nullptr) throw UserError("--plot: gnuplot cannot be started");
+  const std::string script =
+      fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\ntitle={}\n{}", fit_csv(data, result),
+                  quoted(picture), quoted(data.columns.name), fit_plot_script);
+  // Where nobody reads it, the write must fail instead of ending this program.
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
+  std::fwrite(script.data(), 1, script.size(), pipe);
+  const int status = pclose(pipe);
+  std::signal(SIGPIPE, before);
+  if (status == 0) return;
+  std::remove(picture.c_str());
+  throw UserError(WIFEXITED(status) && WEXITSTATUS(status) == 127
+                      ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
+                      : "--plot: gnuplot failed on " + picture);
+}
+
+}  // namespace
+
+std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& r) {
+  std::string text = fmt::format(
+      "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
+      "{:.4g} mm\n",
+      count_text(data.force.size()), data.length(), 1.0 / data.sample_time, data.reversals,
+      1e3 * data.travelled, 1e3 * data.range);
+  text +=
+      fmt::format("            {:.3g} to {:.3g} mm/s, load {:.4g} N{}{}\n", 1e3 * data.slow, 1e3 * data.fast,
+                  data.mean_load, data.steady_load ? " (taken as constant)" : " on average",
+                  data.quantum > 0.0 ? fmt::format(", encoder of {:.3g} um", 1e6 * data.quantum) : "");
+  text +=
+      fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
+                  data.sign_found ? "found from the data" : "as given", start_text(r.start));
+  text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(options.law),
+                      options.rule == bristle::SnapRule::keep ? "keep" : "redraw");
+  TextTable table({"<parameter", "value", "95 % from", "to", "<unit"});
+  for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
+    const FitEstimate& e = estimate(r, i);
+    if (!e.fitted) continue;
+    const double k = rows[i].per_si;
+    table.add({rows[i].name, fmt::format("{:.4g}", k * e.value), fmt::format("{:.4g}", k * e.low),
+               fmt::format("{:.4g}", k * e.high), rows[i].unit});
+  }
+  text += table.text();
+  text += "\nnot determined by these data, left at\n";
+  TextTable left({"<", ">", "<", "<"});
+  for (std::size_t i = 0; i < fit_parameters; ++i) {
+    const FitEstimate& e = r.estimates[i];
+    if (e.fitted) continue;
+    left.add({std::string("  ") + rows[i].name, fmt::format("{:.4g}", rows[i].per_si * e.value), rows[i].unit,
+              e.why});
+  }
+  left.add({"  bristles_per_newton", "900", "1/N",
+            std::isfinite(r.fluctuating_bristles)
+                ? fmt::format("the mean force does not depend on it; {:.3g} or more by its fluctuation",
+                              r.fluctuating_bristles)
+                : std::string("the mean force does not depend on it")});
+  std::string lines = left.text();
+  text += lines.substr(lines.find('\n') + 1);
+  text += fmt::format(
+      "\nresiduals   {:.3g} N rms; the brush explains {:.2f} % of the force; {:.1f} samples count as one\n",
+      r.residual_rms, 100.0 * r.explained, r.correlated_samples);
+  return text;
+}
+
+std::string fit_json(const FitData& data, const FitOptions& options, const FitResult& r) {
+  Json report;
+  report["schema"] = "bristle-fit-1";
+  report["conditions"] = to_json(conditions());
+  report["data"] = {{"file", data.columns.name},
+                    {"samples", data.force.size()},
+                    {"length_s", data.length()},
+                    {"sample_time_s", data.sample_time},
+                    {"reversals", data.reversals},
+                    {"travelled_m", data.travelled},
+                    {"range_m", data.range},
+                    {"slow_m_per_s", data.slow},
+                    {"fast_m_per_s", data.fast},
+                    {"encoder_step_m", data.quantum},
+                    {"mean_load_n", data.mean_load},
+                    {"steady_load", data.steady_load},
+                    {"sign", sign_text(data.sign)},
+                    {"sign_found", data.sign_found},
+                    {"ignored_columns", data.columns.ignored_columns}};
+  report["law"] = bristle::to_string(options.law);
+  report["rule"] = options.rule == bristle::SnapRule::keep ? "keep" : "redraw";
+  report["start"] = start_text(r.start);
+  for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
+    const FitEstimate& e = estimate(r, i);
+    Json entry = {{"value", e.value}, {"determined", e.fitted}};
+    if (e.fitted) {
+      entry["low"] = e.low;
+      entry["high"] = e.high;
+    } else if (!e.why.empty()) {
+      entry["why"] = e.why;
+    }
+    report["parameters"][keys[i]] = entry;
+  }
+  report["residuals"] = {{"rms_n", r.residual_rms},
+                         {"explained", r.explained},
+                         {"correlated_samples", r.correlated_samples},
+                         {"smallest_singular_value", r.smallest_singular_value},
+                         {"least_bristles_per_newton", r.fluctuating_bristles}};
+  report["evaluations"] = r.evaluations;
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string fit_csv(const FitData& data, const FitResult& r) {
+  fmt::memory_buffer out;
+  const auto to = std::back_inserter(out);
+  fmt::format_to(to, "t,x,load,force,fit,residual\n");
+  for (std::size_t i = 0; i < r.curve.size(); ++i) {
+    fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", data.columns.t[i], data.columns.x[i],
+                   data.load[i], data.force[i], r.curve[i], data.force[i] - r.curve[i]);
+  }
+  return fmt::to_string(out);
+}
+
+std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& r) {
+  std::string text = fmt::format(
+      "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
+      "# `bristle run` on this file. Values with their 95 % intervals:\n",
+      std::filesystem::path(data.columns.name).filename().string());
+  for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
+    const FitEstimate& e = estimate(r, i);
+    if (e.fitted) {
+      text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}) {}\n", rows[i].name, rows[i].per_si * e.value,
+                          rows[i].per_si * e.low, rows[i].per_si * e.high, rows[i].unit);
+    } else if (i < fit_parameters) {
+      text += fmt::format("#   {} = {:.4g} {}, not determined: {}\n", rows[i].name, rows[i].per_si * e.value,
+                          rows[i].unit, e.why);
+    }
+  }
+  const bristle::Material& m = r.material;
+  const bristle::SnapLength& law = m.snap_length;
+  const std::string name = bristle::to_string(options.law);
+  const std::string length =
+      options.law == bristle::SnapLaw::uniform
+          ? fmt::format("min = {}, max = {}", law.first_parameter(), law.second_parameter())
+      : options.law == bristle::SnapLaw::normal
+          ? fmt::format("mean = {}, deviation = {}", law.first_parameter(), law.second_parameter())
+      : options.law == bristle::SnapLaw::exponential
+          ? fmt::format("mean = {}", law.first_parameter())
+          : fmt::format("mean = {}, cv = {}", law.first_parameter(), law.second_parameter());
+  double most_load = 0.0;
+  for (const double load : data.load) most_load = std::max(most_load, load);
+  text += fmt::format(
+      "\n[[material]]\nname = \"fitted\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\n"
+      "normal_stiffness = {}  # N/m\nasperity_height_deviation = {}  # m\nsnap_length = {{ law = \"{}\", {} "
+      "}}  # m\n"
+      "rule = \"{}\"\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\n",
+      m.bristle_stiffness, m.bristle_damping, m.normal_stiffness, m.asperity_height_deviation, name, length,
+      options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.viscous_friction, m.stribeck_velocity,
+      options.decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
+  text += fmt::format(
+      "\n[scene]\nname = \"fitted\"\ndt = {}  # s\n{}\n[[patch]]\nname = \"body\"\nmaterial = \"fitted\"\n"
+      "max_normal_load = {}  # N\naxes = 1\n\n[[motion]]\npatch = \"body\"\n",
+      replay_dt(data), data.columns.replayable ? "" : fmt::format("duration = {}  # s\n", data.length()),
+      1.001 * most_load);
+  if (data.columns.replayable) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path folder = options.write == "-" ? fs::path(".") : fs::path(options.write).parent_path();
+    const fs::path file = fs::proximate(data.columns.name, folder.empty() ? fs::path(".") : folder, error);
+    text += fmt::format("type = \"trace\"\nfile = '{}'\n", error ? data.columns.name : file.string());
+  } else {
+    text += fmt::format("type = \"ramp\"\nvelocity = {}  # m/s\n", data.fast);
+  }
+  if (!data.columns.replayable || !data.columns.has_load || options.load)
+    text += fmt::format("load = {}  # N\n", data.mean_load);
+  return text;
+}
+
+void fit_command(const FitOptions& options) {
+  const auto to_stdout = [](const std::string& path) { return path == "-"; };
+  if (to_stdout(options.json) + to_stdout(options.csv) + to_stdout(options.write) > 1)
+    throw UserError("--json -, --csv -, --write -: only one can have stdout");
+  const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),
+                                        options.sign, options.load);
+  const FitResult result = fit_material(data, options);
+  if (!options.write.empty()) write_file(options.write, fit_toml(data, options, result));
+  if (!options.csv.empty()) write_file(options.csv, fit_csv(data, result));
+  if (!options.plot.empty()) draw(data, result, options.plot);
+  if (!options.json.empty()) write_file(options.json, fit_json(data, options, result));
+  if (!to_stdout(options.json) && !to_stdout(options.csv) && !to_stdout(options.write)) {
+    fmt::print("{}", fit_table(data, options, result));
+  }
+}
+
+}  // namespace cli

@@ -1,0 +1,196 @@
+#include "tools/fitting/solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <unsupported/Eigen/NonLinearOptimization>
+
+namespace cli {
+namespace {
+
+/// Positive parameters are fitted as logarithms, those with a range through a logistic curve onto it: every
+/// argument is allowed.
+class Coordinates {
+ public:
+  Coordinates(const FitModel& model, const FitPoint& from) : model_(model), from_(from) {
+    for (const FitParameter p : from.free)
+      units_.push_back(FitModel::is_logarithmic(p) ? 1.0 : model.scale(from.values, p));
+  }
+
+  Eigen::VectorXd inside(const FitValues& values) const {
+    Eigen::VectorXd u(static_cast<Eigen::Index>(from_.free.size()));
+    for (std::size_t i = 0; i < from_.free.size(); ++i) {
+      const FitParameter p = from_.free[i];
+      double& place = u[static_cast<Eigen::Index>(i)];
+      if (ranged(p)) {
+        const double low = std::log(model_.lowest(p)), high = std::log(model_.highest(p));
+        const double share = std::clamp((std::log(values[p]) - low) / (high - low), 1e-3, 1.0 - 1e-3);
+        place = std::log(share / (1.0 - share));
+      } else {
+        place = FitModel::is_logarithmic(p) ? std::log(values[p]) : values[p] / units_[i];
+      }
+    }
+    return u;
+  }
+
+  FitValues outside(const Eigen::VectorXd& u) const {
+    FitValues values = from_.values;
+    for (std::size_t i = 0; i < from_.free.size(); ++i) {
+      const FitParameter p = from_.free[i];
+      const double place = u[static_cast<Eigen::Index>(i)];
+      if (ranged(p)) {
+        const double low = std::log(model_.lowest(p)), high = std::log(model_.highest(p));
+        values[p] = std::exp(low + (high - low) / (1.0 + std::exp(-place)));
+      } else {
+        values[p] =
+            FitModel::is_logarithmic(p) ? std::exp(std::clamp(place, -40.0, 40.0)) : place * units_[i];
+      }
+    }
+    return values;
+  }
+
+  /// d(value)/du over FitModel::scale(value).
+  double slope(std::size_t i, const FitValues& values, double place) const {
+    const FitParameter p = from_.free[i];
+    if (ranged(p)) {
+      const double share = 1.0 / (1.0 + std::exp(-place));
+      return std::log(model_.highest(p) / model_.lowest(p)) * share * (1.0 - share);
+    }
+    return FitModel::is_logarithmic(p) ? 1.0 : units_[i] / model_.scale(values, p);
+  }
+
+ private:
+  static bool ranged(FitParameter p) { return FitModel::is_logarithmic(p) && p != fit_kinetic; }
+  const FitModel& model_;
+  const FitPoint& from_;
+  std::vector<double> units_;
+};
+
+/// What Eigen's Levenberg-Marquardt (MINPACK's lmder) asks of a function.
+struct Residuals {
+  using Scalar = double;
+  FitModel& model;
+  const Coordinates& coordinates;
+  const FitPoint& from;
+  Eigen::Map<const Eigen::VectorXd> measured;
+
+  int inputs() const { return static_cast<int>(from.free.size()); }
+  int values() const { return static_cast<int>(measured.size()); }
+  int operator()(const Eigen::VectorXd& u, Eigen::VectorXd& out) const {
+    out = (model.force(coordinates.outside(u)) - measured) / model.data().force_scale;
+    return 0;
+  }
+  int df(const Eigen::VectorXd& u, Eigen::MatrixXd& out) const {
+    const FitValues p = coordinates.outside(u);
+    for (std::size_t i = 0; i < from.free.size(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      out.col(column) = model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) /
+                        model.data().force_scale;
+    }
+    return 0;
+  }
+};
+
+Eigen::Map<const Eigen::VectorXd> measured_force(const FitModel& model) {
+  const std::vector<double>& force = model.data().force;
+  return {force.data(), static_cast<Eigen::Index>(force.size())};
+}
+
+}  // namespace
+
+FitPoint minimise(FitModel& model, FitPoint from) {
+  model.set_start(from.start);
+  const Coordinates coordinates(model, from);
+  FitPoint best = from;
+  if (!from.free.empty()) {
+    Residuals residuals{model, coordinates, from, measured_force(model)};
+    Eigen::LevenbergMarquardt<Residuals> solver(residuals);
+    solver.parameters.maxfev = 60;
+    solver.parameters.ftol = 1e-7;
+    solver.parameters.xtol = 1e-5;
+    solver.parameters.factor = 1.0;  // first step of length 1: a factor e of each parameter
+    Eigen::VectorXd u = coordinates.inside(from.values);
+    solver.minimize(u);
+    best.values = coordinates.outside(u);
+  }
+  best.sum_of_squares = (model.force(best.values) - measured_force(model)).squaredNorm();
+  return best;
+}
+
+Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
+  model.set_start(point.start);
+  Eigen::MatrixXd j(static_cast<Eigen::Index>(model.data().force.size()),
+                    static_cast<Eigen::Index>(point.free.size()));
+  for (std::size_t i = 0; i < point.free.size(); ++i) {
+    j.col(static_cast<Eigen::Index>(i)) = model.derivative(point.values, point.free[i]);
+  }
+  return j;
+}
+
+double correlated_samples(const Eigen::VectorXd& residuals) {
+  const Eigen::VectorXd r = residuals.array() - residuals.mean();
+  const double power = r.squaredNorm();
+  if (!(power > 0.0)) return 1.0;
+  // Summed up to a lag five times the sum (Sokal): further terms are noise.
+  double sum = 1.0;
+  const Eigen::Index n = r.size();
+  for (Eigen::Index lag = 1; lag < n / 3; ++lag) {
+    sum += 2.0 * r.head(n - lag).dot(r.tail(n - lag)) / power;
+    if (static_cast<double>(lag) >= 5.0 * sum) break;
+  }
+  return std::clamp(sum, 1.0, static_cast<double>(n) / 3.0);
+}
+
+Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals, double correlated) {
+  const Eigen::Index n = j.rows(), p = j.cols();
+  // Inverse of J'J by its eigenvectors, columns first scaled to length 1.
+  Eigen::VectorXd length = j.colwise().norm();
+  for (double& l : length) l = std::max(l, 1e-300);
+  const Eigen::MatrixXd scaled = j * length.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled.transpose() * scaled);
+  const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-13).cwiseInverse();
+  const Eigen::MatrixXd normal =
+      length.cwiseInverse().asDiagonal() *
+      (eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose()) *
+      length.cwiseInverse().asDiagonal();
+
+  const double freedom = std::max(static_cast<double>(n) / correlated - static_cast<double>(p), 1.0);
+  const double variance = residuals.squaredNorm() / static_cast<double>(n);
+  const double whole = static_cast<double>(n) / correlated;
+  const Eigen::MatrixXd independent = normal * (variance * correlated * whole / freedom);
+
+  const Eigen::MatrixXd gradient = residuals.asDiagonal() * j;
+  Eigen::MatrixXd middle = gradient.transpose() * gradient;
+  const auto window = static_cast<Eigen::Index>(std::min(4.0 * correlated, static_cast<double>(n) / 4.0));
+  for (Eigen::Index lag = 1; lag <= window; ++lag) {
+    const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(window + 1);
+    const Eigen::MatrixXd product = gradient.bottomRows(n - lag).transpose() * gradient.topRows(n - lag);
+    middle += weight * (product + product.transpose());
+  }
+  Eigen::MatrixXd result = normal * middle * normal * (whole / freedom);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    if (result(i, i) >= independent(i, i)) continue;
+    const double raise = std::sqrt(independent(i, i) / std::max(result(i, i), 1e-300));
+    result.row(i) *= raise;
+    result.col(i) *= raise;
+  }
+  return result;
+}
+
+double student_quantile(double nu) {
+  if (nu < 3.0) {
+    // Exact at 1, 2 and 3 degrees; a parabola of the logarithm over 1 / nu is within 1 % in between.
+    const double one = std::log(12.70620), two = std::log(4.302653), three = std::log(3.182446);
+    const double x = 1.0 / std::max(nu, 1.0);
+    return std::exp(one * 3.0 * (x - 1.0 / 2.0) * (x - 1.0 / 3.0) - two * 12.0 * (x - 1.0) * (x - 1.0 / 3.0) +
+                    three * 9.0 * (x - 1.0) * (x - 1.0 / 2.0));
+  }
+  // Expansion about the normal law's 1.96 (Abramowitz and Stegun 26.7.5); within 1 % from 3 degrees on.
+  constexpr double z = 1.959963984540054;
+  constexpr double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
+  return z + (z3 + z) / (4 * nu) + (5 * z5 + 16 * z3 + 3 * z) / (96 * nu * nu) +
+         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * nu * nu * nu);
+}
+
+}  // namespace cli

@@ -1,0 +1,173 @@
+#include "tools/reports/html_page.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+
+#include <fmt/format.h>
+
+namespace cli {
+namespace {
+
+// Colours of Okabe and Ito, told apart by everybody; words carry the meaning as well. Prints on A4.
+constexpr const char* style_sheet = R"css(
+body { font: 16px/1.5 sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1, h2, h3, h4 { line-height: 1.2; }
+h2 { margin-top: 3rem; border-bottom: 2px solid #0072B2; padding-bottom: .2rem; }
+h3 { margin-top: 2.2rem; }
+h4 { margin: 1.6rem 0 .4rem; }
+p, li { max-width: 48rem; }
+nav ul { list-style: none; padding-left: 1rem; }
+a { color: #005a8c; }
+figure { margin: 1.5rem 0; }
+img { max-width: 100%; height: auto; }
+figcaption { color: #555; font-size: .9rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .85rem; margin: .6rem 0; }
+th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid #ddd; vertical-align: top; }
+th { border-bottom: 2px solid #888; }
+.left { text-align: left; }
+.note { text-align: left; color: #555; padding-left: 1.8rem; }
+.good { color: #005a8c; }
+.bad { color: #a84300; font-weight: bold; }
+.warning { border-left: 4px solid #D55E00; padding-left: .8rem; }
+.subtitle { color: #555; }
+pre { background: #f4f4f4; padding: .8rem; overflow-x: auto; font-size: .85rem; }
+@media print {
+  body { font-size: 10pt; max-width: none; margin: 0; }
+  table { font-size: 7.5pt; }
+  th, td { padding: .1rem .3rem; }
+  tr, figure, pre { break-inside: avoid; }
+  h2, h3, h4 { break-after: avoid; }
+  .scroll, pre { overflow: visible; white-space: pre-wrap; }
+}
+)css";
+
+const char* class_of(bool left, CellStyle style) {
+  if (style == CellStyle::good) return left ? " class=\"left good\"" : " class=\"good\"";
+  if (style == CellStyle::bad) return left ? " class=\"left bad\"" : " class=\"bad\"";
+  return left ? " class=\"left\"" : "";
+}
+
+}  // namespace
+
+std::string escape_html(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7F) {
+          out += "\xEF\xBF\xBD";
+        } else {
+          out += c;
+        }
+    }
+  }
+  return out;
+}
+
+std::string base64(std::string_view bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t j = 0; j < 3; ++j)
+      group = group << 8 | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0u);
+    for (std::size_t j = 0; j < 4; ++j)
+      out += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63u] : '=';
+  }
+  return out;
+}
+
+HtmlTable::HtmlTable(std::vector<std::string> headers) : headers_(std::move(headers)) {
+  for (std::string& header : headers_) {
+    left_.push_back(header.starts_with('<'));
+    if (left_.back()) header.erase(0, 1);
+  }
+}
+
+void HtmlTable::add(std::vector<HtmlCell> row) {
+  body_ += "<tr>";
+  for (std::size_t c = 0; c < row.size(); ++c) {
+    fmt::format_to(std::back_inserter(body_), "<td{}>{}</td>",
+                   class_of(c < left_.size() && left_[c], row[c].style), escape_html(row[c].text));
+  }
+  body_ += "</tr>\n";
+}
+
+void HtmlTable::add_note(std::string_view text) {
+  fmt::format_to(std::back_inserter(body_), "<tr><td class=\"note\" colspan=\"{}\">{}</td></tr>\n",
+                 headers_.size(), escape_html(text));
+}
+
+std::string HtmlTable::markup() const {
+  std::string out = "<div class=\"scroll\"><table>\n<thead><tr>";
+  for (std::size_t c = 0; c < headers_.size(); ++c) {
+    fmt::format_to(std::back_inserter(out), "<th{}>{}</th>", class_of(left_[c], CellStyle::plain),
+                   escape_html(headers_[c]));
+  }
+  return out + "</tr></thead>\n<tbody>\n" + body_ + "</tbody></table></div>\n";
+}
+
+void HtmlPage::section(std::string_view id, std::string_view title) {
+  fmt::format_to(std::back_inserter(body_), "<h2 id=\"{}\">{}</h2>\n", id, escape_html(title));
+  fmt::format_to(std::back_inserter(contents_), "<li><a href=\"#{}\">{}</a></li>\n", id, escape_html(title));
+}
+
+void HtmlPage::part(std::string_view id, std::string_view title) {
+  fmt::format_to(std::back_inserter(body_), "<h3 id=\"{}\">{}</h3>\n", id, escape_html(title));
+  fmt::format_to(std::back_inserter(contents_), "<li>&#8211; <a href=\"#{}\">{}</a></li>\n", id,
+                 escape_html(title));
+}
+
+void HtmlPage::element(const char* tag, const char* attributes, std::string_view text) {
+  fmt::format_to(std::back_inserter(body_), "<{}{}>{}</{}>\n", tag, attributes, escape_html(text), tag);
+}
+
+void HtmlPage::heading(std::string_view title) { element("h4", "", title); }
+void HtmlPage::paragraph(std::string_view text) { element("p", "", text); }
+void HtmlPage::warning(std::string_view text) { element("p", " class=\"warning\"", text); }
+void HtmlPage::preformatted(std::string_view text) { element("pre", "", text); }
+void HtmlPage::table(const HtmlTable& table) { body_ += table.markup(); }
+
+void HtmlPage::list(const std::vector<std::string>& items) {
+  body_ += "<ul>\n";
+  for (const std::string& item : items) element("li", "", item);
+  body_ += "</ul>\n";
+}
+
+void HtmlPage::picture(std::string_view bytes, std::string_view media_type, std::string_view caption) {
+  const std::string words = escape_html(caption);
+  fmt::format_to(std::back_inserter(body_),
+                 "<figure><img alt=\"{}\" src=\"data:{};base64,{}\"/><figcaption>{}</figcaption></figure>\n",
+                 words, escape_html(media_type), base64(bytes), words);
+}
+
+std::string HtmlPage::text(std::string_view title, std::string_view subtitle) const {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{0}</title>\n"
+      "<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n<p class=\"subtitle\">{2}</p>\n"
+      "<nav><ul>\n{3}</ul></nav>\n{4}</body>\n</html>\n",
+      escape_html(title), style_sheet, escape_html(subtitle), contents_, body_);
+}
+
+}  // namespace cli

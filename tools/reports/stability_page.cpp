@@ -1,0 +1,176 @@
+// The part of the page about `bristle stability`.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "tools/reports/report.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
+
+std::string share_text(const Json& part, const Json& whole) {
+  const double cells = whole.get<double>();
+  return cells > 0.0 ? fmt::format("{:.1f} %", 100.0 * part.get<double>() / cells) : "-";
+}
+
+HtmlTable maps_table(const Json& stability) {
+  HtmlTable table({"<scheme", "<linear theory: stable", "cells", "agree"});
+  for (const Json& map : stability.at("maps")) {
+    const Json& cells = map.at("cells");
+    table.add({text_of(map, "scheme"), text_of(map, "linear_condition"), fmt::format("{}", cells.size()),
+               share_text(map.at("agreeing"), cells.size())});
+    for (const auto& [why, count] : map.at("why_not").items())
+      table.add_note(fmt::format("{} not: {}", number_text(count), why));
+  }
+  return table;
+}
+
+// One row per k and way, one column per scheme.
+HtmlTable stops_table(const Json& stability) {
+  std::vector<std::string> schemes, headers = {"k", "way / mean snap length"};
+  std::vector<std::pair<std::string, std::string>> order;
+  std::map<std::pair<std::string, std::string>, std::map<std::string, std::string>> ratios;
+  for (const Json& row : stability.at("stopping_distances")) {
+    const std::pair key{number_text(row.at("k")), number_text(row.at("way_over_mean_snap_length"))};
+    const std::string scheme = text_of(row, "scheme");
+    if (std::find(schemes.begin(), schemes.end(), scheme) == schemes.end()) schemes.push_back(scheme);
+    if (!ratios.contains(key)) order.push_back(key);
+    const Json& ratio = row.at("ratio");
+    ratios[key][scheme] = !ratio.is_null() && ratio.get<double>() < 1e3
+                              ? fmt::format("{:.3f}", ratio.get<double>())
+                              : "runs away";
+  }
+  headers.insert(headers.end(), schemes.begin(), schemes.end());
+  HtmlTable table(headers);
+  for (const auto& key : order) {
+    std::vector<HtmlCell> cells = {key.first, key.second};
+    for (const std::string& scheme : schemes) {
+      const auto found = ratios[key].find(scheme);
+      cells.push_back(found == ratios[key].end() ? "-" : found->second);
+    }
+    table.add(std::move(cells));
+  }
+  return table;
+}
+
+HtmlTable rests_table(const Json& stability) {
+  HtmlTable table({"<coupling", "simulated s", "settled within µm", "crept from then on, m"});
+  for (const Json& row : stability.at("rests")) {
+    table.add({text_of(row, "scheme"), number_text(row.at("seconds")),
+               number_text(row.at("first_second_m"), 1e6), number_text(row.at("creep_m"))});
+  }
+  return table;
+}
+
+HtmlTable varied_table(const Json& stability) {
+  HtmlTable table({"<scheme", "turned in sliding: cells", "agree", "load swings, stable at all loads: cells",
+                   "settle", "at some: cells", "settle", "at none: cells", "settle"});
+  for (const Json& row : stability.at("varied")) {
+    const Json &turned = row.at("turned"), &load = row.at("swinging_load");
+    std::vector<HtmlCell> cells = {text_of(row, "scheme"), number_text(turned.at("cells")),
+                                   share_text(turned.at("agreeing"), turned.at("cells"))};
+    for (const char* key : {"stable_at_all_loads", "stable_at_some", "stable_at_none"}) {
+      cells.push_back(number_text(load.at(key).at("cells")));
+      cells.push_back(share_text(load.at(key).at("settle"), load.at(key).at("cells")));
+    }
+    table.add(std::move(cells));
+  }
+  return table;
+}
+
+HtmlTable cases_table(const Json& stability) {
+  HtmlTable table(
+      {"<case", "<scheme", "k", "c", "start speed m/s", "<verdict", "peak to peak / mean length"});
+  for (const Json& row : stability.at("cases")) {
+    const double dt = row.at("dt_s").get<double>(), mass = row.at("mass_kg").get<double>();
+    bool first = true;
+    for (const Json& start : row.at("starts")) {
+      const auto once = [&](std::string text) { return first ? text : std::string(); };
+      table.add({once(text_of(row, "name")), once(text_of(row, "scheme")),
+                 once(number_text(row.at("stiffness_n_per_m"), dt * dt / mass)),
+                 once(number_text(row.at("damping_ns_per_m"), dt / mass)),
+                 number_text(start.at("start_velocity_m_per_s")), text_of(start, "verdict"),
+                 number_text(start.at("peak_to_peak_m"), 1.0 / row.at("mean_snap_length_m").get<double>())});
+      first = false;
+    }
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<std::string> stability_summary(const Json& stability) {
+  std::vector<std::string> lines;
+  const Json& maps = stability.at("maps");
+  if (!maps.empty()) {
+    const auto less = [](const Json& a, const Json& b) {
+      return a.at("fraction_agreeing").get<double>() < b.at("fraction_agreeing").get<double>();
+    };
+    const Json &worst = *std::min_element(maps.begin(), maps.end(), less),
+               &best = *std::max_element(maps.begin(), maps.end(), less);
+    lines.push_back(fmt::format(
+        "Closed loops do what linear theory says in {} % ({}) to {} % ({}) of the cells of their maps.",
+        percent_text(worst.at("fraction_agreeing")), text_of(worst, "scheme"),
+        percent_text(best.at("fraction_agreeing")), text_of(best, "scheme")));
+  }
+  double creep = 0.0, seconds = 0.0;
+  for (const Json& row : stability.at("rests")) {
+    creep = std::max(creep, std::abs(row.at("creep_m").get<double>()));
+    seconds = std::max(seconds, row.at("seconds").get<double>());
+  }
+  if (seconds > 0.0)
+    lines.push_back(fmt::format("A block on a slope creeps by at most {} m in {} simulated seconds.",
+                                number_text(creep), number_text(seconds)));
+  return lines;
+}
+
+void add_stability(HtmlPage& page, const std::string& id, const Measurement& measurement) {
+  const Json& stability = measurement.json;
+  const Json &k = stability.at("k"), &second = stability.at("c_or_beta");
+  page.paragraph(fmt::format(
+      "A mass m on one patch of stiffness K and damping C, stepped by T, no applied force: k = K T²/m from "
+      "{} "
+      "to {}, c = C T/m (for devices their own damping b, β = b T/m) from {} to {}. Each cell is run from a "
+      "push within presliding and from steady sliding; the worse counts.",
+      number_text(k.at(0)), number_text(k.at(k.size() - 1)), number_text(second.at(0)),
+      number_text(second.at(second.size() - 1))));
+  page.list({"settles: the energy falls to the end of the run",
+             "rings: bristles keep snapping, with an amplitude of a snap length or so",
+             "grows: the energy rises, and nothing snaps yet or there is no bound"});
+  for (const Picture& picture : measurement.pictures) {
+    page.picture(picture.bytes, picture.media_type,
+                 "What the simulation does over k and c (colour), and the limit of linear theory (line).");
+  }
+  page.part(id + "-agreement", "Agreement with linear theory");
+  page.table(maps_table(stability));
+  page.part(id + "-stops", "Stopping distance");
+  page.paragraph("From sliding to rest, over the true distance; no damper. 1 is right.");
+  page.table(stops_table(stability));
+  page.part(id + "-slope", "At rest on a slope");
+  page.paragraph("A rigid block on four patches, two thirds of the way to sliding.");
+  page.table(rests_table(stability));
+  page.part(id + "-varied", "Direction changed in sliding, load that swings");
+  page.paragraph(
+      "Coarser maps: a change of direction on two axes; a load between a quarter and all, so that K swings "
+      "with it.");
+  page.table(varied_table(stability));
+  page.part(id + "-cases", "Cases in SI units");
+  page.table(cases_table(stability));
+  std::vector<std::string> late;
+  for (const Json& row : stability.at("late_force")) {
+    late.push_back(fmt::format("{} force: b = {} K T", text_of(row, "force"),
+                               number_text(row.at("device_damping_over_kt"))));
+  }
+  if (!late.empty()) {
+    page.paragraph("The device damping b that pays for a force applied one step late:");
+    page.list(late);
+  }
+}
+
+}  // namespace cli

@@ -1,0 +1,289 @@
+// What `bristle run` says: a table for people, JSON for programs.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/files/one_line.hpp"
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/text_table.hpp"
+#include "tools/run/run.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string force_text(double newtons) { return fmt::format("{:.4f}", newtons); }
+
+std::string ratio_text(double numerator, double denominator, const char* otherwise = "-") {
+  return denominator > 0.0 ? fmt::format("{:.4f}", numerator / denominator) : otherwise;
+}
+
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
+  return all.empty() ? "nothing" : all;
+}
+
+std::string name_of(const ScenePatch& patch) {
+  return patch.count == 1 ? patch.name : fmt::format("{} x {}", patch.name, count_text(patch.count));
+}
+
+// Few enough to read; the JSON report holds all.
+constexpr std::size_t rows_shown = 12;
+
+std::string more_rows(std::size_t rows) {
+  return rows > rows_shown ? fmt::format("... and {} more patches: see --json\n", rows - rows_shown)
+                           : std::string();
+}
+
+std::string head(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  std::string text;
+  const auto line = [&](const char* label, const std::string& value) {
+    fmt::format_to(std::back_inserter(text), "{:<12}{}\n", label, value);
+  };
+  const Conditions c = conditions();
+  const bristle::DeadlineMonitor& m = r.monitor;
+  // What files say may hold anything.
+  line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
+  line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
+                              r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
+  line("machine", c.cpu);
+  const std::size_t patch_count = scene.patch_count();
+  line("size",
+       fmt::format("{} bristles in {} {}, {} kB", count_text(r.bristles), count_text(patch_count),
+                   patch_count == 1 ? "patch" : "patches", count_text((r.memory_bytes + 1023) / 1024)));
+  line("steps", fmt::format("{} of {}: {} simulated in {}", count_text(r.steps), time_text(scene.dt),
+                            time_text(static_cast<double>(r.steps) * scene.dt), time_text(r.seconds)));
+  if (r.steps_before > 0)
+    line("restored",
+         fmt::format("{}: continues after {} steps", options.restore_state, count_text(r.steps_before)));
+  line("step time", fmt::format("p50 {}   p99 {}   p99.9 {}   max {}", time_text(m.p50()), time_text(m.p99()),
+                                time_text(m.p999()), time_text(m.max())));
+  line("deadline",
+       fmt::format("{}: {} late ({} by this program, {} by the machine)", time_text(m.deadline()),
+                   count_text(m.misses()), count_text(m.misses_ours()), count_text(m.misses_machine())));
+  if (r.overload) {
+    const OverloadResult& o = *r.overload;
+    line("overload",
+         fmt::format(
+             "{}: {} changes of detail; {} bristles left out at most (force noise x {:.2f}), {} at the end",
+             o.replayed ? std::string("decisions replayed") : "budget " + time_text(o.budget_s),
+             count_text(o.decisions), count_text(o.most_bristles), 1.0 / std::sqrt(o.least_share),
+             count_text(o.bristles)));
+  }
+  for (const ScenePatch& patch : scene.patches) {
+    if (!patch.motion || patch.motion->type != MotionType::trace) continue;
+    const MotionFile& trace = *patch.motion->trace;
+    line("trace", fmt::format("{}: {} rows over {}{}", one_line(trace.name), count_text(trace.rows.size()),
+                              time_text(trace.rows.back().t),
+                              trace.ignored_columns.empty()
+                                  ? ""
+                                  : "; columns not used: " + one_line(joined(trace.ignored_columns))));
+  }
+  if (!options.out.empty()) {
+    line("forces", fmt::format("{}: {} of {} patches{}", options.out, count_text(r.patches_written),
+                               count_text(patch_count),
+                               r.patches_written < patch_count ? " (out_patches in the scene)" : ""));
+  }
+  return text;
+}
+
+std::string force_table(const Scene& scene, const RunResult& r) {
+  TextTable table(
+      {"<force on the body", "load N", "fx mean N", "rms", "min", "max", "fy mean N", "rms", "min", "max"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    const PatchResult& patch = r.patches[p];
+    std::vector<std::string> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
+    for (int axis = 0; axis < 2; ++axis) {
+      const ForceStatistics& f = patch.force[axis];
+      for (const double value : {f.mean(), f.rms(), f.min, f.max}) {
+        row.push_back(axis < scene.patches[p].options.axes ? force_text(value) : "-");
+      }
+    }
+    table.add(std::move(row));
+  }
+  return table.text() + more_rows(r.patches.size());
+}
+
+std::string friction_table(const Scene& scene, const RunResult& r) {
+  TextTable table({"<friction / load", "sliding", "in theory", "highest", "at first loading, in theory",
+                   "snaps", "lost in snaps J", "with contacts J", "in dampers J", "steps overloaded", "bad"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    const PatchResult& patch = r.patches[p];
+    const bristle::Material& m = scene.materials[scene.patches[p].material].material;
+    std::vector<std::string> row = {
+        name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
+        fmt::format("{:.4f}", m.kinetic_coefficient()), fmt::format("{:.4f}", patch.highest_coefficient),
+        fmt::format("{:.4f}", m.peak_coefficient())};
+    if (has(scene.patches[p].options.outputs, bristle::Outputs::energy)) {
+      row.push_back(count_text(patch.snaps));
+      for (const double joules : {patch.dissipated, patch.contact_loss, patch.damper_work}) {
+        row.push_back(fmt::format("{:.4g}", joules));
+      }
+    } else {
+      row.insert(row.end(), 4, "-");
+    }
+    row.push_back(count_text(patch.overload_steps));
+    row.push_back(count_text(patch.bad_steps));
+    table.add(std::move(row));
+  }
+  return table.text() + more_rows(r.patches.size());
+}
+
+std::string feature_table(const Scene& scene, const RunResult& r) {
+  TextTable table({"<features used", "<kernel", "bytes per bristle", "<left out"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    const ScenePatch& patch = scene.patches[p];
+    table.add({name_of(patch), r.patches[p].info.kernel,
+               fmt::format("{}", r.patches[p].info.bytes_per_bristle),
+               joined(left_out(patch, scene.materials[patch.material].material))});
+  }
+  std::string text = table.text() + more_rows(r.patches.size());
+  if (r.threads == 1) text += "no worker threads\n";
+  return text;
+}
+
+std::string body_table(const Scene& scene, const RunResult& r) {
+  TextTable table(
+      {"<body", "x m", "y m", "speed m/s", "highest", "solver calls", "most in a step", "worst residual"});
+  for (std::size_t b = 0; b < r.bodies.size(); ++b) {
+    const BodyResult& body = r.bodies[b];
+    const double speed = std::sqrt(body.velocity[0] * body.velocity[0] + body.velocity[1] * body.velocity[1]);
+    table.add({scene.bodies[b].name, fmt::format("{:.6g}", body.position[0]),
+               fmt::format("{:.6g}", body.position[1]), fmt::format("{:.3g}", speed),
+               fmt::format("{:.3g}", body.highest_speed), count_text(body.solve.iterations),
+               fmt::format("{}", body.solve.worst_iterations),
+               fmt::format("{:.1e}", body.solve.worst_residual)});
+  }
+  return table.text();
+}
+
+Json statistics_json(const ForceStatistics& f) {
+  return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
+}
+
+Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material, const PatchResult& r) {
+  const bristle::Outputs outputs = scene_patch.options.outputs;
+  Json patch = {{"name", scene_patch.name},
+                {"count", scene_patch.count},
+                {"kernel", r.info.kernel},
+                {"left_out", left_out(scene_patch, material)},
+                {"bristles", r.info.bristles},
+                {"weight", r.info.weight},
+                {"bytes_per_bristle", r.info.bytes_per_bristle},
+                {"memory_bytes", r.memory_bytes},
+                {"load", statistics_json(r.load)}};
+  Json force = {{"x", statistics_json(r.force[0])}};
+  if (scene_patch.options.axes == 2) force["y"] = statistics_json(r.force[1]);
+  patch["force"] = force;
+  if (has(outputs, bristle::Outputs::mean)) {
+    Json mean_force = {{"x", statistics_json(r.mean_force[0])}};
+    if (scene_patch.options.axes == 2) mean_force["y"] = statistics_json(r.mean_force[1]);
+    patch["mean_force"] = mean_force;
+  }
+  patch["coefficient"] = {
+      {"sliding", r.sliding_load > 0.0 ? Json(r.sliding_force / r.sliding_load) : Json(nullptr)},
+      {"sliding_steps", r.sliding_steps},
+      {"kinetic_theory", material.kinetic_coefficient()},
+      {"highest", r.highest_coefficient},
+      {"peak_theory", material.peak_coefficient()}};
+  if (has(outputs, bristle::Outputs::energy)) {
+    Json energy = {{"snaps", r.snaps},
+                   {"dissipated", r.dissipated},
+                   {"contact_loss", r.contact_loss},
+                   {"damper_work", r.damper_work},
+                   {"stored", r.stored}};
+    if (has(outputs, bristle::Outputs::mean)) {
+      energy["work"] = r.work;
+      energy["balance_error"] = r.work - r.stored - r.dissipated - r.contact_loss - r.damper_work;
+    }
+    patch["energy"] = energy;
+  }
+  patch["status"] = {
+      {"steps_in_contact", r.steps_in_contact}, {"overload", r.overload_steps}, {"bad_input", r.bad_steps}};
+  return patch;
+}
+
+}  // namespace
+
+std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  std::string text = head(scene, options, r) + '\n' +
+                     (r.realtime ? realtime_table(*r.realtime, r.threads) + '\n' : "") +
+                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n';
+  if (!r.bodies.empty()) text += body_table(scene, r) + '\n';
+  text += feature_table(scene, r);
+  text += fmt::format("\nstate hash  {:016x}\n", r.state_hash);
+  return text;
+}
+
+std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  const bristle::DeadlineMonitor& m = r.monitor;
+  Json report = {{"schema", "bristle-run-1"}};
+  report["conditions"] = to_json(conditions());
+  report["conditions"]["isa"] = r.isa;
+  report["conditions"]["threads"] = r.threads;
+  report["scene"] = {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}};
+  report["steps"] = r.steps;
+  report["steps_before"] = r.steps_before;
+  report["simulated_s"] = static_cast<double>(r.steps) * scene.dt;
+  report["wall_s"] = r.seconds;
+  report["step_time"] = {
+      {"p50_s", m.p50()}, {"p99_s", m.p99()}, {"p999_s", m.p999()}, {"max_s", m.max()}, {"mean_s", m.mean()}};
+  report["deadline"] = {{"deadline_s", m.deadline()},
+                        {"misses", m.misses()},
+                        {"misses_ours", m.misses_ours()},
+                        {"misses_machine", m.misses_machine()}};
+  if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
+  if (r.overload) {
+    const OverloadResult& o = *r.overload;
+    report["overload"] = {{"budget_s", o.replayed ? Json(nullptr) : Json(o.budget_s)},
+                          {"replayed", o.replayed},
+                          {"changes", o.decisions},
+                          {"steps_over_budget", o.replayed ? Json(nullptr) : Json(o.late_steps)},
+                          {"most_bristles_left_out", o.most_bristles},
+                          {"least_share", o.least_share},
+                          {"noise_growth", 1.0 / std::sqrt(o.least_share)},
+                          {"bristles_left_out", o.bristles},
+                          {"patches_with_less", o.patches},
+                          {"bristle_s", o.replayed ? Json(nullptr) : Json(o.rate_s)}};
+  }
+  report["bristles"] = r.bristles;
+  report["patch_count"] = scene.patch_count();
+  report["memory_bytes"] = r.memory_bytes;
+  report["patches"] = Json::array();
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+    report["patches"].push_back(
+        patch_json(scene.patches[p], scene.materials[scene.patches[p].material].material, r.patches[p]));
+  }
+  report["bodies"] = Json::array();
+  for (std::size_t b = 0; b < r.bodies.size(); ++b) {
+    const BodyResult& body = r.bodies[b];
+    report["bodies"].push_back({{"name", scene.bodies[b].name},
+                                {"position", {body.position[0], body.position[1]}},
+                                {"velocity", {body.velocity[0], body.velocity[1]}},
+                                {"highest_speed", body.highest_speed},
+                                {"solver",
+                                 {{"evaluations", body.solve.iterations},
+                                  {"worst_evaluations", body.solve.worst_iterations},
+                                  {"worst_residual", body.solve.worst_residual}}}});
+  }
+  report["traces"] = Json::array();
+  for (const ScenePatch& patch : scene.patches) {
+    if (!patch.motion || patch.motion->type != MotionType::trace) continue;
+    const MotionFile& trace = *patch.motion->trace;
+    report["traces"].push_back({{"patch", patch.name},
+                                {"file", trace.name},
+                                {"rows", trace.rows.size()},
+                                {"length_s", trace.rows.back().t},
+                                {"ignored_columns", trace.ignored_columns}});
+  }
+  if (!options.out.empty()) report["forces"] = {{"file", options.out}, {"patches", r.patches_written}};
+  report["state_hash"] = fmt::format("{:016x}", r.state_hash);
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace cli

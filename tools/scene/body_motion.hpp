@@ -1,0 +1,77 @@
+// A body on friction patches: the displacement of one step from its equation of motion.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <bristle/coupling_solver.hpp>
+#include <bristle/patch_batch.hpp>
+
+#include "tools/scene/scene.hpp"
+
+namespace cli {
+
+/// How hard the equation of motion was to solve, over all steps of one body.
+struct SolveStatistics {
+  std::uint64_t iterations = 0;  ///< evaluations of the friction force
+  int worst_iterations = 0;
+  double worst_residual = 0.0;  ///< over the largest force in the equation
+};
+
+/// Solves m (v1 - v0) = T (F_ext + F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d, F_mean being
+/// the friction force on the body averaged over the step (bristle::solve_displacements): the midpoint rule,
+/// which neither adds nor takes energy beside what the bristles do.
+class BodyMotion {
+ public:
+  /// `patches` are the places of the body's patches in the batch's motion array.
+  BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
+
+  /// Load of each patch, N.
+  double load_per_patch(double t) const noexcept;
+
+  /// Before PatchBatch::step: sets displacement and load of the body's patches in `motions`.
+  void solve(bristle::PatchBatch& batch, double t, double dt,
+             bristle::Span<bristle::Motion> motions) noexcept;
+  /// After it: takes the velocity from the friction that acted.
+  void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
+
+  /// Goes on from here, with this velocity.
+  void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
+    for (int axis = 0; axis < 2; ++axis) {
+      position_[axis] = position[axis];
+      velocity_[axis] = velocity[axis];
+    }
+  }
+
+  const SolveStatistics& statistics() const noexcept { return statistics_; }
+  const double (&position() const noexcept)[2] { return position_; }
+  const double (&velocity() const noexcept)[2] { return velocity_; }
+  double highest_speed() const noexcept { return highest_speed_; }
+
+ private:
+  /// The body on a rail or in the plane: one of the two is in use.
+  template <int Dof>
+  struct Coupled {
+    bristle::MovingBody<Dof> body;
+    std::vector<bristle::BodyContact<Dof>> contacts;
+  };
+  template <int Dof>
+  void solve(Coupled<Dof>& coupled, bristle::PatchBatch& batch, double dt,
+             bristle::Span<bristle::Motion> motions) noexcept;
+  template <int Dof>
+  void finish(Coupled<Dof>& coupled, double dt, bristle::Span<const bristle::Response> responses) noexcept;
+
+  const SceneBody& body_;
+  std::vector<std::size_t> patches_;
+  Coupled<1> rail_;
+  Coupled<2> plane_;
+  double position_[2] = {0.0, 0.0};
+  double velocity_[2];
+  double applied_[2] = {0.0, 0.0};
+  double displacement_[2] = {0.0, 0.0};
+  double highest_speed_ = 0.0;
+  SolveStatistics statistics_;
+};
+
+}  // namespace cli

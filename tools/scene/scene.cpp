@@ -1,0 +1,528 @@
+#include "tools/scene/scene.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include <fmt/format.h>
+
+#include <bristle/error.hpp>
+
+#include "tools/files/motion_file.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/toml_table.hpp"
+#include "tools/files/toml_text.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/scene/waveform.hpp"
+
+namespace cli {
+namespace {
+
+constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;
+constexpr Range seconds{0.0, 1e6, false, "s"};
+constexpr Range position{-1e6, 1e6, false, "m"};
+constexpr Range load_range{0.0, 1e9, false, "N"};
+constexpr Range force_range{-1e9, 1e9, false, "N"};
+constexpr Range frequency_range{0.0, 1e6, true, "Hz"};
+constexpr Range turns{-1e6, 1e6, false, "turns"};
+constexpr Range any_positive{0.0, 1e300, true, ""};
+constexpr Range any_not_negative{0.0, 1e300, false, ""};
+
+// ----------------------------------------------------------------------------------------- materials
+
+bristle::SnapLength read_snap_length(const TomlTable& table) {
+  const Range length{0.0, 1.0, false, "m"};
+  switch (table.choice("law", {"single", "uniform", "normal", "lognormal", "exponential", "table"}, 6)) {
+    case 0:
+      table.allow({"law", "length"});
+      return bristle::SnapLength::single(table.number("length", length));
+    case 1:
+      table.allow({"law", "min", "max"});
+      return bristle::SnapLength::uniform(table.number("min", length), table.number("max", length));
+    case 2:
+      table.allow({"law", "mean", "deviation"});
+      return bristle::SnapLength::normal(table.number("mean", length), table.number("deviation", length));
+    case 3:
+      table.allow({"law", "mean", "cv"});
+      return bristle::SnapLength::lognormal(table.number("mean", length), table.number("cv", {0.0, 3.0}));
+    case 4:
+      table.allow({"law", "mean"});
+      return bristle::SnapLength::exponential(table.number("mean", length));
+    case 5: {
+      table.allow({"law", "quantiles"});
+      const std::vector<double> quantiles = table.numbers("quantiles", length);
+      return bristle::SnapLength::table({quantiles.data(), quantiles.size()});
+    }
+    default:
+      table.fail("key 'law' is missing");
+  }
+}
+
+bristle::Material read_bristle_parameters(const TomlTable& table) {
+  bristle::Material m;
+  m.bristle_stiffness = table.number("bristle_stiffness", any_not_negative, m.bristle_stiffness);
+  m.bristle_damping = table.number("bristle_damping", any_not_negative, m.bristle_damping);
+  m.viscous_friction = table.number("viscous_friction", any_not_negative, m.viscous_friction);
+  m.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, m.stribeck_velocity);
+  m.normal_stiffness = table.number("normal_stiffness", any_positive, m.normal_stiffness);
+  m.asperity_height_deviation =
+      table.number("asperity_height_deviation", any_positive, m.asperity_height_deviation);
+  if (table.has("snap_length")) m.snap_length = read_snap_length(table.table("snap_length"));
+  m.snap_rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep"}, 0));
+  return m;
+}
+
+bristle::Coefficients read_coefficients(const TomlTable& table) {
+  bristle::Coefficients c;
+  c.kinetic = table.number("kinetic", any_positive, c.kinetic);
+  c.peak = table.number("peak", any_positive, c.peak);
+  c.presliding_length = table.number("presliding_length", {0.0, 1.0, true, "m"}, c.presliding_length);
+  c.bristles_per_newton = table.number("bristles_per_newton", any_positive, c.bristles_per_newton);
+  c.law = static_cast<bristle::SnapLaw>(table.choice(
+      "law", {"single", "uniform", "normal", "lognormal", "exponential"}, static_cast<std::size_t>(c.law)));
+  c.rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep"}, 0));
+  c.damping_per_newton = table.number("damping_per_newton", any_not_negative, c.damping_per_newton);
+  c.viscous_friction = table.number("viscous_friction", any_not_negative, c.viscous_friction);
+  c.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, c.stribeck_velocity);
+  return c;
+}
+
+SceneMaterial read_material(TomlTable table) {
+  SceneMaterial result;
+  result.name = table.name();
+  const bool bristle_parameters = table.has_any({"bristle_stiffness", "bristle_damping", "normal_stiffness",
+                                                 "asperity_height_deviation", "snap_length"});
+  try {
+    if (bristle_parameters) {
+      if (table.has_any(
+              {"kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "damping_per_newton"})) {
+        table.fail(
+            "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, "
+            "damping_per_newton) with "
+            "bristle parameters; give one kind");
+      }
+      table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
+                   "asperity_height_deviation", "snap_length", "rule", "viscous_friction",
+                   "stribeck_velocity", "damper_decay"});
+      result.material = read_bristle_parameters(table);
+    } else {
+      table.allow({"name", "kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "rule",
+                   "damping_per_newton", "viscous_friction", "stribeck_velocity", "damper_decay"});
+      result.coefficients = read_coefficients(table);
+      result.material = bristle::Material::from_coefficients(*result.coefficients);
+    }
+    result.material.damper_decay =
+        static_cast<bristle::DamperDecay>(table.choice("damper_decay", {"exponential", "gaussian"}, 0));
+    if (result.coefficients) result.coefficients->damper_decay = result.material.damper_decay;
+    result.material.validate();
+  } catch (const bristle::Error& error) {
+    table.fail(error.what());
+  }
+  return result;
+}
+
+// ------------------------------------------------------------------------------------------- patches
+
+/// The tables of one kind, by name: a scene may have hundreds of thousands.
+class Names {
+ public:
+  /// Of the table read next.
+  void add(const std::string& name, const TomlTable& table) {
+    if (!index_.emplace(name, index_.size()).second)
+      table.fail("name", fmt::format("'{}' appears twice", name));
+  }
+  std::size_t find(const std::string& name, const TomlTable& table, std::string_view key) const {
+    const auto found = index_.find(name);
+    if (found != index_.end()) return found->second;
+    std::string known;
+    for (auto other = index_.begin(); other != index_.end() && known.size() < 100; ++other)
+      known += (known.empty() ? "" : ", ") + other->first;
+    table.fail(key, fmt::format("names '{}', which does not exist; allowed: {}", name,
+                                known.empty() ? "none" : known));
+  }
+
+ private:
+  std::map<std::string, std::size_t> index_;
+};
+
+ScenePatch read_patch(TomlTable table, const Names& materials) {
+  ScenePatch patch;
+  patch.name = table.name();
+  patch.where = table.where();
+  table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
+               "sampling", "seed", "count", "priority", "least_bristles"});
+  patch.material = materials.find(table.text("material"), table, "material");
+  bristle::PatchOptions& o = patch.options;
+  o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
+  o.bristles = static_cast<std::uint32_t>(table.integer("bristles", 0, bristle::max_bristles_per_patch, 0));
+  o.axes = static_cast<int>(table.integer("axes", 1, 2, 2));
+  for (const std::string& output : table.texts("outputs")) {
+    if (output == "mean") {
+      o.outputs = o.outputs | bristle::Outputs::mean;
+    } else if (output == "energy") {
+      o.outputs = o.outputs | bristle::Outputs::energy;
+    } else if (output != "end") {
+      table.fail("outputs", fmt::format("holds '{}'; allowed: end, mean, energy", output));
+    }
+  }
+  o.precision = static_cast<bristle::Precision>(table.choice("precision", {"single", "double"}, 0));
+  o.step_rule = static_cast<bristle::StepRule>(table.choice("step_rule", {"exact", "literal"}, 0));
+  o.sampling = static_cast<bristle::Sampling>(table.choice("sampling", {"stratified", "random"}, 0));
+  o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
+  patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 1'000'000, 1));
+  patch.priority = static_cast<int>(table.integer("priority", -1000, 1000, 0));
+  patch.least_bristles =
+      static_cast<std::uint32_t>(table.integer("least_bristles", 1, bristle::max_bristles_per_patch, 64));
+  return patch;
+}
+
+// ------------------------------------------------------------------------------------------- motions
+
+std::vector<LoadStep> read_load_steps(const TomlTable& parent, std::string_view key, const Range& range) {
+  std::vector<LoadStep> steps;
+  for (const TomlTable& table : parent.tables(key)) {
+    table.allow({"t", "load"});
+    const LoadStep step{table.number("t", seconds), table.number("load", range)};
+    if (!steps.empty() && !(step.t > steps.back().t)) table.fail("t", "does not come after the row before");
+    if (steps.empty() && step.t != 0.0) table.fail("t", "of the first row must be 0");
+    steps.push_back(step);
+  }
+  if (parent.has(key) && steps.empty()) parent.fail(key, "holds no rows");
+  return steps;
+}
+
+std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
+  std::vector<MotionRow> rows;
+  if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
+  for (const TomlTable& table : parent.tables("keyframes")) {
+    table.allow({"t", "x", "y", "load"});
+    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // what a row leaves out stays as it was
+    row.t = table.number("t", seconds);
+    if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
+    row.x = table.number("x", position, row.x);
+    row.y = table.number("y", position, row.y);
+    if (!with_load && table.has("load"))
+      table.fail("load", "is given twice: in a row and beside the keyframes");
+    if (with_load && rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");
+    row.load = table.number("load", load_range, row.load);
+    rows.push_back(row);
+  }
+  if (rows.empty()) parent.fail("keyframes", "holds no rows");
+  return rows;
+}
+
+using Trace = std::shared_ptr<const MotionFile>;
+
+Trace read_trace(const std::string& path) {
+  auto file = std::make_shared<MotionFile>(read_motion_file(path));
+  const double start = file->rows.front().t;
+  for (MotionRow& row : file->rows) row.t -= start;
+  return file;
+}
+
+void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
+  if (!trace->has_load && motion.load_steps.empty()) {
+    throw UserError(
+        fmt::format("{}: {} has no column load; add one, or give load in the scene", where, trace->name));
+  }
+  motion.type = MotionType::trace;
+  for (const int axis : {0, 1})
+    motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // of the motion replaced
+  motion.keyframes.clear();
+  if (trace->has_load) motion.load_steps.clear();
+  motion.trace = trace;
+}
+
+/// `traces`: those read before, by path.
+PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path,
+                             std::map<std::string, Trace>& traces) {
+  PrescribedMotion motion;
+  if (!table.has("type")) table.fail("key 'type' is missing");
+  motion.type =
+      static_cast<MotionType>(table.choice("type", {"hold", "ramp", "sine", "keyframes", "trace"}, 0));
+
+  if (table.has("load") && table.has("load_steps")) table.fail("load", "is given twice: load and load_steps");
+  if (table.has("load")) motion.load_steps = {{0.0, table.number("load", load_range)}};
+  if (table.has("load_steps")) motion.load_steps = read_load_steps(table, "load_steps", load_range);
+  motion.turn_per_copy = table.number("turn_per_copy", turns, 0.0);
+  motion.delay_per_copy = table.number("delay_per_copy", seconds, 0.0);
+
+  switch (motion.type) {
+    case MotionType::hold:
+      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy"});
+      break;
+    case MotionType::ramp:
+      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "velocity",
+                   "from", "until"});
+      table.pair("velocity", {-1e6, 1e6, false, "m/s"}, motion.velocity);
+      motion.from = table.number("from", seconds, 0.0);
+      motion.until = table.number("until", seconds, motion.until);
+      if (!(motion.until > motion.from)) table.fail("until", "must come after from");
+      break;
+    case MotionType::sine:
+      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "amplitude",
+                   "frequency", "phase"});
+      table.pair("amplitude", position, motion.amplitude);
+      motion.frequency = table.number("frequency", frequency_range);
+      motion.phase = table.number("phase", turns, 0.0);
+      break;
+    case MotionType::keyframes:
+      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "keyframes"});
+      motion.keyframes = read_keyframes(table, motion.load_steps.empty());
+      break;
+    case MotionType::trace: {
+      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file"});
+      const std::filesystem::path path = std::filesystem::path(scene_path).parent_path() / table.text("file");
+      Trace& trace = traces[path.string()];
+      if (!trace) trace = read_trace(path.string());
+      take_trace(motion, trace, table.where("file"));
+      break;
+    }
+  }
+  if (motion.load_steps.empty() && motion.rows().empty())
+    table.fail("key 'load' (or 'load_steps') is missing");
+  return motion;
+}
+
+void check_axes(const ScenePatch& patch, const std::string& where) {
+  if (patch.options.axes == 1 && patch.motion->moves_along_y()) {
+    throw UserError(
+        fmt::format("{}: moves along y (or turns), but patch '{}' has axes = 1", where, patch.name));
+  }
+}
+
+// -------------------------------------------------------------------------------------------- bodies
+
+std::vector<ForceRow> read_force(const TomlTable& parent) {
+  std::vector<ForceRow> rows;
+  for (const TomlTable& table : parent.tables("force")) {
+    table.allow({"t", "x", "y"});
+    ForceRow row = rows.empty() ? ForceRow{} : rows.back();
+    row.t = table.number("t", seconds);
+    if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
+    row.force[0] = table.number("x", force_range, row.force[0]);
+    row.force[1] = table.number("y", force_range, row.force[1]);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<ForceSine> read_force_sines(const TomlTable& parent) {
+  std::vector<ForceSine> sines;
+  for (const TomlTable& table : parent.tables("force_sine")) {
+    table.allow({"amplitude", "frequency", "phase", "from", "until"});
+    ForceSine sine;
+    table.pair("amplitude", force_range, sine.amplitude);
+    sine.frequency = table.number("frequency", frequency_range);
+    sine.phase = table.number("phase", turns, 0.0);
+    sine.from = table.number("from", seconds, 0.0);
+    sine.until = table.number("until", seconds, 1e6);
+    if (!(sine.until > sine.from)) table.fail("until", "must come after from");
+    sines.push_back(sine);
+  }
+  return sines;
+}
+
+/// `body_on`: for each patch that carries a body read so far, by index, the body's name.
+SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
+                    std::map<std::size_t, std::string>& body_on) {
+  SceneBody body;
+  body.name = table.name();
+  table.allow({"name", "mass", "gravity", "extra_load", "extra_load_steps", "velocity", "patches", "force",
+               "force_sine"});
+  body.mass = table.number("mass", {0.0, 1e9, true, "kg"});
+  body.gravity = table.number("gravity", {0.0, 1e6, false, "m/s^2"}, body.gravity);
+  if (table.has("velocity")) table.pair("velocity", {-1e6, 1e6, false, "m/s"}, body.velocity);
+  if (table.has("extra_load") && table.has("extra_load_steps")) {
+    table.fail("extra_load", "is given twice: extra_load and extra_load_steps");
+  }
+  const Range extra{-body.mass * body.gravity, 1e9, false, "N (the weight can be lifted, no more)"};
+  if (table.has("extra_load")) body.extra_load = {{0.0, table.number("extra_load", extra)}};
+  if (table.has("extra_load_steps")) body.extra_load = read_load_steps(table, "extra_load_steps", extra);
+  body.force = read_force(table);
+  body.force_sines = read_force_sines(table);
+
+  for (const std::string& name : table.texts("patches")) {
+    const std::size_t index = patches.find(name, table, "patches");
+    ScenePatch& patch = scene.patches[index];
+    const auto [on, is_first] = body_on.emplace(index, body.name);
+    if (!is_first)
+      table.fail("patches", fmt::format("names '{}', which body '{}' rests on already", name, on->second));
+    if (patch.motion)
+      table.fail("patches", fmt::format("names '{}', which a [[motion]] moves already", name));
+    if (!body.patches.empty() && patch.options.axes != body.axes) {
+      table.fail("patches", "have different axes; those under one body must have the same");
+    }
+    body.axes = patch.options.axes;
+    patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;  // the solve needs it
+    body.patches.push_back(index);
+  }
+  if (body.patches.empty()) table.fail("key 'patches' is missing or empty");
+  const bool along_y = body.velocity[1] != 0.0 ||
+                       std::any_of(body.force.begin(), body.force.end(),
+                                   [](const ForceRow& r) { return r.force[1] != 0.0; }) ||
+                       std::any_of(body.force_sines.begin(), body.force_sines.end(),
+                                   [](const ForceSine& s) { return s.amplitude[1] != 0.0; });
+  if (body.axes == 1 && along_y) table.fail("is pushed or moves along y, but its patches have axes = 1");
+  return body;
+}
+
+// --------------------------------------------------------------------------------------------- scene
+
+void read_scene_table(TomlTable table, Scene& scene) {
+  scene.name = table.name();
+  table.allow({"name", "description", "dt", "duration", "deadline", "budget", "threads", "out_patches"});
+  scene.description = table.text("description", "");
+  scene.dt = table.number("dt", {0.0, 1.0, true, "s"});
+  if (table.has("duration")) scene.duration = table.number("duration", {0.0, 1e6, true, "s"});
+  scene.deadline = table.number("deadline", {0.0, 1e3, true, "s"}, scene.dt);
+  if (table.has("budget")) scene.budget = table.number("budget", {0.0, 1e3, true, "s"});
+  scene.threads = static_cast<int>(table.integer("threads", 0, 1024, 1));
+  scene.out_patches = static_cast<std::uint32_t>(table.integer("out_patches", 0, 1'000'000, 8));
+}
+
+void check_all_moved(const Scene& scene) {
+  std::vector<bool> moved(scene.patches.size(), false);
+  for (const SceneBody& body : scene.bodies) {
+    for (const std::size_t p : body.patches) moved[p] = true;
+  }
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+    if (moved[p] || scene.patches[p].motion) continue;
+    throw UserError(fmt::format("{}: nothing moves it: no [[motion]] names it and no [[body]] rests on it",
+                                scene.patches[p].where));
+  }
+}
+
+void check_size(const Scene& scene) {
+  std::uint64_t bristles = 0, patches = 0;
+  for (const ScenePatch& patch : scene.patches) {
+    const std::uint64_t n = patch.options.bristles ? patch.options.bristles : 4096;
+    bristles += n * patch.count;
+    patches += patch.count;
+  }
+  constexpr std::uint64_t most = 1ull << 28;
+  if (bristles > most || patches > 1'000'000) {
+    throw UserError(fmt::format("{}: {} bristles in {} patches; allowed: at most {} in at most 1000000",
+                                scene.file, bristles, patches, most));
+  }
+}
+
+}  // namespace
+
+void SceneBody::applied_force(double t, double (&force_n)[2]) const noexcept {
+  force_n[0] = force_n[1] = 0.0;
+  const auto after = std::upper_bound(force.begin(), force.end(), t,
+                                      [](double time, const ForceRow& row) { return time < row.t; });
+  for (std::size_t axis = 0; axis < 2 && !force.empty(); ++axis) {
+    if (after == force.begin()) {
+      force_n[axis] = force.front().force[axis];
+    } else if (after == force.end()) {
+      force_n[axis] = force.back().force[axis];
+    } else {
+      const ForceRow& a = *(after - 1);
+      const double share = (t - a.t) / (after->t - a.t);
+      force_n[axis] = a.force[axis] + share * (after->force[axis] - a.force[axis]);
+    }
+  }
+  for (const ForceSine& sine : force_sines) {
+    if (t < sine.from || t >= sine.until) continue;
+    const double wave = sine_of_turns(sine.frequency * (t - sine.from) + sine.phase);
+    force_n[0] += sine.amplitude[0] * wave;
+    force_n[1] += sine.amplitude[1] * wave;
+  }
+}
+
+std::size_t Scene::patch_count() const noexcept {
+  std::size_t count = 0;
+  for (const ScenePatch& patch : patches) count += patch.count;
+  return count;
+}
+
+double Scene::trace_length() const noexcept {
+  double longest = 0.0;
+  for (const ScenePatch& patch : patches) {
+    if (patch.motion && patch.motion->type == MotionType::trace) {
+      longest = std::max(longest, patch.motion->rows().back().t);
+    }
+  }
+  return longest;
+}
+
+Scene parse_scene(const std::string& text, const std::string& path) {
+  const toml::table root = parse_toml(text, path);
+  const TomlTable table(path, root, "");
+  for (const auto& [key, node] : root) {
+    const std::string_view name = key.str();
+    if (name == "scene" || name == "material" || name == "patch" || name == "motion" || name == "body")
+      continue;
+    throw UserError(fmt::format(
+        "{}:{}: unknown key '{}'; allowed: [scene], [[material]], [[patch]], [[motion]], [[body]]", path,
+        key.source().begin.line, name));
+  }
+  Scene scene;
+  scene.file = path;
+  if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
+  read_scene_table(table.table("scene"), scene);
+  // Setting one up takes hundredths of a second.
+  constexpr std::size_t most_materials = 1000;
+  Names materials, patches, bodies;
+  for (TomlTable& t : table.tables("material")) {
+    if (scene.materials.size() == most_materials)
+      t.fail(
+          fmt::format("is material {}; allowed: at most {} in a scene", most_materials + 1, most_materials));
+    SceneMaterial material = read_material(t);
+    materials.add(material.name, t);
+    scene.materials.push_back(std::move(material));
+  }
+  for (TomlTable& t : table.tables("patch")) {
+    ScenePatch patch = read_patch(t, materials);
+    patches.add(patch.name, t);
+    scene.patches.push_back(std::move(patch));
+  }
+  if (scene.patches.empty()) throw UserError(fmt::format("{}: no [[patch]]", path));
+  std::map<std::string, Trace> traces;
+  for (TomlTable& t : table.tables("motion")) {
+    ScenePatch& patch = scene.patches[patches.find(t.text("patch"), t, "patch")];
+    if (patch.motion)
+      t.fail("patch", fmt::format("names '{}', which another [[motion]] moves already", patch.name));
+    patch.motion = read_motion(t, path, traces);
+    check_axes(patch, t.where());
+  }
+  std::map<std::size_t, std::string> body_on;
+  for (TomlTable& t : table.tables("body")) {
+    SceneBody body = read_body(t, scene, patches, body_on);
+    bodies.add(body.name, t);
+    scene.bodies.push_back(std::move(body));
+  }
+  check_all_moved(scene);
+  check_size(scene);
+  if (!scene.duration && scene.trace_length() == 0.0) {
+    table.table("scene").fail("key 'duration' is missing (only a scene with a trace may leave it out)");
+  }
+  return scene;
+}
+
+Scene read_scene(const std::string& path) {
+  return parse_scene(read_text_file(path, most_scene_bytes), path);
+}
+
+void replace_motion(Scene& scene, const std::string& motion_path) {
+  const Trace trace = read_trace(motion_path);
+  const bool has_trace = scene.trace_length() > 0.0;
+  bool replaced = false;
+  for (ScenePatch& patch : scene.patches) {
+    if (!patch.motion || (has_trace && patch.motion->type != MotionType::trace)) continue;
+    take_trace(*patch.motion, trace, patch.where);
+    check_axes(patch, motion_path);
+    replaced = true;
+  }
+  if (!replaced) throw UserError(fmt::format("{}: has no [[motion]] that a trace could replace", scene.file));
+  scene.duration.reset();
+}
+
+void set_bristles(Scene& scene, std::uint32_t bristles) {
+  for (ScenePatch& patch : scene.patches) patch.options.bristles = bristles;
+  check_size(scene);
+}
+
+}  // namespace cli

@@ -1,0 +1,273 @@
+// What `bristle stability` says: tables for people, JSON for programs, CSV for the plot.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/text_table.hpp"
+#include "tools/stability/stability.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string percent(std::uint64_t part, std::uint64_t whole) {
+  if (whole == 0) return "-";
+  return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+std::map<Why, std::uint64_t> reasons(const SchemeMap& map) {
+  std::map<Why, std::uint64_t> counts;
+  for (const MapCell& cell : map.cells) ++counts[cell.why];
+  counts.erase(Why::agree);
+  return counts;
+}
+
+std::uint64_t count(const SchemeMap& map, Verdict verdict) {
+  return static_cast<std::uint64_t>(std::count_if(map.cells.begin(), map.cells.end(),
+                                                  [=](const MapCell& c) { return c.verdict == verdict; }));
+}
+std::uint64_t unbounded(const SchemeMap& map) {
+  return static_cast<std::uint64_t>(
+      std::count_if(map.cells.begin(), map.cells.end(), [](const MapCell& c) { return c.unbounded; }));
+}
+std::uint64_t stable_cells(const SchemeMap& map) {
+  return static_cast<std::uint64_t>(
+      std::count_if(map.cells.begin(), map.cells.end(), [](const MapCell& c) { return c.linear_stable; }));
+}
+
+std::string map_table(const StabilityResult& result) {
+  TextTable table({"<scheme", "<linear theory: stable", "cells", "stable", "settle", "ring", "grow",
+                   "without bound", "agree"});
+  for (const SchemeMap& map : result.maps) {
+    table.add({to_string(map.scheme), linear_condition(map.scheme), fmt::format("{}", map.cells.size()),
+               fmt::format("{}", stable_cells(map)), fmt::format("{}", count(map, Verdict::settles)),
+               fmt::format("{}", count(map, Verdict::rings)), fmt::format("{}", count(map, Verdict::grows)),
+               fmt::format("{}", unbounded(map)), percent(map.agreeing(), map.cells.size())});
+    for (const auto& [why, cells] : reasons(map)) {
+      table.add_heading(fmt::format("    {} not: {}", cells, to_string(why)));
+    }
+  }
+  return table.text();
+}
+
+std::string varied_table(const StabilityResult& result) {
+  TextTable table({"<scheme", "turned: cells", "agree", "load 1/4 to 1: stable at all", "settle", "at some",
+                   "settle", "at none", "settle"});
+  for (const VariedMap& v : result.varied) {
+    table.add({to_string(v.scheme), fmt::format("{}", v.turned), percent(v.turned_agree, v.turned),
+               fmt::format("{}", v.always), percent(v.always_settle, v.always), fmt::format("{}", v.partly),
+               percent(v.partly_settle, v.partly), fmt::format("{}", v.never),
+               percent(v.never_settle, v.never)});
+  }
+  return table.text();
+}
+
+std::string stops_table(const StabilityResult& result) {
+  TextTable table({"k", "way / dbar", "predictor", "midpoint", "linear always on", "semi-implicit"});
+  for (std::size_t i = 0; i + 3 < result.stops.size(); i += 4) {
+    const StopRow* const row = &result.stops[i];
+    const auto ratio = [&](int j) {
+      return row[j].ratio > 1e3 ? std::string("runs away") : fmt::format("{:.3f}", row[j].ratio);
+    };
+    table.add({fmt::format("{:g}", row->k), fmt::format("{:g}", row->slide), ratio(0), ratio(1), ratio(2),
+               ratio(3)});
+  }
+  return table.text();
+}
+
+std::string cases_table(const StabilityResult& result) {
+  TextTable table({"<case", "<scheme", "k", "c", "1e-5 m/s", "1e-3 m/s", "1e-2 m/s", "0.1 m/s", "1 m/s"});
+  for (const CaseRow& row : result.cases) {
+    const LoopSetup& s = row.setup;
+    std::vector<std::string> cells = {row.name, to_string(s.scheme),
+                                      fmt::format("{:.3g}", s.stiffness * s.dt_s * s.dt_s / s.mass_kg),
+                                      fmt::format("{:.3g}", s.damping * s.dt_s / s.mass_kg)};
+    for (const LoopResult& r : row.results) {
+      cells.push_back(fmt::format("{} {:.2g}", to_string(r.verdict), r.peak_to_peak_m / s.mean_snap_length));
+    }
+    table.add(std::move(cells));
+  }
+  return table.text();
+}
+
+Json result_json(const LoopResult& r) {
+  return {{"verdict", to_string(r.verdict)},
+          {"unbounded", r.unbounded},
+          {"peak_to_peak_m", r.peak_to_peak_m},
+          {"highest_speed_m_per_s", r.highest_speed},
+          {"energy_ratio", r.energy_ratio}};
+}
+
+Json map_json(const SchemeMap& map) {
+  Json why = Json::object();
+  for (const auto& [reason, cells] : reasons(map)) why[to_string(reason)] = cells;
+  Json cells = Json::array();
+  for (const MapCell& c : map.cells) {
+    cells.push_back({{"k", c.k},
+                     {is_device(map.scheme) ? "beta" : "c", c.second},
+                     {"linear_stable", c.linear_stable},
+                     {"verdict", to_string(c.verdict)},
+                     {"unbounded", c.unbounded},
+                     {"why", to_string(c.why)},
+                     {"sticking", result_json(c.sticking)},
+                     {"sliding", result_json(c.sliding)}});
+  }
+  return {{"scheme", to_string(map.scheme)},
+          {"linear_condition", linear_condition(map.scheme)},
+          {"agreeing", map.agreeing()},
+          {"fraction_agreeing", static_cast<double>(map.agreeing()) / static_cast<double>(map.cells.size())},
+          {"why_not", why},
+          {"cells", cells}};
+}
+
+// Points between a stable and an unstable neighbour on a fine grid: limits run in any direction.
+void add_limit_points(std::string& text, Scheme scheme) {
+  if (is_implicit(scheme)) return;
+  constexpr int ks = 240, seconds = 200;
+  const auto k_at = [](int i) { return std::pow(10.0, -3.0 + 5.0 * i / ks); };
+  const auto second_at = [](int j) { return std::pow(10.0, -3.0 + 4.0 * j / seconds); };
+  std::vector<char> stable;
+  for (int i = 0; i <= ks; ++i) {
+    for (int j = 0; j <= seconds; ++j) {
+      const double second = second_at(j);
+      stable.push_back(linearly_stable(scheme, k_at(i), is_device(scheme) ? 0.0 : second,
+                                       is_device(scheme) ? second : 0.0));
+    }
+  }
+  const auto is_stable = [&](int i, int j) {
+    return stable[static_cast<std::size_t>(i) * (seconds + 1) + static_cast<std::size_t>(j)];
+  };
+  const auto point = [&](double k, double second) {
+    fmt::format_to(std::back_inserter(text), "limit,{},{:.5g},{:.5g},,,,,\n", static_cast<int>(scheme), k,
+                   second);
+  };
+  for (int i = 0; i < ks; ++i) {
+    for (int j = 0; j < seconds; ++j) {
+      if (is_stable(i, j) != is_stable(i + 1, j)) point(std::sqrt(k_at(i) * k_at(i + 1)), second_at(j));
+      if (is_stable(i, j) != is_stable(i, j + 1)) point(k_at(i), std::sqrt(second_at(j) * second_at(j + 1)));
+    }
+  }
+}
+
+}  // namespace
+
+std::string stability_table(const StabilityOptions& options, const StabilityResult& result) {
+  const Conditions c = conditions();
+  std::string text = fmt::format(
+      "bristle {}, commit {}, {}\n"
+      "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
+      "(devices: "
+      "beta = b T/m)\n"
+      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, redraw. Each cell from two "
+      "starts:\n"
+      "a push within presliding, and steady sliding; the worse counts. {} steps.\n\n",
+      c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
+      result.seconds.back(), options.quick ? 4000 : 8000);
+  text += map_table(result);
+  text +=
+      "\nSettles: the energy falls from the third quarter of the run to the fourth. Rings: bristles snap to "
+      "the end.\nGrows: the energy rises, and nothing snaps yet or there is no bound.\n\n"
+      "Direction changed in sliding (two axes), and a load that swings between a quarter and all, coarse "
+      "grid:\n\n";
+  text += varied_table(result);
+  text += "\nStopping distance from sliding over the true one, no damper:\n\n";
+  text += stops_table(result);
+  text += "\nA block (rigid, four patches) at rest on a slope, two thirds of the way to sliding:\n";
+  for (const RestRow& r : result.rests) {
+    text += fmt::format("  {:<20} {:g} s: settled within {:.3g} um, then crept {:.2g} m = {:.2g} dbar\n",
+                        to_string(r.scheme), r.seconds, 1e6 * r.first_second_m, r.creep_m,
+                        r.creep_over_snap_length);
+  }
+  text +=
+      "\nCases in SI units (keep, uniform snap lengths): verdict, peak to peak over dbar, by start "
+      "speed:\n\n";
+  text += cases_table(result);
+  text += "\nThe device damping that pays for a force applied one step late, measured on a stuck patch:\n";
+  for (const LateRow& row : result.late) {
+    text += fmt::format("  {:<4} force  b = {:.3f} K T\n", row.force, row.damping_over_kt);
+  }
+  text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
+  return text;
+}
+
+std::string stability_json(const StabilityOptions& options, const StabilityResult& result) {
+  Json report = {{"schema", "bristle-stability-1"}};
+  report["conditions"] = to_json(conditions());
+  report["quick"] = options.quick;
+  report["k"] = result.ks;
+  report["c_or_beta"] = result.seconds;
+  report["maps"] = Json::array();
+  for (const SchemeMap& map : result.maps) report["maps"].push_back(map_json(map));
+  report["varied"] = Json::array();
+  for (const VariedMap& v : result.varied) {
+    report["varied"].push_back({{"scheme", to_string(v.scheme)},
+                                {"turned", {{"cells", v.turned}, {"agreeing", v.turned_agree}}},
+                                {"swinging_load",
+                                 {{"stable_at_all_loads", {{"cells", v.always}, {"settle", v.always_settle}}},
+                                  {"stable_at_some", {{"cells", v.partly}, {"settle", v.partly_settle}}},
+                                  {"stable_at_none", {{"cells", v.never}, {"settle", v.never_settle}}}}}});
+  }
+  report["stopping_distances"] = Json::array();
+  for (const StopRow& row : result.stops) {
+    report["stopping_distances"].push_back({{"k", row.k},
+                                            {"way_over_mean_snap_length", row.slide},
+                                            {"scheme", to_string(row.scheme)},
+                                            {"ratio", row.ratio}});
+  }
+  report["rests"] = Json::array();
+  for (const RestRow& r : result.rests) {
+    report["rests"].push_back({{"scheme", to_string(r.scheme)},
+                               {"seconds", r.seconds},
+                               {"first_second_m", r.first_second_m},
+                               {"creep_m", r.creep_m}});
+  }
+  report["cases"] = Json::array();
+  for (const CaseRow& row : result.cases) {
+    const LoopSetup& s = row.setup;
+    Json starts = Json::array();
+    for (std::size_t i = 0; i < row.results.size(); ++i) {
+      Json start = {{"start_velocity_m_per_s", row.start_velocities[i]}};
+      start.update(result_json(row.results[i]));
+      starts.push_back(std::move(start));
+    }
+    report["cases"].push_back({{"name", row.name},
+                               {"scheme", to_string(s.scheme)},
+                               {"mass_kg", s.mass_kg},
+                               {"stiffness_n_per_m", s.stiffness},
+                               {"damping_ns_per_m", s.damping},
+                               {"device_damping_ns_per_m", s.device_damping},
+                               {"dt_s", s.dt_s},
+                               {"mean_snap_length_m", s.mean_snap_length},
+                               {"starts", starts}});
+  }
+  report["late_force"] = Json::array();
+  for (const LateRow& row : result.late) {
+    report["late_force"].push_back({{"force", row.force}, {"device_damping_over_kt", row.damping_over_kt}});
+  }
+  report["seconds"] = result.seconds_taken;
+  return report.dump(2) + '\n';
+}
+
+std::string stability_csv(const StabilityResult& result) {
+  std::string text =
+      "row,scheme,k,c_or_beta,linear_stable,verdict,unbounded,agrees,peak_to_peak_over_dbar,scheme_name\n";
+  for (const SchemeMap& map : result.maps) {
+    for (const MapCell& c : map.cells) {
+      fmt::format_to(std::back_inserter(text), "cell,{},{:.5g},{:.5g},{},{},{},{},{:.4g},\"{}\"\n",
+                     static_cast<int>(map.scheme), c.k, c.second, int{c.linear_stable},
+                     static_cast<int>(c.verdict), int{c.unbounded}, int{c.why == Why::agree},
+                     std::max(c.sticking.peak_to_peak_m, c.sliding.peak_to_peak_m) / 1e-5,
+                     to_string(map.scheme));
+    }
+    add_limit_points(text, map.scheme);
+  }
+  return text;
+}
+
+}  // namespace cli

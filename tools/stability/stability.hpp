@@ -1,0 +1,115 @@
+// `bristle stability`: a mass on a patch in closed loop, beside the limits of linear theory.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/stability/loop.hpp"
+
+namespace cli {
+
+struct StabilityOptions {
+  bool quick = false;
+  int threads = 0;   ///< 0: one per core
+  std::string json;  ///< report; empty: none, "-": stdout
+  std::string csv;   ///< the map, for tools/plots/stability.gp; empty: none
+};
+
+/// Why simulation and linear theory give different verdicts.
+enum class Why {
+  agree,
+  at_the_limit,       ///< so near that a quarter of the run changes the amplitude by less than 5 %
+  damper_in_sliding,  ///< stuck it is stable, but in sliding damper and mass alone are not
+  after_sliding,      ///< settles from sticking; coming from sliding it keeps snapping
+  encoder,            ///< counts of the encoder kick it on
+  snaps_damp,         ///< unstable when stuck, but snaps take the energy that a step adds
+  other
+};
+const char* to_string(Why why) noexcept;
+
+struct MapCell {
+  double k = 0.0;       ///< K T^2/m
+  double second = 0.0;  ///< C T/m, or b T/m of a device
+  bool linear_stable = false;
+  LoopResult sticking, sliding;        ///< from a push within presliding, from steady sliding
+  Verdict verdict = Verdict::settles;  ///< the worse of the two
+  bool unbounded = false;
+  Why why = Why::agree;
+};
+
+struct SchemeMap {
+  Scheme scheme = Scheme::semi_implicit;
+  std::vector<MapCell> cells;
+  std::uint64_t agreeing() const;
+};
+
+/// A coarse map under another condition than constant load and one axis.
+struct VariedMap {
+  Scheme scheme = Scheme::semi_implicit;
+  /// Two axes, turned in sliding: cells, and how many have the verdict of linear theory.
+  std::uint64_t turned = 0, turned_agree = 0;
+  /// The load swings between a quarter and all. Cells stable at every load; at the smallest only; at none;
+  /// and of each how many settle.
+  std::uint64_t always = 0, always_settle = 0, partly = 0, partly_settle = 0, never = 0, never_settle = 0;
+};
+
+/// Stopping distance from sliding over the true one.
+struct StopRow {
+  double k = 0.0, slide = 0.0;  ///< slide: true distance in mean snap lengths
+  Scheme scheme = Scheme::semi_implicit;
+  double ratio = 0.0;
+};
+
+/// A rigid block on four patches on a slope, two thirds of the way to sliding.
+struct RestRow {
+  Scheme scheme = Scheme::predictor;
+  double seconds = 0.0;         ///< simulated
+  double first_second_m = 0.0;  ///< how far it went while it settled
+  double creep_m = 0.0;         ///< from then to the end
+  double creep_over_snap_length = 0.0;
+};
+
+/// A case of stiff and soft materials, in SI units.
+struct CaseRow {
+  std::string name;
+  LoopSetup setup;
+  std::vector<double> start_velocities;
+  std::vector<LoopResult> results;
+};
+
+/// The device damping that pays for applying a force one step late, over K T: measured on a stuck patch moved
+/// to and fro.
+struct LateRow {
+  const char* force = "";
+  double damping_over_kt = 0.0;
+};
+
+struct StabilityResult {
+  std::vector<double> ks, seconds;
+  std::vector<SchemeMap> maps;
+  std::vector<VariedMap> varied;
+  std::vector<StopRow> stops;
+  std::vector<RestRow> rests;
+  std::vector<CaseRow> cases;
+  std::vector<LateRow> late;
+  double seconds_taken = 0.0;
+};
+
+const std::vector<Scheme>& mapped_schemes();
+/// The set-up of one cell; `sliding`: comes from steady sliding.
+LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const StabilityOptions& options);
+/// stability_cases.cpp
+std::vector<CaseRow> stability_cases();
+std::vector<StopRow> stopping_distances();
+double late_force_damping(bool mean);
+RestRow rest_on_slope(Scheme scheme, double seconds);
+/// stability_report.cpp
+std::string stability_table(const StabilityOptions& options, const StabilityResult& result);
+std::string stability_json(const StabilityOptions& options, const StabilityResult& result);
+std::string stability_csv(const StabilityResult& result);
+
+/// The subcommand. Throws UserError.
+void stability_command(const StabilityOptions& options);
+
+}  // namespace cli
