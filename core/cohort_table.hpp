@@ -55,9 +55,8 @@ struct CohortLaw {
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
-/// What changes in a patch beside its rows. Copied and saved as one.
+/// What changes in a patch beside its rows.
 struct CohortState {
-  std::int64_t position[2] = {0, 0};  ///< fixed point
   std::int64_t base[2] = {0, 0};      ///< from which places count: whole scaled lengths
   double mass = 0.0;                  ///< of all cohorts, whole units
   double moment[2] = {0.0, 0.0};      ///< sum of mass x place
@@ -69,8 +68,7 @@ struct CohortState {
   std::uint32_t open[2] = {no_cohort, no_cohort};
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< at least 8
-  // Cache, never part of the state: nothing snaps while the patch stays within `slack` of `anchor`.
-  std::int64_t anchor[2] = {0, 0};
+  /// What a move tells: bristles snap no nearer than this to where it ended; below 0 = not known. No state.
   double slack = -1.0;
 };
 
@@ -92,8 +90,8 @@ struct CohortTotals {
 
 struct CohortKernels {
   const char* name;
-  /// Advances a patch along a move, cut in pieces; index: axes - 1. Changes rows and state but for position,
-  /// base, direction and run.
+  /// Advances a patch along a move, cut in pieces; index: axes - 1. Changes rows and state but for base,
+  /// direction and run.
   void (*move[2])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
   /// Merges the cheapest pairs, so that at least one more cohort has room. Returns twice the energy lost.
   double (*make_room)(const CohortLaw&, CohortState&, double* rows, const double at[2]);

@@ -154,9 +154,8 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
     refuse("SnapLength", "longest / mean", length.longest() / length.mean(), "below 1024");
   if (!c.redraw) return compiled;
   // Renewals of wider laws forget their past too slowly for a jump; taken one by one they have no bound.
-  if (length.cv() > widest_redraw_cv)
-    refuse("Material", "snap_length.cv with snap_rule redraw", length.cv(),
-           "0 to 1.25; SnapRule::keep takes wider laws");
+  c.too_wide = length.cv() > widest_redraw_cv;
+  if (c.too_wide) return compiled;
 
   KernelLaw& law = c.law;
   law.shortest = c.shortest;
@@ -208,6 +207,12 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   }
   fill_renewal_constants(length, per_metre, law);
   return compiled;
+}
+
+const SurvivalTable& CompiledMaterial::survival() const {
+  std::call_once(survival_made_,
+                 [this] { survival_ = make_survival_table(material.snap_length, lengths_per_metre); });
+  return survival_;
 }
 
 }  // namespace bristle::detail

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "bristle/material.hpp"
 #include "core/kernel_table.hpp"
+#include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
 
@@ -18,6 +20,7 @@ struct CompiledMaterial {
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
   bool redraw = false;    ///< needs the redraw kernels: the rule, and a spread worth the name
+  bool too_wide = false;  ///< to be redrawn bristle by bristle: `law` is not filled
   bool in_phase = false;  ///< a single length: remainders in double at every speed
   double peak_coefficient = 0.0;
   std::uint64_t hash = 0;  ///< of every parameter
@@ -25,9 +28,16 @@ struct CompiledMaterial {
 
   std::vector<double> table, biased_table;
 
+  /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
+  const SurvivalTable& survival() const;
+
   CompiledMaterial() = default;
   CompiledMaterial(const CompiledMaterial&) = delete;
   CompiledMaterial& operator=(const CompiledMaterial&) = delete;
+
+ private:
+  mutable std::once_flag survival_made_;
+  mutable SurvivalTable survival_;
 };
 
 /// Throws bristle::Error when the material is out of range.
