@@ -10,8 +10,8 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 2.0;          ///< pairs that cost so much more are merged in the same search
-constexpr std::uint32_t merged_at_once = 8;   ///< one pair for so many cohorts at most
+constexpr double merge_margin = 8.0;         ///< pairs that cost so much more are merged in the same search
+constexpr std::uint32_t merged_at_once = 4;   ///< one pair for so many cohorts at most
 
 inline double& cohort(double* rows, std::uint32_t i, CohortColumn column) {
   return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
@@ -177,10 +177,10 @@ inline Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& 
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
-  const double piece = wide > law.slow ? law.piece * (wide / law.slow) : law.piece;
-  // What is left near the end is cut evenly.
+  const double piece = wide > law.slow ? law.piece * least(wide / law.slow, 4.0) : law.piece;
+  // What is left near the end is cut evenly. A fifth more is no reason for two pieces.
   if (left > 2.0 * piece) return piece;
-  return left > piece * (1.0 + 1e-9) ? 0.5 * left : left;
+  return left > 1.2 * piece ? 0.5 * left : left;
 }
 
 /// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2).
@@ -211,21 +211,20 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
   for (std::uint32_t i = 0; i + 1 < s.count; ++i) partners[i] = Engine::find_partner(rows, masses, s.count, i);
 
+  double cheapest = unlimited_cost;
+  for (std::uint32_t i = 0; i + 1 < s.count; ++i) cheapest = least(cheapest, partners[i].cost);
   bool used[most_cohorts] = {};
-  double most_cost = unlimited_cost;
   double lost = 0.0;
-  const std::uint32_t wanted = s.count / merged_at_once > 1 ? s.count / merged_at_once : 1;
-  for (std::uint32_t k = 0; k < wanted; ++k) {
-    Partner best{most_cost, no_cohort, no_cohort};
-    for (std::uint32_t i = 0; i + 1 < s.count; ++i)
-      if (!used[i] && !used[partners[i].j] && partners[i].cost < best.cost) best = partners[i];
-    if (best.i == no_cohort) break;
-    if (k == 0) most_cost = best.cost * merge_margin;
-    used[best.i] = used[best.j] = true;
-    lost += merge(law, s, rows, best.i, best.j, at);
+  std::uint32_t left = s.count / merged_at_once;
+  for (std::uint32_t i = 0; i + 1 < s.count && left > 0; ++i) {
+    const Partner& pair = partners[i];
+    if (used[i] || used[pair.j] || pair.cost > cheapest * merge_margin) continue;
+    used[i] = used[pair.j] = true;
+    lost += merge(law, s, rows, i, pair.j, at);
     for (std::uint32_t& open : s.open)
-      if (open == best.i || open == best.j) open = no_cohort;
-    cohort(rows, best.j, cohort_fresh) = 0.0;
+      if (open == i || open == pair.j) open = no_cohort;
+    cohort(rows, pair.j, cohort_fresh) = 0.0;
+    --left;
   }
   remove_empty(s, rows);
   return lost;
@@ -235,7 +234,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 template <class Engine, int axes>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
-  if (a.length > law.piece) {
+  if (a.length > 1.2 * law.piece) {
     s.slack = Engine::template find_slack<axes>(s, rows, a.to);
     if (s.slack >= 0.0) return;
   }

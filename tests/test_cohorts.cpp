@@ -231,7 +231,7 @@ TEST_CASE("The infinite brush has the same bits on every instruction set, lazy o
                                   SnapLength::exponential(dbar)}) {
       for (std::uint32_t cohorts : {8u, 24u, 64u}) {
         std::vector<std::pair<std::uint64_t, double>> results;
-        for (const auto& isa : PatchBatch::instruction_sets()) {
+        for (const auto& isa : bristle::instruction_sets()) {
           if (!isa.usable) continue;
           for (bool eager : {false, true}) {
             std::mt19937 generator(7);

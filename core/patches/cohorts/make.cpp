@@ -135,7 +135,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
   r.law.piece = mean * share;
   r.law.slow = 2.0 * mean;
-  r.law.negligible = 0x1p-12 * share * share * share;
+  r.law.negligible = 0x1p-10 * share * share * share;
 }
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
