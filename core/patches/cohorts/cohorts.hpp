@@ -14,7 +14,7 @@ namespace bristle::detail {
 
 constexpr double default_resolution = 8.0;         ///< pieces per mean snap length
 constexpr double highest_resolution = 128.0;
-constexpr std::uint32_t default_cohorts = 48;      ///< capacity at the default resolution
+constexpr std::uint32_t default_cohorts = 64;      ///< capacity at the default resolution
 constexpr double least_cohort_spread = 0.05;       ///< cv below which a brush snaps too much in step
 constexpr double full_mass = 70368744177664.0;     ///< 2^46 units of mass: the highest load
 /// The shared part counts in this many units of mass: Patch::whole is 256 at the highest load, what a step
