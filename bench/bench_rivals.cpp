@@ -24,7 +24,8 @@ void add_loop_benchmark(const std::string& name, const Regime& regime, double by
     };
     Loop& loop = keep_while_named<Loop>(name, [&] {
       auto made = make();
-      bring_to_steady_state([&] { move(*made, 0.37); }, [&] { next(*made); });
+      bring_to_steady_state(
+          usual_settling, [&] { move(*made, usual_settling.slide); }, [&] { next(*made); });
       return made;
     });
     measure(state, loop.size(), bytes_per_bristle, [&] { next(loop); });

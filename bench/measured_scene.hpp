@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/steady_scene.hpp"
 #include "tests/scenes.hpp"
 
 namespace bristle_bench {
@@ -35,12 +36,11 @@ using bristle_test::tick;
 /// Tangential axes of most benchmarks; the minimal library has one only.
 constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
 
-/// A motion that repeats for ever and keeps the share of snapping bristles as it is.
-struct Regime {
+struct Regime : SteadyMotion {
   const char* name;
-  double step;          ///< displacement per step over the mean snap length
-  bool there_and_back;  ///< every other step goes back
-  const char* motion;   ///< in words, for the label
+  const char* motion;  ///< in words, for the label
+  constexpr Regime(const char* name_, double step_, bool there_and_back_, const char* motion_)
+      : SteadyMotion{step_, there_and_back_}, name(name_), motion(motion_) {}
 };
 constexpr Regime rest = {"rest", 0.0, false, "no motion"};
 constexpr Regime stick = {"stick", 1e-3, true, "+-0.001 dbar in turn, no snaps"};
@@ -83,69 +83,20 @@ inline std::vector<int> axes_counts() {
 }
 inline Outputs usual_outputs() { return BRISTLE_MINIMAL ? Outputs::end : Outputs::mean; }
 
-/// Calls `step(forward)` until the regime is steady: 20 mean snap lengths of sliding, then the regime itself.
-/// `slide` is a step of 0.37 mean snap lengths, `move` one of the regime.
-template <class Slide, class Move>
-void bring_to_steady_state(Slide slide, Move move) {
-  for (int i = 0; i < 54; ++i) slide();
-  for (int i = 0; i < 16; ++i) move();
-}
+/// 20 mean snap lengths of sliding, not in step with the snap lengths, then the regime itself.
+constexpr Settling usual_settling = {0.37, 54, 16};
 
 /// A batch and its motions, in steady state.
-class MeasuredScene {
+class MeasuredScene : public SteadyScene {
  public:
-  explicit MeasuredScene(const BatchOptions& options = {}) : batch_(options) {}
-
-  /// Adds a patch that moves as the regime says, along (0.8, 0.6), or along x with one axis, under full load.
-  void add(const Material& material, const PatchOptions& options, const Regime& regime) {
-    const double mean = material.snap_length.mean();
-    const double x = options.axes == 1 ? 1.0 : 0.8;
-    const double y = options.axes == 1 ? 0.0 : 0.6;
-    Motion motion;
-    motion.id = batch_.add(material, options);
-    motion.normal_load = options.max_normal_load;
-    const auto moved = [&](double distance) {
-      motion.displacement[0] = x * distance;
-      motion.displacement[1] = y * distance;
-      return motion;
-    };
-    sliding_.push_back(moved(0.37 * mean));
-    forward_.push_back(moved(regime.step * mean));
-    backward_.push_back(moved(regime.there_and_back ? -regime.step * mean : regime.step * mean));
-    bristles_ += options.bristles;
-  }
-
-  /// Call once, after the last add.
-  void settle() {
-    responses_.resize(forward_.size());
-    batch_.warm_up();
-    bring_to_steady_state([this] { batch_.step(tick, sliding_, responses_); }, [this] { step(); });
-  }
-
-  /// From now on no patch is named in a step: all rest.
-  void name_none() {
-    forward_.clear();
-    backward_.clear();
-    responses_.clear();
-  }
+  explicit MeasuredScene(const BatchOptions& options = {}) : SteadyScene(options, tick, usual_settling) {}
 
   bristle::StepReport step() {
-    const bristle::StepReport report = batch_.step(tick, back_ ? backward_ : forward_, responses_);
-    back_ = !back_;
+    const bristle::StepReport report = SteadyScene::step();
     benchmark::DoNotOptimize(report);
     benchmark::ClobberMemory();
     return report;
   }
-
-  std::uint64_t bristles() const { return bristles_; }
-  const PatchBatch& batch() const { return batch_; }
-
- private:
-  PatchBatch batch_;
-  std::vector<Motion> sliding_, forward_, backward_;
-  std::vector<Response> responses_;
-  std::uint64_t bristles_ = 0;
-  bool back_ = false;
 };
 
 /// The object of this name, made on first use and kept until another name is asked for: Google Benchmark

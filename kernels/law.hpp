@@ -1,8 +1,8 @@
 // Snap lengths from uniform numbers: the quantile functions, for vectors and for plain numbers V.
 #pragma once
 
-#include "elementary.hpp"
 #include "core/kernel_table.hpp"
+#include "elementary.hpp"
 
 namespace bristle::detail {
 namespace {

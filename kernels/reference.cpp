@@ -2,8 +2,9 @@
 // core/MODEL.md. It is the instruction set "scalar" of the kernel table; every other set must give the
 // same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
 #include "block_squares.hpp"
-#include "far.hpp"
 #include "core/kernel_table.hpp"
+#include "far.hpp"
+#include "invariants.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
 #include "variants.hpp"
@@ -90,6 +91,7 @@ After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& sta
       const T deviation = static_cast<T>(law.deviation);
       const T pad = T(4.5) * deviation * root(rest * inverse);
       const T k = whole_part((rest - pad) * inverse);
+      BRISTLE_ASSERT(k >= T(1));
       const T z = normal_quantile<T>(next());
       const T s = root(k);
       const T skewness = static_cast<T>(law.skewness) / s;
@@ -107,6 +109,7 @@ After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& sta
       continue;
     }
     delta = length_at<T>(law, next());
+    BRISTLE_ASSERT(delta > T(0));
     if (rest < delta) {
       after.deflection = rest;
       return after;
@@ -142,6 +145,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
                         displacement(advance.from[1], block.position[1])};
   const double q1[2] = {displacement(advance.to[0], block.position[0]),
                         displacement(advance.to[1], block.position[1])};
+  BRISTLE_ASSERT(is_near(q0[0]) && is_near(q0[1]) && is_near(q1[0]) && is_near(q1[1]));
   const T p0[2] = {static_cast<T>(q0[0]), static_cast<T>(q0[1])};
   const T p1[2] = {static_cast<T>(q1[0]), static_cast<T>(q1[1])};
   const T ex = static_cast<T>(advance.direction[0]);
@@ -205,6 +209,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           tau = most(root(most(delta * delta - aside * aside, T(0))) - along, T(0));
         }
         const T way = least(tau, length);  // of the first pass
+        BRISTLE_ASSERT(delta > T(0));
+        BRISTLE_ASSERT(way >= T(0) && way <= length);
         After<T> after;
         if (tau < length) {
           squares_sum.add(i, delta * delta * w);
@@ -212,6 +218,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
             after = after_redraw<T>(*patch.law, length - way, delta, state);
           else
             after = after_keep<T>(length - way, delta);
+          BRISTLE_ASSERT(after.deflection >= T(0) && after.deflection <= delta);
+          BRISTLE_ASSERT(after.count >= T(0) && after.squares >= T(0) && after.variance >= T(0));
           next_x = after.deflection * ex;
           next_y = after.deflection * ey;
           snaps.add(i, T(1) + after.count);
@@ -277,6 +285,7 @@ template <class T, int axes, Rule rule, bool mean, bool energy>
 struct StepOf {
   static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
                   Totals& totals) {
+    assert_step(patch, advance, first, last, axes, rule == rule_redraw || rule == rule_literal_redraw);
     for (std::uint32_t b = first; b < last; ++b)
       step_block<T, axes, rule, mean, energy>(patch, advance, b, totals);
   }

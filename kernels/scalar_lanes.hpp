@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "core/common/assert.hpp"
 #include "core/kernel_table.hpp"
 
 namespace bristle::detail {
@@ -21,6 +22,8 @@ inline float least(float a, float b) { return a < b ? a : b; }
 inline double least(double a, double b) { return a < b ? a : b; }
 inline float most(float a, float b) { return a > b ? a : b; }
 inline double most(double a, double b) { return a > b ? a : b; }
+inline float positive_part(float a) { return most(a, 0.0f); }
+inline double positive_part(double a) { return most(a, 0.0); }
 inline float whole_part(float a) { return __builtin_floorf(a); }
 inline double whole_part(double a) { return __builtin_floor(a); }
 
@@ -80,6 +83,8 @@ inline double power_of_two(double k) {
 /// Linear interpolation in a table over [0, 1].
 template <class T>
 inline T look_up(const double* table, std::int32_t last, T share) {
+  BRISTLE_ASSERT(last >= 1);
+  BRISTLE_ASSERT(share >= T(0) && share <= T(1));
   const T x = share * static_cast<T>(last);
   const T k = least(whole_part(x), static_cast<T>(last - 1));
   const auto at = static_cast<std::int32_t>(k);
@@ -115,11 +120,15 @@ inline double displacement(std::int64_t to, std::int64_t from) {
 
 /// A count that may be too large for an integer.
 inline std::uint64_t to_count(double x) {
+  BRISTLE_ASSERT(x >= 0.0);
   return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
 }
 
 /// Rounds to the nearest integer, ties to even.
-inline std::int64_t to_integer(double x) { return __builtin_llrint(x); }
+inline std::int64_t to_integer(double x) {
+  BRISTLE_ASSERT(x > -9.2e18 && x < 9.2e18);
+  return __builtin_llrint(x);
+}
 
 /// Sum of the 16 logical lanes by the fixed tree. Destroys its argument.
 template <class T>

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "far.hpp"
+#include "invariants.hpp"
 #include "lanes.hpp"
 #include "snap.hpp"
 
@@ -22,6 +23,7 @@ class Stepper {
 
   /// Advances blocks [first, last); `first` begins a group.
   void run(std::uint32_t first, std::uint32_t last) {
+    assert_step(patch, advance, first, last, axes, redraw);
     for (std::uint32_t b = first; b < last; b += blocks_per_group) {
       Reach& group = patch.groups[b / blocks_per_group];
       if (advance.skip && within(group.anchor, group.reach)) continue;
@@ -112,6 +114,7 @@ class Stepper {
                           displacement(advance.from[1], block.position[1])};
     const double q1[2] = {displacement(advance.to[0], block.position[0]),
                           displacement(advance.to[1], block.position[1])};
+    BRISTLE_ASSERT(is_near(q0[0]) && is_near(q0[1]) && is_near(q1[0]) && is_near(q1[1]));
     const T p1x = static_cast<T>(q1[0]);
     const T p1y = static_cast<T>(q1[1]);
     const BlockMotion<T, axes> motion{patch.zx,

@@ -12,7 +12,9 @@
 #include "temporary_folder.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/html_page.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
+#include "tools/reports/table.hpp"
 
 using Catch::Matchers::Contains;
 
@@ -279,4 +281,29 @@ TEST_CASE("Numbers of the page keep three digits and no needless powers of ten",
       {1e9, "1e+09"}};
   for (const auto& [value, text] : table) CHECK(cli::number_text(value) == text);
   CHECK(cli::number_text(nullptr) == "-");
+}
+
+TEST_CASE("A table says the same as text, CSV and HTML", "[report]") {
+  struct Row {
+    const char *group, *name;
+    double value;
+  };
+  const std::vector<cli::Column<Row>> columns = {
+      {"<group", [](const Row& r) { return cli::Cell(r.group); }},
+      {"<name", [](const Row& r) { return cli::Cell(r.name); }},
+      {"value", [](const Row& r) { return cli::Cell(cli::number_text(r.value), cli::CellStyle::bad); }},
+      {"seen", [](const Row&) { return cli::Cell("there"); }, cli::Column<Row>::page_only}};
+  const std::vector<Row> rows = {{"a", "x, y", 1.5}, {"a", "\xC2\xB5<", 12.0}, {"b", "say \"z\"", 0.0}};
+  cli::Table table = cli::tabulate(rows, columns, cli::Medium::terminal, 1);
+  table.add_note("a note");
+  CHECK(table.text() ==
+        "group  name     value\na      x, y       1.5\n       \xC2\xB5<          12\nb      say \"z\"      "
+        "0\na note\n");
+  CHECK(table.csv() == "group,name,value\na,\"x, y\",1.5\n,\xC2\xB5<,12\nb,\"say \"\"z\"\"\",0\n");
+  const std::string page = cli::tabulate(rows, columns, cli::Medium::page).html();
+  for (const char* part : {"<th class=\"left\">group</th>", "<td class=\"left\">\xC2\xB5&lt;</td>",
+                           "<td class=\"bad\">12</td>", "<td>there</td>"}) {
+    CAPTURE(part);
+    CHECK_THAT(page, Contains(part));
+  }
 }

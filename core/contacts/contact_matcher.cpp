@@ -3,8 +3,9 @@
 #include <vector>
 
 #include "bristle/keyed_patches.hpp"
-#include "core/contacts/key_table.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
+#include "core/contacts/key_table.hpp"
 
 namespace bristle {
 
@@ -53,6 +54,7 @@ struct ContactMatcher::Impl {
     std::uint32_t k = table.find(p.pair);
     if (k == none) {
       k = pair_count++;
+      BRISTLE_ASSERT(k < pairs.size());
       pairs[k] = {p.pair, {none, none}, {none, none}};
       table.insert(p.pair, k);
     }
@@ -103,6 +105,7 @@ struct ContactMatcher::Impl {
         if (now.partner != none || now.nearest == none) continue;
         Point& before = points[0][now.nearest];
         if (before.partner != none || before.nearest != i) continue;
+        BRISTLE_ASSERT(now.pair == before.pair && now.distance <= reach_squared);
         now.partner = now.nearest;
         before.partner = i;
         now.ordinal = before.ordinal;
@@ -189,6 +192,7 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
     now[count] = before[i];
     ++now[count++].missed;
   }
+  BRISTLE_ASSERT(matched <= impl.old_count && matched <= contacts.size());
   before.swap(now);
   impl.old_count = count;
   impl.pair_count = 0;

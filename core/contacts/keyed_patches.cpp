@@ -2,8 +2,9 @@
 
 #include <vector>
 
-#include "core/contacts/key_table.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
+#include "core/contacts/key_table.hpp"
 
 namespace bristle {
 
@@ -65,6 +66,8 @@ struct KeyedPatches::Impl {
   }
 
   void append(std::uint32_t i) noexcept {
+    BRISTLE_ASSERT(i < pool.size());
+    BRISTLE_ASSERT((first == none) == (last == none));
     pool[i].before = last;
     pool[i].after = none;
     (last == none ? first : pool[last].after) = i;
@@ -72,10 +75,14 @@ struct KeyedPatches::Impl {
   }
   void unlink(std::uint32_t i) noexcept {
     const Held& held = pool[i];
+    BRISTLE_ASSERT(held.before == none ? first == i : pool[held.before].after == i);
+    BRISTLE_ASSERT(held.after == none ? last == i : pool[held.after].before == i);
     (held.before == none ? first : pool[held.before].after) = held.after;
     (held.after == none ? last : pool[held.after].before) = held.before;
   }
   void give_back(std::uint32_t i) noexcept {
+    BRISTLE_ASSERT(table.find(pool[i].key) == i);
+    BRISTLE_ASSERT(free.size() < pool.size());
     table.erase(pool[i].key);
     unlink(i);
     free.push_back(i);

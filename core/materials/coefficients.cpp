@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "bristle/material.hpp"
-#include "core/materials/elementary.hpp"
 #include "core/common/range_check.hpp"
+#include "core/materials/elementary.hpp"
 
 namespace bristle {
 
@@ -592,7 +592,8 @@ Material Material::from_coefficients(const Coefficients& c) {
     detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0) or keep (1)");
   }
   if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian) {
-    detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay), "exponential (0) or gaussian (1)");
+    detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay),
+                   "exponential (0) or gaussian (1)");
   }
   if (static_cast<int>(c.law) > static_cast<int>(SnapLaw::exponential)) {
     throw Error("Coefficients: law = " + std::string(to_string(c.law)) +

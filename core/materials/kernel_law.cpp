@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/materials/elementary.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
-#include "core/common/range_check.hpp"
+#include "core/materials/elementary.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -17,7 +17,6 @@ constexpr double negligible_cv = 1e-6;
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
 constexpr int biased_knots = 1024;
-constexpr double widest_redraw_cv = 1.25;
 
 /// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
 /// within 1e-3 of its steady value: the renewal equation on a grid (core/MODEL.md, "Jumps").
@@ -118,6 +117,22 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
   return knots;
 }
 
+[[maybe_unused]] bool ascends(const std::vector<double>& quantiles) {
+  return std::is_sorted(quantiles.begin(), quantiles.end());
+}
+
+void assert_law(const CompiledMaterial& c) {
+  const KernelLaw& law = c.law;
+  BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
+  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // scaled by a power of two
+  BRISTLE_ASSERT(ascends(c.table) && ascends(c.biased_table));
+  BRISTLE_ASSERT(law.jump_from > 0.0 && law.stationary_from >= law.jump_from);
+  BRISTLE_ASSERT(law.square_mean >= law.mean * law.mean * (1.0 - 1e-12));
+  BRISTLE_ASSERT(law.squares_per_length > 0.0 && law.variance_per_length > -1e-12);
+  BRISTLE_ASSERT(law.square_residual >= 0.0);
+  static_cast<void>(law);
+}
+
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :
@@ -150,12 +165,11 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(material);
-  if (c.longest > longest_scaled_length)
-    refuse("SnapLength", "longest / mean", length.longest() / length.mean(), "below 1024");
+  // The laws' own limits (cv of the lognormal, largest over mean of a table) see to it.
+  BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (!c.redraw) return compiled;
-  // Renewals of wider laws forget their past too slowly for a jump; taken one by one they have no bound.
-  c.too_wide = length.cv() > widest_redraw_cv;
-  if (c.too_wide) return compiled;
+  // For Population::infinite alone (Material::validate_for_representatives).
+  if (length.cv() > widest_redraw_cv) return compiled;
 
   KernelLaw& law = c.law;
   law.shortest = c.shortest;
@@ -206,6 +220,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
     law.biased_last = biased_knots;
   }
   fill_renewal_constants(length, per_metre, law);
+  assert_law(c);
   return compiled;
 }
 

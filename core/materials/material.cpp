@@ -1,8 +1,8 @@
 // Material: range checks and the closed forms of sections 2.2 and 2.3 of the paper.
 #include "bristle/material.hpp"
 
-#include "core/materials/elementary.hpp"
 #include "core/common/range_check.hpp"
+#include "core/materials/elementary.hpp"
 
 namespace bristle {
 
@@ -35,6 +35,14 @@ void Material::validate() const {
     detail::refuse("Material", "damper_decay", static_cast<int>(damper_decay),
                    "exponential (0) or gaussian (1)");
   }
+}
+
+void Material::validate_for_representatives() const {
+  validate();
+  if (snap_rule == SnapRule::redraw && snap_length.cv() > widest_redraw_cv)
+    detail::refuse("Material", "snap_length.cv", snap_length.cv(),
+                   "0 to " + detail::number_text(widest_redraw_cv) +
+                       " with snap_rule redraw and representatives; snap_rule keep takes every law");
 }
 
 double Material::kinetic_coefficient() const {

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <string>
 
-#include "core/materials/elementary.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
+#include "core/materials/elementary.hpp"
 
 namespace bristle {
 
@@ -200,6 +201,7 @@ SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   // Variance of the cut law over deviation^2: 1 + cut edge - edge^2.
   result.cv_ = deviation_m * detail::square_root(1.0 + (law.cut - law.edge) * law.edge) / result.mean_;
   result.longest_ = law.quantile(longest_share);
+  BRISTLE_ASSERT(0.0 < result.mean_ && result.mean_ < result.longest_ && result.cv_ > 0.0);
   return result;
 }
 
@@ -212,6 +214,7 @@ SnapLength SnapLength::lognormal(double mean_m, double cv) {
   result.a_ = result.mean_ = mean_m;
   result.b_ = result.cv_ = cv;
   result.longest_ = Lognormal(mean_m, cv).quantile(longest_share);
+  BRISTLE_ASSERT(mean_m <= result.longest_);
   return result;
 }
 
@@ -253,6 +256,7 @@ SnapLength SnapLength::table(Span<const double> quantiles_m) {
     variance +=
         detail::square(middle - result.mean_) + detail::square(quantiles_m[i + 1] - quantiles_m[i]) / 12.0;
   }
+  BRISTLE_ASSERT(variance >= 0.0);
   result.cv_ = detail::square_root(variance / static_cast<double>(size - 1)) / result.mean_;
   return result;
 }

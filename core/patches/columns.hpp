@@ -7,6 +7,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "core/common/assert.hpp"
 #include "core/patches/record_memory.hpp"
 
 namespace bristle::detail {
@@ -42,6 +43,7 @@ std::size_t column_bytes(Record& record) noexcept {
 /// Lays the columns out in memory of column_bytes(record); none is filled, those without entries are null.
 template <class Record>
 void place_columns(Record& record, std::byte* memory) noexcept {
+  BRISTLE_ASSERT(reinterpret_cast<std::uintptr_t>(memory) % column_alignment == 0);
   Record::columns(record, [&memory](auto*& column, const ColumnRule& rule) {
     column = rule.count > 0 ? reinterpret_cast<std::remove_reference_t<decltype(column)>>(memory) : nullptr;
     memory += aligned(rule.count * sizeof *column);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/common/assert.hpp"
 #include "core/patches/contact_model.hpp"
 
 namespace bristle::detail {
@@ -153,6 +154,7 @@ std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& 
     hold(p, step.advance, sums);
   else
     p.model->advance(p, step, sums);
+  BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
   write_response(p, step, sums, out);
   return sums.visited;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bristle/error.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/runtime/sharing.hpp"
 
@@ -54,6 +55,7 @@ struct LoadShedder::Impl {
   Entry* find(PatchId id) noexcept {
     const auto slot = static_cast<std::uint32_t>(id.value);
     if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return nullptr;
+    BRISTLE_ASSERT(entry_of_slot[slot] <= entries.size());
     Entry& entry = entries[entry_of_slot[slot] - 1];
     return entry.id == id ? &entry : nullptr;
   }
@@ -118,6 +120,8 @@ struct LoadShedder::Impl {
   }
 
   void decide(PatchBatch& batch, Entry& entry) noexcept {
+    BRISTLE_ASSERT(entry.wanted >= 1 && entry.wanted <= entry.bristles);
+    BRISTLE_ASSERT(entry.wanted > entry.detail || entry.wanted >= entry.least);
     batch.set_detail(entry.id, entry.wanted);
     entry.active *= static_cast<double>(entry.wanted) / entry.detail;
     entry.detail = entry.wanted;
@@ -165,6 +169,7 @@ struct LoadShedder::Impl {
 
   void change_wait(std::uint64_t to) noexcept {
     const auto shortest = static_cast<std::uint64_t>(options.wait_steps);
+    BRISTLE_ASSERT(shortest >= 1);
     wait = std::clamp(to, shortest, longest_wait * shortest);
     last_wait_change = steps;
   }
@@ -232,6 +237,8 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   const auto first = static_cast<std::size_t>(at - impl.entries.begin());
   impl.entries.insert(at, entry);
   impl.index_entries(first);
+  BRISTLE_ASSERT(std::is_sorted(impl.entries.begin(), impl.entries.end(),
+                                [](const auto& x, const auto& y) { return x.priority < y.priority; }));
 }
 
 void LoadShedder::remove(PatchId patch) noexcept {

@@ -16,9 +16,11 @@
 #include "core/patches/contact_model.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
+#include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
+#include "core/runtime/stepping_side.hpp"
 #include "core/runtime/workers.hpp"
 
 namespace bristle {
@@ -56,6 +58,15 @@ const KernelTable& choose_kernels(const char* wanted) {
 /// Where the memory of the patches after this one is asked for ahead of time: its slot, then its record.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
+
+/// Calls `visit(slot, patch)` for each patch of the pool, by slot.
+template <class Visit>
+void for_each_patch(const PatchPool& pool, Visit&& visit) {
+  for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {
+    Patch& p = pool.patch(slot);
+    if (p.generation != 0) visit(slot, p);
+  }
+}
 
 }  // namespace
 
@@ -101,6 +112,7 @@ struct PatchBatch::Impl {
   std::size_t scratch_bytes = 0;
 
   // --- the stepping thread's side
+  mutable SteppingSide stepping_side;
   PatchPool pool;
   std::unique_ptr<MoveQueue> queue;
   std::uint32_t queue_length = 0;
@@ -206,6 +218,22 @@ struct PatchBatch::Impl {
     commands.push(std::move(command));
   }
 
+  PatchId add(const Patch& made) {
+    auto command = std::make_unique<Command>();
+    command->kind = Command::Kind::add;
+    command->patch = made;
+    command->patch.skips = skips;
+    attach_scratch(*command);
+    const SlotList::Slot slot = slots.take();
+    records.resize(slots.size());
+    if (slot.number >= PatchPool::first_of(chunks - 1) + PatchPool::slots_of(chunks - 1)) grow_pool();
+    records[slot.number] = {made.record->options, made.record->full_weight, true};
+    command->slot = slot.number;
+    command->patch.generation = slot.generation;
+    send(std::move(command));
+    return make_id(slot.number, slot.generation);
+  }
+
   /// Another chunk of slots, when all are taken. Throws std::bad_alloc.
   void grow_pool() {
     auto grow = std::make_unique<Command>();
@@ -217,7 +245,22 @@ struct PatchBatch::Impl {
     send(std::move(grow));
   }
 
-  static constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
+  bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
+    Patch* p = pool.find(id);
+    if (p == nullptr) return false;
+    const FloatModeScope mode;
+    trial.of = nullptr;
+    p->model->reset(*p, seed, key);
+    pool.note(slot_of(id)).last = Response{};
+    return true;
+  }
+
+  std::size_t state_size() const noexcept {
+    std::size_t size = saved_batch_size;
+    for_each_patch(pool, [&](std::uint32_t, const Patch& p) { size += saved_size_of(p); });
+    return size;
+  }
+
   /// Inside a step: admitted, with work for kernels still to do.
   static constexpr Status waiting = static_cast<Status>(1u << 31);
 
@@ -476,25 +519,11 @@ PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
 PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
 
 PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
-  Impl& impl = *impl_;
-  FloatModeScope mode;  // the caller's rounding must not reach our bits
-  auto command = std::make_unique<Command>();
-  command->kind = Command::Kind::add;
-  command->patch = make_patch(impl.compiled(material), options, impl.kernels);
-  command->patch.skips = impl.skips;
-  impl.attach_scratch(*command);
-
-  const SlotList::Slot slot = impl.slots.take();
-  impl.records.resize(impl.slots.size());
-  if (slot.number >= PatchPool::first_of(impl.chunks - 1) + PatchPool::slots_of(impl.chunks - 1))
-    impl.grow_pool();
-  const PatchRecord& made = *command->patch.record;
-  impl.records[slot.number] = {made.options, made.full_weight, true};
-  command->slot = slot.number;
-  command->patch.generation = slot.generation;
-  impl.send(std::move(command));
-  return make_id(slot.number, slot.generation);
+  const FloatModeScope mode;  // the caller's rounding must not reach our bits
+  return impl_->add(make_patch(impl_->compiled(material), options, impl_->kernels));
 }
+
+PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) { return batch.impl_->add(made); }
 
 void PatchBatch::remove(PatchId id) {
   Impl& impl = *impl_;
@@ -520,17 +549,20 @@ void PatchBatch::set_material(PatchId id, const Material& material) {
 }
 
 void PatchBatch::warm_up() {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   impl_->workers.warm_up();
 }
 
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   return impl_->step(dt_s, in, out);
 }
 
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.stepping_side);
   impl.apply_commands();
   if (impl.pool.find(id) == nullptr) return;
   // One entry for a slot at the most: a patch that follows a removed one takes its place in the queue.
@@ -546,6 +578,7 @@ void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n
 
 StepReport PatchBatch::step(double dt_s) noexcept {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.stepping_side);
   impl.apply_commands();
   MoveQueue& queue = *impl.queue;
   const std::uint32_t count = impl.queue_length;
@@ -564,6 +597,7 @@ StepReport PatchBatch::step(double dt_s) noexcept {
 
 Response PatchBatch::force(PatchId id) const noexcept {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.stepping_side);
   impl.apply_commands();
   if (impl.pool.find(id) != nullptr && impl.pool.note(slot_of(id)).last.id == id)
     return impl.pool.note(slot_of(id)).last;
@@ -574,24 +608,21 @@ Response PatchBatch::force(PatchId id) const noexcept {
 }
 
 bool PatchBatch::reset(PatchId id) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   const Patch* p = impl_->pool.find(id);
-  return p != nullptr && reset(id, p->record->options.seed, p->record->options.key);
+  return p != nullptr && impl_->reset(id, p->record->options.seed, p->record->options.key);
 }
 
 bool PatchBatch::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
-  Patch* p = impl_->pool.find(id);
-  if (p == nullptr) return false;
-  FloatModeScope mode;
-  impl_->trial.of = nullptr;
-  p->model->reset(*p, seed, key);
-  impl_->pool.note(slot_of(id)).last = Response{};
-  return true;
+  return impl_->reset(id, seed, key);
 }
 
 Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.stepping_side);
   impl.apply_commands();
   FloatModeScope mode;
   Response response;
@@ -622,6 +653,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
 }
 
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   Patch* p = impl_->pool.find(id);
   if (p == nullptr) return Status::unknown_id;
@@ -631,6 +663,7 @@ Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
 }
 
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   PatchInfo info;
   const Patch* p = impl_->pool.find(id);
@@ -643,6 +676,7 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
 }
 
 double PatchBatch::stored_energy(PatchId id) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   FloatModeScope mode;
   const Patch* p = impl_->pool.find(id);
@@ -650,25 +684,14 @@ double PatchBatch::stored_energy(PatchId id) const noexcept {
 }
 
 std::uint64_t PatchBatch::state_hash(PatchId id) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   const Patch* p = impl_->pool.find(id);
   return p != nullptr ? p->model->hash(*p) : 0;
 }
 
-namespace {
-
-/// Calls `visit(slot, patch)` for each patch of the pool, by slot.
-template <class Visit>
-void for_each_patch(const PatchPool& pool, Visit&& visit) {
-  for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {
-    Patch& p = pool.patch(slot);
-    if (p.generation != 0) visit(slot, p);
-  }
-}
-
-}  // namespace
-
 std::uint64_t PatchBatch::state_hash() const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   Hasher hasher;
   for_each_patch(impl_->pool, [&](std::uint32_t, const Patch& p) { hasher.add(p.model->hash(p)); });
@@ -677,6 +700,7 @@ std::uint64_t PatchBatch::state_hash() const noexcept {
 
 std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> zy,
                                       Span<double> delta) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   const Patch* p = impl_->pool.find(id);
   if (p == nullptr) return 0;
@@ -688,14 +712,15 @@ std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> 
 }
 
 std::size_t PatchBatch::state_size() const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
-  std::size_t size = saved_batch_size;
-  for_each_patch(impl_->pool, [&](std::uint32_t, const Patch& p) { size += saved_size_of(p); });
-  return size;
+  return impl_->state_size();
 }
 
 std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
-  const std::size_t size = state_size();
+  const SteppingCall call(impl_->stepping_side);
+  impl_->apply_commands();
+  const std::size_t size = impl_->state_size();
   if (to.size() < size) return 0;
   std::size_t at = saved_batch_size;
   for_each_patch(impl_->pool, [&](std::uint32_t slot, const Patch& p) {
@@ -708,6 +733,7 @@ std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
 
 void PatchBatch::restore_state(Span<const std::byte> from) {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.stepping_side);
   impl.apply_commands();
   const FloatModeScope mode;  // first snap lengths may be computed anew
   const SavedBatch head = open_batch(from);
@@ -742,6 +768,7 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
 }
 
 std::size_t PatchBatch::patch_count() const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   return impl_->patches;
 }

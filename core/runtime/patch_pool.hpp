@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/common/assert.hpp"
 #include "core/patches/patch.hpp"
 
 namespace bristle::detail {
@@ -56,6 +57,7 @@ class PatchPool {
     capacity_ = first_of(chunk) + slots_of(chunk);
   }
   Patch& patch(std::uint32_t slot) const noexcept {
+    BRISTLE_ASSERT(slot < capacity_);
     const int chunk = chunk_of(slot);
     return chunks_[static_cast<std::size_t>(chunk)]->patches[slot - first_of(chunk)];
   }
@@ -95,7 +97,7 @@ class SlotList {
   Slot take() {
     if (free_.empty()) {
       generations_.push_back(1);
-      free_.reserve(generations_.size());  // so that giving back cannot fail
+      free_.reserve(generations_.capacity());  // so that giving back cannot fail
       return {static_cast<std::uint32_t>(generations_.size() - 1), 1};
     }
     const std::uint32_t slot = free_.back();
@@ -104,6 +106,7 @@ class SlotList {
   }
   /// A slot that has had its last generation is not used again: no id is ever given twice.
   void give_back(std::uint32_t slot) noexcept {
+    BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
   }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }

@@ -1,5 +1,7 @@
 #include "core/runtime/servo_cores.hpp"
 
+#include "core/common/assert.hpp"
+
 namespace bristle::detail {
 namespace {
 
@@ -46,11 +48,13 @@ cpu_set_t process_cores() noexcept {
 }
 
 ServoCore::ServoCore(int core) noexcept : core_(core), batch_(next_batch()), cores_(process_cores()) {
+  BRISTLE_ASSERT(core >= 0 && core < CPU_SETSIZE);
   batches_on[core_].fetch_add(1, std::memory_order_relaxed);
   changes.fetch_add(1, std::memory_order_release);
 }
 
 ServoCore::~ServoCore() {
+  BRISTLE_ASSERT(batches_on[core_].load(std::memory_order_relaxed) > 0);
   batches_on[core_].fetch_sub(1, std::memory_order_relaxed);
   changes.fetch_add(1, std::memory_order_release);
 }

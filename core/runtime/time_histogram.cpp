@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/common/assert.hpp"
+
 namespace bristle {
 
 namespace {
@@ -18,11 +20,13 @@ int bucket_of(std::uint64_t ns) noexcept {
   while (octave < 63 && (ns >> octave) > 1) ++octave;
   const std::uint64_t fraction =
       octave >= mantissa_bits ? (ns >> (octave - mantissa_bits)) & 63 : (ns << (mantissa_bits - octave)) & 63;
+  BRISTLE_ASSERT((ns >> octave) == 1 && fraction < 64);
   return std::min(octave * 64 + static_cast<int>(fraction) + 1, last);
 }
 
 /// Largest whole number of nanoseconds in a bucket, in seconds.
 double upper_edge_s(int bucket) noexcept {
+  BRISTLE_ASSERT(bucket >= 0 && bucket <= last);
   if (bucket == 0) return 0.0;
   const int octave = (bucket - 1) / 64;
   const std::uint64_t mantissa = static_cast<std::uint64_t>(64 + (bucket - 1) % 64);

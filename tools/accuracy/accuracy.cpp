@@ -9,9 +9,10 @@
 #include <bristle/error.hpp>
 #include <bristle/patch_batch.hpp>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
-#include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
@@ -101,19 +102,14 @@ void accuracy_command(const AccuracyOptions& options) {
   if (BRISTLE_MINIMAL)
     throw UserError(
         "accuracy needs the mean force and two axes, which this build leaves out (BRISTLE_MINIMAL)");
-  if ((options.json == "-") + (options.csv == "-") + (options.write == "-") > 1)
-    throw UserError("--json -, --csv -, --write -: only one can have stdout");
+  const bool on_stdout =
+      takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
   const Scene scene = read_scene(options.scene);
-  // Opened before the runs: a path that cannot be written must not cost the result.
-  std::optional<FilePointer> json, csv;
-  if (!options.json.empty()) json.emplace(open_for_writing(options.json));
-  if (!options.csv.empty()) csv.emplace(open_for_writing(options.csv));
+  const OutputFile json(options.json), csv(options.csv);
   const AccuracyResult result = study_accuracy(scene, options);
-  if (options.json != "-" && options.csv != "-" && options.write != "-") {
-    write_text(stdout, accuracy_table(scene, options, result), "standard output");
-  }
-  if (json) write_text(json->get(), accuracy_json(scene, options, result), options.json);
-  if (csv) write_text(csv->get(), accuracy_csv(scene, result), options.csv);
+  if (!on_stdout) write_text(stdout, accuracy_table(scene, options, result), "standard output");
+  if (json) json.write(accuracy_json(scene, options, result));
+  if (csv) csv.write(accuracy_csv(scene, result));
   const Recommendation& best = result.recommendation;
   if (!best.found && (options.error || !options.write.empty())) {
     throw UserError(fmt::format(
@@ -123,8 +119,7 @@ void accuracy_command(const AccuracyOptions& options) {
         result.not_run.empty() ? "" : " (--seconds with more time tries more bristles)"));
   }
   if (!options.write.empty()) {
-    const FilePointer file = open_for_writing(options.write);
-    write_text(file.get(), tuned_scene(scene, result, options.write), options.write);
+    OutputFile(options.write).write(tuned_scene(scene, result, options.write));
   }
 }
 

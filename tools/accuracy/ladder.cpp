@@ -10,7 +10,7 @@
 #include <bristle/deadline_monitor.hpp>
 
 #include "tools/accuracy/accuracy.hpp"
-#include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
 namespace cli {

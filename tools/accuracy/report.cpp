@@ -1,19 +1,16 @@
 // What `bristle accuracy` says: tables for people, JSON for programs, CSV for the plot.
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/report_tables.hpp"
 
 namespace cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // People begin to notice a change of force of this size.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
@@ -26,13 +23,11 @@ const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
 // Of the setting, or of the first patch where the scene is as it is.
 struct Shown {
-  std::string bristles;
   const char *rule, *precision, *sampling;
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
-  return {s.as_scene ? "as it is" : count_text(s.bristles),
-          o.step_rule == bristle::StepRule::exact ? "exact" : "literal",
+  return {o.step_rule == bristle::StepRule::exact ? "exact" : "literal",
           o.precision == bristle::Precision::single ? "single" : "double",
           o.sampling == bristle::Sampling::stratified ? "stratified" : "random"};
 }
@@ -41,39 +36,19 @@ double ns_per_bristle(const Scene& scene, const SettingResult& s) {
   return 1e9 * s.step_s() / static_cast<double>(total_bristles(scene, s.setting));
 }
 
-std::vector<const SettingResult*> sorted(const AccuracyResult& r, bool front_only) {
+std::vector<const SettingResult*> sorted(const AccuracyResult& r) {
   std::vector<const SettingResult*> rows;
-  for (const SettingResult& s : r.settings) {
-    if (!front_only || s.on_front) rows.push_back(&s);
-  }
+  for (const SettingResult& s : r.settings) rows.push_back(&s);
   std::sort(rows.begin(), rows.end(), [&](const SettingResult* a, const SettingResult* b) {
     return scene_step_s(r, *a) < scene_step_s(r, *b);
   });
   return rows;
 }
 
-std::string settings_table(const Scene& scene, const AccuracyResult& r, bool front_only) {
-  TextTable table({"bristles", "dt", "<rule", "<precision", "<sampling", "<force", "error rms %", "+-",
-                   "max %", "energy %", "us a scene step", "us a step", "quartiles", "ns a bristle",
-                   "<front"});
-  for (const SettingResult* s : sorted(r, front_only)) {
-    const PatchError e = s->worst();
-    const Shown show = shown(scene, s->setting);
-    table.add({show.bristles, time_text(r.reference_dt_s * s->setting.parts), show.rule, show.precision,
-               show.sampling, output_name(s->setting), percent(e.rms), percent(s->rms_spread()),
-               percent(e.max), percent(e.energy), microseconds(scene_step_s(r, *s)),
-               microseconds(s->step_s()),
-               microseconds(s->step_s(0.25)) + " to " + microseconds(s->step_s(0.75)),
-               fmt::format("{:.3g}", ns_per_bristle(scene, *s)), s->on_front ? "*" : ""});
-  }
-  return table.text();
-}
-
 std::string head(const Scene& scene, const AccuracyResult& r) {
-  const Conditions c = conditions();
-  std::string text = fmt::format(
-      "bristle {}, commit {}, {}, {} kernels\n{}, {} cores\nscene {}: steps of {}, deadline {}\n", c.version,
-      c.commit, c.flags, r.isa, c.cpu, c.cores, scene.name, time_text(scene.dt), time_text(scene.deadline));
+  std::string text =
+      fmt::format("{}\nscene {}: steps of {}, deadline {}\n", measured_with(conditions(), r.isa), scene.name,
+                  time_text(scene.dt), time_text(scene.deadline));
   text += fmt::format(
       "reference: exact rule, {} precision, steps of {}, mean of {} runs of {} bristles a patch\n",
       r.reference_double ? "double" : "single", time_text(r.reference_dt_s), r.reference_runs,
@@ -104,40 +79,6 @@ std::string head(const Scene& scene, const AccuracyResult& r) {
         "that large.\n";
   }
   return text;
-}
-
-std::string slope_table(const AccuracyResult& r) {
-  TextTable table({"<patch", "<error against", "slope", "+-", "points", "<theory"});
-  for (const SlopeResult& s : r.slopes) {
-    const bool fits = s.fit.points >= 2;
-    table.add({s.patch, s.sweep, fits ? fmt::format("{:+.2f}", s.fit.slope) : "-",
-               s.fit.points > 2 ? fmt::format("{:.2f}", s.fit.error) : "-", fmt::format("{}", s.fit.points),
-               s.theory});
-  }
-  return table.text();
-}
-
-std::string feature_table(const AccuracyResult& r) {
-  TextTable table({"<feature", "<here", "saves %", "quartiles", "error with %", "without %", "<so"});
-  for (const FeatureResult& f : r.features) {
-    if (!f.measured) {
-      table.add({f.feature, f.state, "-", "-", "-", "-", f.advice});
-      continue;
-    }
-    table.add({f.feature, f.state, fmt::format("{:.0f}", std::round(100.0 * f.saves) + 0.0),
-               fmt::format("{:.0f} to {:.0f}", std::round(100.0 * f.saves_low) + 0.0,
-                           std::round(100.0 * f.saves_high) + 0.0),
-               percent(f.error_with), percent(f.error_without), f.advice});
-  }
-  return table.text();
-}
-
-std::string shedding_table(const AccuracyResult& r) {
-  TextTable table({"<bristles left, half of the time", "error rms %", "max %", "us a step"});
-  for (const ShedResult& s : r.shedding)
-    table.add({s.share == 1.0 ? "all" : fmt::format("1/{:.0f}", 1.0 / s.share), percent(s.error.rms),
-               percent(s.error.max), microseconds(s.step_s)});
-  return table.text();
 }
 
 std::string threads_text(int threads) {
@@ -226,51 +167,7 @@ Json recommendation_json(const Scene& scene, const AccuracyResult& r) {
   return json;
 }
 
-}  // namespace
-
-std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
-  std::uint64_t total = 0;
-  for (const ScenePatch& patch : scene.patches) {
-    const bristle::Material& m = scene.materials[patch.material].material;
-    std::uint64_t n = setting.as_scene ? patch.options.bristles : setting.bristles;
-    if (n == 0) {
-      const double all = std::ceil(m.bristles_in_contact(patch.options.max_normal_load));
-      n = static_cast<std::uint64_t>(std::clamp(all, 1.0, 4096.0));
-    }
-    total += n * patch.count;
-  }
-  return total;
-}
-
-std::string accuracy_table(const Scene& scene, const AccuracyOptions&, const AccuracyResult& r) {
-  std::string text = head(scene, r);
-  text += "\nAll settings, by time\n\n" + settings_table(scene, r, false);
-  if (!r.not_run.empty()) {
-    text += fmt::format("{} settings more were too slow for the time given (--seconds): {}{}\n",
-                        r.not_run.size(), r.not_run.front(), r.not_run.size() > 1 ? ", ..." : "");
-  }
-  text += fmt::format(
-      "\nThe front: nothing tried is both faster and better. (Steps no longer than the scene's, the force it "
-      "uses: {}.)\n"
-      "People notice differences of force from {:.0f} to {:.0f} % up.\n\n",
-      r.own_mean ? "mean" : "end", 100.0 * discrimination_low, 100.0 * discrimination_high);
-  text += settings_table(scene, r, true);
-  text += fmt::format(
-      "\nOrders of convergence, fitted on log-log scales above three times the error of what they are "
-      "compared with\n"
-      "(bristles: the reference at the scene's dt; steps: the same {} bristles, double, steps of {})\n\n",
-      count_text(r.pair_bristles), time_text(r.reference_dt_s));
-  text += slope_table(r) + '\n' + recommendation_text(scene, r);
-  text += "\nWhat the scene could leave out, as it is now: with and without, in turns\n\n" + feature_table(r);
-  text +=
-      "\nUnder overload (--budget of bristle run): bristles left out and taken back, 16 changes in a "
-      "run\n\n" +
-      shedding_table(r);
-  text += fmt::format("\n{} in all\n", time_text(r.seconds));
-  return text;
-}
-
-std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
+Json report_of(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
   Json report = {{"schema", "bristle-accuracy-1"}};
   report["conditions"] = to_json(conditions());
   report["conditions"]["isa"] = r.isa;
@@ -298,7 +195,7 @@ std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, co
   report["patch_count"] = r.copies;
   report["paired_bristles"] = r.pair_bristles;
   report["settings"] = Json::array();
-  for (const SettingResult* s : sorted(r, false)) report["settings"].push_back(setting_json(scene, r, *s));
+  for (const SettingResult* s : sorted(r)) report["settings"].push_back(setting_json(scene, r, *s));
   report["not_run"] = r.not_run;
   report["slopes"] = Json::array();
   for (const SlopeResult& s : r.slopes) {
@@ -326,40 +223,113 @@ std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, co
   for (const ShedResult& s : r.shedding)
     report["shedding"].push_back(
         {{"share", s.share}, {"error", {{"rms", s.error.rms}, {"max", s.error.max}}}, {"step_s", s.step_s}});
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return report;
+}
+
+}  // namespace
+
+std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
+  std::uint64_t total = 0;
+  for (const ScenePatch& patch : scene.patches) {
+    const bristle::Material& m = scene.materials[patch.material].material;
+    std::uint64_t n = setting.as_scene ? patch.options.bristles : setting.bristles;
+    if (n == 0) {
+      const double all = std::ceil(m.bristles_in_contact(patch.options.max_normal_load));
+      n = static_cast<std::uint64_t>(std::clamp(all, 1.0, 4096.0));
+    }
+    total += n * patch.count;
+  }
+  return total;
+}
+
+std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
+  const Json report = report_of(scene, options, r);
+  std::string text = head(scene, r);
+  text += "\nAll settings, by time\n\n" + settings_table(report, Medium::terminal, false).text();
+  if (!r.not_run.empty()) {
+    text += fmt::format("{} settings more were too slow for the time given (--seconds): {}{}\n",
+                        r.not_run.size(), r.not_run.front(), r.not_run.size() > 1 ? ", ..." : "");
+  }
+  text += fmt::format(
+      "\nThe front: nothing tried is both faster and better. (Steps no longer than the scene's, the force it "
+      "uses: {}.)\n"
+      "People notice differences of force from {:.0f} to {:.0f} % up.\n\n",
+      r.own_mean ? "mean" : "end", 100.0 * discrimination_low, 100.0 * discrimination_high);
+  text += settings_table(report, Medium::terminal, true).text();
+  text += fmt::format(
+      "\nOrders of convergence, fitted on log-log scales above three times the error of what they are "
+      "compared with\n"
+      "(bristles: the reference at the scene's dt; steps: the same {} bristles, double, steps of {})\n\n",
+      count_text(r.pair_bristles), time_text(r.reference_dt_s));
+  text += slopes_table(report, Medium::terminal).text() + '\n' + recommendation_text(scene, r);
+  text += "\nWhat the scene could leave out, as it is now: with and without, in turns\n\n" +
+          scene_features_table(report, Medium::terminal).text();
+  text +=
+      "\nUnder overload (--budget of bristle run): bristles left out and taken back, 16 changes in a "
+      "run\n\n" +
+      shedding_table(report).text();
+  text += fmt::format("\n{} in all\n", time_text(r.seconds));
+  return text;
+}
+
+std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
+  return report_of(scene, options, r).dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 std::string accuracy_csv(const Scene& scene, const AccuracyResult& r) {
-  std::string text =
-      "bristles,dt_s,step_rule,precision,sampling,force,as_scene,usable,pareto,recommended,error_rms,error_"
-      "rms_se,"
-      "error_max,error_energy,position_m,step_us,step_us_q1,step_us_q3,scene_step_us,ns_per_bristle,runs,"
-      "deadline_us,reference_error\n";
-  double floor = 0.0;
-  for (const double value : r.floor) floor = std::max(floor, value);
-  const auto row = [&](const SettingResult& s, bool recommended) {
-    const Shown show = shown(scene, s.setting);
-    const PatchError e = s.worst();
-    const std::uint64_t n =
-        s.setting.as_scene ? total_bristles(scene, s.setting) / scene.patch_count() : s.setting.bristles;
-    fmt::format_to(
-        std::back_inserter(text),
-        "{},{:g},{},{},{},{},{:d},{:d},{:d},{:d},{:.4g},{:.3g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},"
-        "{:.4g},{:.4g},{},{:g},{:.3g}\n",
-        n, r.reference_dt_s * s.setting.parts, show.rule, show.precision, show.sampling,
-        output_name(s.setting), s.setting.as_scene, is_usable(r, s.setting), s.on_front, recommended, e.rms,
-        s.rms_spread(), e.max, e.energy, e.path, 1e6 * s.step_s(), 1e6 * s.step_s(0.25), 1e6 * s.step_s(0.75),
-        1e6 * scene_step_s(r, s), ns_per_bristle(scene, s), s.errors.size(), 1e6 * scene.deadline, floor);
+  struct Row {
+    const SettingResult& result;
+    bool recommended;
+    PatchError error;
+    Shown shown;
   };
-  for (const SettingResult* s : sorted(r, false)) row(*s, false);
+  const double floor =
+      r.floor.empty() ? 0.0 : std::max(0.0, *std::max_element(r.floor.begin(), r.floor.end()));
+  const auto yes = [](bool value) { return value ? "1" : "0"; };
+  const auto digits = [](double value) { return fmt::format("{:.4g}", value); };
+  const auto bristles = [&](const Setting& s) {
+    return s.as_scene ? total_bristles(scene, s) / scene.patch_count() : s.bristles;
+  };
+  const std::vector<Column<Row>> columns = {
+      {"bristles", [&](const Row& row) { return Cell(std::to_string(bristles(row.result.setting))); }},
+      {"dt_s",
+       [&](const Row& row) {
+         return Cell(fmt::format("{:g}", r.reference_dt_s * row.result.setting.parts));
+       }},
+      {"step_rule", [](const Row& row) { return Cell(row.shown.rule); }},
+      {"precision", [](const Row& row) { return Cell(row.shown.precision); }},
+      {"sampling", [](const Row& row) { return Cell(row.shown.sampling); }},
+      {"force", [](const Row& row) { return Cell(output_name(row.result.setting)); }},
+      {"as_scene", [&](const Row& row) { return Cell(yes(row.result.setting.as_scene)); }},
+      {"usable", [&](const Row& row) { return Cell(yes(is_usable(r, row.result.setting))); }},
+      {"pareto", [&](const Row& row) { return Cell(yes(row.result.on_front)); }},
+      {"recommended", [&](const Row& row) { return Cell(yes(row.recommended)); }},
+      {"error_rms", [&](const Row& row) { return Cell(digits(row.error.rms)); }},
+      {"error_rms_se", [](const Row& row) { return Cell(fmt::format("{:.3g}", row.result.rms_spread())); }},
+      {"error_max", [&](const Row& row) { return Cell(digits(row.error.max)); }},
+      {"error_energy", [&](const Row& row) { return Cell(digits(row.error.energy)); }},
+      {"position_m", [&](const Row& row) { return Cell(digits(row.error.path)); }},
+      {"step_us", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s())); }},
+      {"step_us_q1", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s(0.25))); }},
+      {"step_us_q3", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s(0.75))); }},
+      {"scene_step_us", [&](const Row& row) { return Cell(digits(1e6 * scene_step_s(r, row.result))); }},
+      {"ns_per_bristle", [&](const Row& row) { return Cell(digits(ns_per_bristle(scene, row.result))); }},
+      {"runs", [](const Row& row) { return Cell(std::to_string(row.result.errors.size())); }},
+      {"deadline_us", [&](const Row&) { return Cell(fmt::format("{:g}", 1e6 * scene.deadline)); }},
+      {"reference_error", [&](const Row&) { return Cell(fmt::format("{:.3g}", floor)); }}};
+  std::vector<Row> rows;
+  const auto add = [&](const SettingResult& s, bool recommended) {
+    rows.push_back({s, recommended, s.worst(), shown(scene, s.setting)});
+  };
+  for (const SettingResult* s : sorted(r)) add(*s, false);
+  SettingResult best;
   if (r.recommendation.found) {
-    SettingResult best;
     best.setting = r.recommendation.setting;
     best.errors = {{r.recommendation.confirmed}};
     best.times = {{r.recommendation.confirmed_step_s, 0.0, 1}};
-    row(best, true);
+    add(best, true);
   }
-  return text;
+  return tabulate(rows, columns).csv();
 }
 
 }  // namespace cli

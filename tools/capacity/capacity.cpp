@@ -1,7 +1,5 @@
 #include "tools/capacity/capacity.hpp"
 
-#include <algorithm>
-#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -9,6 +7,7 @@
 #include "bench/plain_loops.hpp"
 
 #include "tools/capacity/subject.hpp"
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
@@ -121,15 +120,12 @@ std::string CapacityCase::layout_name() const {
 }
 
 void capacity_command(const CapacityOptions& options) {
-  if ((options.json == "-") + (options.csv == "-") > 1)
-    throw UserError("--json - and --csv -: only one can have stdout");
+  const bool on_stdout = takes_stdout({{"--json", options.json}, {"--csv", options.csv}});
   if (!options.csv.empty() && (options.targets || options.features)) {
     throw UserError(fmt::format("--csv: holds the curves of the search, which --{} leaves out",
                                 options.targets ? "targets" : "features"));
   }
-  std::optional<FilePointer> json, csv;
-  if (!options.json.empty()) json.emplace(open_for_writing(options.json));
-  if (!options.csv.empty()) csv.emplace(open_for_writing(options.csv));
+  const OutputFile json(options.json), csv(options.csv);
 
   CapacityResult result;
   {
@@ -168,11 +164,9 @@ void capacity_command(const CapacityOptions& options) {
       result.rows.push_back(find_capacity(c, options));
     }
   }
-  if (options.json != "-" && options.csv != "-") {
-    write_text(stdout, capacity_table(options, result), "standard output");
-  }
-  if (json) write_text(json->get(), capacity_json(options, result), options.json);
-  if (csv) write_text(csv->get(), capacity_csv(options, result), options.csv);
+  if (!on_stdout) write_text(stdout, capacity_table(options, result), "standard output");
+  if (json) json.write(capacity_json(options, result));
+  if (csv) csv.write(capacity_csv(options, result));
 }
 
 }  // namespace cli

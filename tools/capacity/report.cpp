@@ -1,20 +1,14 @@
 // What `bristle capacity` says: tables for people, JSON for programs, CSV for the plot.
-#include <iterator>
-
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/capacity/capacity.hpp"
 #include "tools/capacity/subject.hpp"
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/report_tables.hpp"
 
 namespace cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-constexpr double papers_bristles = 900.0;
 
 struct Motion {
   Regime regime;
@@ -34,10 +28,6 @@ const char* const note_on_p99 =
     "is "
     "late and the median well inside, a probe is tried up to four times, the confirming run twice.";
 
-std::string ns_text(double ns) {
-  return ns < 0.001 ? "< 0.001" : fmt::format("{:.{}f}", ns, ns < 10.0 ? 3 : 1);
-}
-
 Json times_json(const StepTimes& t) {
   return {{"bristles", t.bristles},
           {"steps", t.steps},
@@ -48,117 +38,7 @@ Json times_json(const StepTimes& t) {
           {"ns_per_bristle", t.bristles ? Json(t.ns_per_bristle()) : Json(nullptr)}};
 }
 
-std::string comparison_table(const CapacityResult& result) {
-  TextTable table(
-      {"bristles", "<motion", "<loop", "ns per bristle", "a step us", "time / bristle's", "quartiles"});
-  std::string last;
-  for (const ComparisonRow& row : result.comparisons) {
-    const std::string group = fmt::format("{} {}", row.bristles, row.regime);
-    const bool first = group != last;
-    last = group;
-    table.add({first ? count_text(row.bristles) : "", first ? row.regime : "", row.what,
-               ns_text(row.ns_per_bristle),
-               fmt::format("{:.3g}", row.ns_per_bristle * 1e-3 * static_cast<double>(row.bristles)),
-               first ? "1" : fmt::format("{:.2f}", row.ratio),
-               first ? "" : fmt::format("{:.2f} to {:.2f}", row.ratio_low, row.ratio_high)});
-  }
-  return table.text();
-}
-
-std::string rows_table(const CapacityResult& result) {
-  TextTable table({"<motion", "<kernel", "<layout", "threads", "bristles that fit", "x 900", "ns per bristle",
-                   "in cache", "p50", "p99", "max"});
-  table.add({"the paper (2004)", "1 GHz Pentium III", "one patch", "1", "900", "1", "-", "-", "-", "-", "-"});
-  for (const CapacityRow& row : result.rows) {
-    const StepTimes& t = row.fits;
-    std::vector<std::string> cells = {to_string(row.what.regime), row.what.kernel_name(),
-                                      row.what.layout_name(), fmt::format("{}", row.what.threads)};
-    if (row.unconfirmed || t.bristles == 0) {
-      cells.insert(cells.end(), {row.unconfirmed ? "not confirmed: machine too busy" : "fewer than 900", "-",
-                                 "-", "-", "-", "-", "-"});
-    } else {
-      cells.push_back((row.capped ? "> " : "") + count_text(t.bristles));
-      cells.push_back(
-          count_text(static_cast<unsigned long long>(static_cast<double>(t.bristles) / papers_bristles)));
-      cells.push_back(ns_text(t.ns_per_bristle()));
-      cells.push_back(row.in_cache.bristles ? ns_text(row.in_cache.ns_per_bristle()) : "-");
-      for (const double s : {t.p50_s, t.p99_s, t.max_s}) cells.push_back(time_text(s));
-    }
-    table.add(std::move(cells));
-  }
-  return table.text();
-}
-
-std::string targets_table(const CapacityResult& result) {
-  TextTable table({"<target", "measured", "<", "spread", "limit", "<", "<what"});
-  for (const TargetRow& row : result.targets) {
-    table.add({row.name, fmt::format("{:.3g}", row.measured), row.unit,
-               fmt::format("{:.3g} to {:.3g}", row.low, row.high),
-               fmt::format("{} {:.3g}", row.at_least ? ">=" : "<=", row.limit), row.met() ? "met" : "MISSED",
-               row.what});
-  }
-  return table.text();
-}
-
-std::string features_table(const CapacityResult& result) {
-  TextTable table(
-      {"<motion", "<feature", "<kernel", "bytes per bristle", "ns per bristle", "time / least", "quartiles"});
-  std::string last;
-  for (const FeatureRow& row : result.features) {
-    table.add({row.regime == last ? "" : row.regime, row.feature, row.kernel,
-               fmt::format("{}", row.bytes_per_bristle), ns_text(row.ns_per_bristle),
-               fmt::format("{:.2f}", row.ratio),
-               fmt::format("{:.2f} to {:.2f}", row.ratio_low, row.ratio_high)});
-    last = row.regime;
-  }
-  return table.text();
-}
-
-}  // namespace
-
-std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
-  const Conditions c = conditions();
-  std::string text = fmt::format(
-      "bristle {}, commit {}, {}, {} kernels\n{}, {} cores, state hash of a fixed scene {:016x}\ndeadline "
-      "{}, dt {}, snap lengths uniform on 5 to "
-      "15 um, "
-      "motion along (0.8, 0.6)\n",
-      c.version, c.commit, c.flags, result.isa, c.cpu, c.cores, result.state_hash,
-      time_text(options.deadline_s), time_text(capacity_dt_s));
-  for (const Motion& m : motions) text += fmt::format("  {:<11} {}\n", to_string(m.regime), m.meaning);
-  text += '\n';
-  if (!result.features.empty()) {
-    text +=
-        "What each feature adds to the least kernel: 14,400 bristles, one thread, interleaved. A kernel "
-        "holds "
-        "the\ncode of its own features only.\n\n" +
-        features_table(result) + '\n';
-  }
-  if (!result.targets.empty()) {
-    text +=
-        "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
-        "p99.\n\n" +
-        targets_table(result) + '\n';
-  }
-  if (result.rows.empty()) return text;
-  if (!result.comparisons.empty()) {
-    text +=
-        "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
-        "paper's\n"
-        "loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
-    text += comparison_table(result) + '\n';
-  } else {
-    text += "plain loops left out: built for another machine or without them\n\n";
-  }
-  text += fmt::format(
-      "Bristles whose step fits {} at p99, confirmed by a run of its own. In cache: 14,400 bristles.\n\n",
-      time_text(options.deadline_s));
-  text += rows_table(result);
-  text += fmt::format("\n{}\n", note_on_p99);
-  return text;
-}
-
-std::string capacity_json(const CapacityOptions& options, const CapacityResult& result) {
+Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   Json report = {{"schema", "bristle-capacity-1"}};
   report["conditions"] = to_json(conditions());
   report["conditions"]["isa"] = result.isa;
@@ -221,21 +101,77 @@ std::string capacity_json(const CapacityOptions& options, const CapacityResult& 
                                     {"in_cache", times_json(row.in_cache)},
                                     {"curve", curve}});
   }
-  return report.dump(2) + '\n';
+  return report;
+}
+
+}  // namespace
+
+std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
+  const Json report = report_of(options, result);
+  std::string text = fmt::format(
+      "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um, "
+      "motion along (0.8, 0.6)\n",
+      measured_with(conditions(), result.isa), result.state_hash, time_text(options.deadline_s),
+      time_text(capacity_dt_s));
+  for (const Motion& m : motions) text += fmt::format("  {:<11} {}\n", to_string(m.regime), m.meaning);
+  text += '\n';
+  if (!result.features.empty()) {
+    text +=
+        "What each feature adds to the least kernel: 14,400 bristles, one thread, interleaved. A kernel "
+        "holds "
+        "the\ncode of its own features only.\n\n" +
+        kernel_features_table(report, Medium::terminal).text() + '\n';
+  }
+  if (!result.targets.empty()) {
+    text +=
+        "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
+        "p99.\n\n" +
+        targets_table(report, Medium::terminal).text() + '\n';
+  }
+  if (result.rows.empty()) return text;
+  if (!result.comparisons.empty()) {
+    text +=
+        "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
+        "paper's\n"
+        "loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
+    text += comparisons_table(report, Medium::terminal).text() + '\n';
+  } else {
+    text += "plain loops left out: built for another machine or without them\n\n";
+  }
+  text += fmt::format(
+      "Bristles whose step fits {} at p99, confirmed by a run of its own. In cache: 14,400 bristles.\n\n",
+      time_text(options.deadline_s));
+  text += capacities_table(report, Medium::terminal).text();
+  text += fmt::format("\n{}\n", note_on_p99);
+  return text;
+}
+
+std::string capacity_json(const CapacityOptions& options, const CapacityResult& result) {
+  return report_of(options, result).dump(2) + '\n';
 }
 
 std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result) {
-  std::string text =
-      "motion,kernel,layout,threads,bristles,p50_us,p99_us,max_us,ns_per_bristle,deadline_us\n";
+  struct Point {
+    const CapacityCase& what;
+    const StepTimes& times;
+  };
+  std::vector<Point> points;
   for (const CapacityRow& row : result.rows) {
-    for (const StepTimes& t : row.curve) {
-      fmt::format_to(std::back_inserter(text), "{},\"{}\",{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
-                     to_string(row.what.regime), row.what.kernel_name(), row.what.layout_name(),
-                     row.what.threads, t.bristles, 1e6 * t.p50_s, 1e6 * t.p99_s, 1e6 * t.max_s,
-                     t.ns_per_bristle(), 1e6 * options.deadline_s);
-    }
+    for (const StepTimes& times : row.curve) points.push_back({row.what, times});
   }
-  return text;
+  const auto digits = [](double value) { return fmt::format("{:.4g}", value); };
+  const std::vector<Column<Point>> columns = {
+      {"motion", [](const Point& p) { return Cell(to_string(p.what.regime)); }},
+      {"kernel", [](const Point& p) { return Cell(p.what.kernel_name()); }},
+      {"layout", [](const Point& p) { return Cell(p.what.layout_name()); }},
+      {"threads", [](const Point& p) { return Cell(std::to_string(p.what.threads)); }},
+      {"bristles", [](const Point& p) { return Cell(std::to_string(p.times.bristles)); }},
+      {"p50_us", [&](const Point& p) { return Cell(digits(1e6 * p.times.p50_s)); }},
+      {"p99_us", [&](const Point& p) { return Cell(digits(1e6 * p.times.p99_s)); }},
+      {"max_us", [&](const Point& p) { return Cell(digits(1e6 * p.times.max_s)); }},
+      {"ns_per_bristle", [&](const Point& p) { return Cell(digits(p.times.ns_per_bristle())); }},
+      {"deadline_us", [&](const Point&) { return Cell(digits(1e6 * options.deadline_s)); }}};
+  return tabulate(points, columns).csv();
 }
 
 }  // namespace cli

@@ -3,9 +3,10 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include <bristle/patch_batch.hpp>
+
+#include "bench/steady_scene.hpp"
 
 #include "tools/capacity/capacity.hpp"
 
@@ -20,25 +21,15 @@ class CapacitySubject {
   CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 
   /// One step of the motion; to be timed.
-  void step() noexcept {
-    std::vector<bristle::Motion>& motions = motions_[turn_];
-    turn_ ^= 1;
-    batch_.step(capacity_dt_s, {motions.data(), motions.size()}, {responses_.data(), responses_.size()});
-  }
+  void step() noexcept { scene_.step(); }
 
-  std::uint64_t bristles() const noexcept { return bristles_; }
-  const char* isa() const noexcept { return batch_.isa(); }
-  std::uint64_t state_hash() const noexcept { return batch_.state_hash(); }
-  bristle::PatchInfo info() const noexcept { return batch_.info(motions_[0].front().id); }
+  std::uint64_t bristles() const noexcept { return scene_.bristles(); }
+  const char* isa() const noexcept { return scene_.batch().isa(); }
+  std::uint64_t state_hash() const noexcept { return scene_.batch().state_hash(); }
+  bristle::PatchInfo info() const noexcept { return scene_.info(); }
 
  private:
-  void set_displacement(int turn, const CapacityCase& what, double metres);
-
-  bristle::PatchBatch batch_;
-  std::uint64_t bristles_ = 0;
-  int turn_ = 0;
-  std::vector<bristle::Motion> motions_[2];  // of even and of odd steps
-  std::vector<bristle::Response> responses_;
+  bristle_bench::SteadyScene scene_;
 };
 
 /// Step times of `steps` steps back to back.

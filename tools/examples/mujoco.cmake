@@ -19,5 +19,5 @@ target_link_libraries(bristle_mujoco_parts
 
 add_executable(bristle_mujoco examples/mujoco_main.cpp)
 bristle_compile_flags(bristle_mujoco)
-target_link_libraries(bristle_mujoco PRIVATE bristle_mujoco_parts CLI11::CLI11 fmt::fmt)
+target_link_libraries(bristle_mujoco PRIVATE bristle_mujoco_parts bristle_reports CLI11::CLI11)
 set_target_properties(bristle_mujoco PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

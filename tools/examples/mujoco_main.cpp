@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "tools/examples/mujoco_scenes.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/table.hpp"
 
 namespace {
 
@@ -15,8 +15,8 @@ using mujoco_example::Friction;
 using mujoco_example::Run;
 using mujoco_example::Scene;
 
-void add_rows(cli::TextTable& table, const Scene& scene, const std::vector<Run>& runs) {
-  table.add_heading(scene.title);
+void add_rows(cli::Table& table, const Scene& scene, const std::vector<Run>& runs) {
+  table.add_note(scene.title);
   for (const Run& run : runs) {
     const auto& end = run.samples.back();
     table.add({std::string("  ") + to_string(run.friction), fmt::format("{:.5f}", 1e6 * run.creep + 0.0),
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
       file << "scene,friction,t[s],travel[m],turn[rad],x[m],y[m],z[m]\n";
       if (!file) throw std::runtime_error("cannot write " + csv);
     }
-    cli::TextTable table(
+    cli::Table table(
         {"<scene", "creep um/s", "travel mm", "turn deg", "contacts", "us a step", "us a contact"});
     for (const Scene& scene : mujoco_example::all_scenes()) {
       if (!only.empty() && scene.name != only) continue;

@@ -106,21 +106,17 @@ void over_rests(const ExperimentInput& input, const std::string& model, Experime
   result.findings.push_back({"dwell_time", model, ratio, ratio > 1.02});
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  const std::vector<double>& loads = input.settings.numbers("loads");
+void check(const Settings& settings) {
+  const std::vector<double>& loads = settings.numbers("loads");
   if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end()) {
     throw UserError("experiment break-away: loads must hold two loads that differ");
   }
-  ExperimentResult result;
-  result.columns = {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"};
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    over_rates(input, model, result);
-    over_loads(input, model, result);
-    over_rests(input, model, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+}
+
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  over_rates(input, model, result);
+  over_loads(input, model, result);
+  over_rests(input, model, result);
 }
 
 }  // namespace
@@ -153,7 +149,9 @@ Experiment break_away_experiment() {
        {"dwell_time", "static friction grows at rest",
         "static friction grows with the logarithm of the time at rest (Rabinowicz 1958; Dieterich 1972)",
         "break-away friction after the longest rest, over that after the shortest", "", "above 1.02"}},
-      &run};
+      {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"},
+      &run,
+      &check};
 }
 
 }  // namespace cli

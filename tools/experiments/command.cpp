@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
@@ -90,10 +90,7 @@ void check_plot(const ExperimentOptions& options) {
 
 void draw(const ExperimentOptions& options, const ExperimentReport& report) {
   const fs::path data = fs::temp_directory_path() / fmt::format("bristle_experiment_{}.csv", getpid());
-  {
-    const FilePointer file = open_for_writing(data.string());
-    write_text(file.get(), experiment_csv(report), data.string());
-  }
+  { OutputFile(data.string()).write(experiment_csv(report)); }
   const std::string command = fmt::format(
       "gnuplot -e \"csv={}; png={}; folder={}\" {}", quoted(data.string()), quoted(options.plot),
       quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
@@ -103,24 +100,7 @@ void draw(const ExperimentOptions& options, const ExperimentReport& report) {
   if (code != 0) throw UserError("--plot: gnuplot failed; its message is above");
 }
 
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& path) : path_(path) {
-    if (!path.empty()) file_.emplace(open_for_writing(path));
-  }
-  explicit operator bool() const { return file_.has_value(); }
-  void write(const std::string& text) const { write_text(file_->get(), text, path_); }
-
- private:
-  std::string path_;
-  std::optional<FilePointer> file_;
-};
-
 void check_files(const ExperimentOptions& options) {
-  const std::string* files[] = {&options.csv, &options.json, &options.markdown};
-  if (std::count_if(std::begin(files), std::end(files), [](const std::string* f) { return *f == "-"; }) > 1) {
-    throw UserError("only one of --csv, --json and --markdown can have stdout");
-  }
   if (options.name == "all" && !options.csv.empty()) throw UserError("--csv: one experiment at a time");
   if (options.name != "all" && !options.markdown.empty()) throw UserError("--markdown: only with 'all'");
   check_plot(options);
@@ -168,6 +148,8 @@ void experiment_command(const ExperimentOptions& options) {
     write_text(stdout, experiment_list(), "standard output");
     return;
   }
+  const bool on_stdout =
+      takes_stdout({{"--csv", options.csv}, {"--json", options.json}, {"--markdown", options.markdown}});
   check_files(options);
   const std::vector<std::string> models = chosen_models(options);
   std::vector<const Experiment*> wanted;
@@ -175,14 +157,14 @@ void experiment_command(const ExperimentOptions& options) {
     if (options.name == "all" || options.name == e.name) wanted.push_back(&e);
   }
   if (wanted.empty()) find_experiment(options.name);
-  for (const Experiment* e : wanted) settings_for(*e, options);  // refuses bad ones before the first runs
-  // Opened before the run: a path that cannot be written must not cost the result.
+  for (const Experiment* e : wanted)
+    e->check(settings_for(*e, options));  // refuses bad ones before the first runs
   const OutputFile csv(options.csv), json(options.json), markdown(options.markdown);
   std::vector<ExperimentReport> reports;
   for (const Experiment* e : wanted) reports.push_back(run_one(*e, options, models));
   std::vector<CostRow> cost;
   if (options.name == "all" && !options.no_cost) cost = run_cost(models);
-  if (options.csv != "-" && options.json != "-" && options.markdown != "-") {
+  if (!on_stdout) {
     write_text(stdout, findings_table(reports, models), "standard output");
     if (!cost.empty()) write_text(stdout, "\n" + cost_table(cost, models), "standard output");
   }

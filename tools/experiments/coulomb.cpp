@@ -92,17 +92,10 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
   result.findings.push_back({"area", model, 100.0 * spread, spread < 0.02});
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  ExperimentResult result;
-  result.columns = {"value", "friction[N]", "friction_over_load"};
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    over_loads(input, model, result);
-    over_bristles(input, model, result);
-    over_areas(input, model, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  over_loads(input, model, result);
+  over_bristles(input, model, result);
+  over_areas(input, model, result);
 }
 
 }  // namespace
@@ -129,6 +122,7 @@ Experiment coulomb_experiment() {
         "spread of the friction over the numbers, over kinetic friction", "%", "below 2 %"},
        {"area", "the apparent area does not matter", "Amontons 1699; the paper, eqs. 6 to 9",
         "spread of the friction over areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
+      {"value", "friction[N]", "friction_over_load"},
       &run};
 }
 

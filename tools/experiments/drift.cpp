@@ -132,17 +132,9 @@ void check_step(const Settings& s) {
   }
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  check_step(input.settings);
-  ExperimentResult result;
-  result.columns = {"t[s]", "applied[N]", "friction[N]", "x[m]"};
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    fig2(input, model, result);
-    slope(input, model, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  fig2(input, model, result);
+  slope(input, model, result);
 }
 
 }  // namespace
@@ -182,7 +174,9 @@ Experiment drift_experiment() {
         "section 3)",
         "speed down the slope in the second half", "um/s",
         "below a thousandth of the presliding length a second"}},
-      &run};
+      {"t[s]", "applied[N]", "friction[N]", "x[m]"},
+      &run,
+      &check_step};
 }
 
 }  // namespace cli

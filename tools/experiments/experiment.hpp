@@ -39,7 +39,6 @@ struct SeriesRow {
 };
 
 struct ExperimentResult {
-  std::vector<std::string> columns;  ///< of SeriesRow::values, units in brackets
   std::vector<SeriesRow> series;
   std::vector<Finding> findings;
 };
@@ -55,7 +54,11 @@ struct Experiment {
   std::string title;
   std::vector<Parameter> parameters;  ///< those of every experiment, with this one's defaults, then its own
   std::vector<Phenomenon> phenomena;
-  ExperimentResult (*run)(const ExperimentInput&);
+  std::vector<std::string> columns;  ///< of SeriesRow::values, units in brackets
+  /// One model: its curves and findings. It may report progress of its own.
+  void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
+  /// Throws UserError where settings do not go together.
+  void (*check)(const Settings&) = [](const Settings&) {};
 };
 
 /// In the order of the table.

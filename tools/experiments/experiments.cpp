@@ -27,8 +27,18 @@ const Experiment& find_experiment(std::string_view name) {
 }
 
 ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input) {
+  ExperimentResult result;
+  const double models = static_cast<double>(input.models.size());
+  double done = 0.0;
   try {
-    return experiment.run(input);
+    experiment.check(input.settings);
+    ExperimentInput one = input;
+    one.progress = [&](double share) { input.progress((done + share) / models); };
+    for (const std::string& model : input.models) {
+      experiment.run(one, model, result);
+      input.progress(++done / models);
+    }
+    return result;
   } catch (const bristle::Error& error) {
     throw UserError(fmt::format("experiment {}: {}", experiment.name, error.what()));
   }

@@ -55,23 +55,21 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   }
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  if (input.settings.number("velocity_amplitude") >= input.settings.number("velocity_mean")) {
+void check(const Settings& settings) {
+  if (settings.number("velocity_amplitude") >= settings.number("velocity_mean")) {
     throw UserError(
         "experiment friction-lag: velocity_amplitude must be below velocity_mean: sliding is one-way");
   }
-  ExperimentResult result;
-  result.columns = {"omega[rad/s]", "v[m/s]", "friction[N]"};
+}
+
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   const std::vector<double>& omegas = input.settings.numbers("omegas");
   const double fastest = *std::max_element(omegas.begin(), omegas.end());
   double done = 0.0;
-  for (const std::string& model : input.models) {
-    for (const double omega : omegas) {
-      swing(input, model, omega, omega == fastest, result);
-      input.progress(++done / static_cast<double>(input.models.size() * omegas.size()));
-    }
+  for (const double omega : omegas) {
+    swing(input, model, omega, omega == fastest, result);
+    input.progress(++done / static_cast<double>(omegas.size()));
   }
-  return result;
 }
 
 }  // namespace
@@ -90,7 +88,9 @@ Experiment friction_lag_experiment() {
             "friction is higher while the speed grows than while it falls (Hess and Soom 1990)",
             "friction at the mean speed, growing less falling, over kinetic friction, fastest swing", "%",
             "above 1 %"}},
-          &run};
+          {"omega[rad/s]", "v[m/s]", "friction[N]"},
+          &run,
+          &check};
 }
 
 }  // namespace cli

@@ -81,17 +81,10 @@ void resting(const ExperimentInput& input, const std::string& model, ExperimentR
   result.findings.push_back({"load_down_rest", model, left / most, left <= most * 1.001});
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  ExperimentResult result;
-  result.columns = {"x_over_presliding", "friction[N]"};
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    sliding(input, model, "up", input.settings.number("factor_up"), result);
-    sliding(input, model, "down", input.settings.number("factor_down"), result);
-    resting(input, model, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  sliding(input, model, "up", input.settings.number("factor_up"), result);
+  sliding(input, model, "down", input.settings.number("factor_down"), result);
+  resting(input, model, result);
 }
 
 }  // namespace
@@ -119,6 +112,7 @@ Experiment load_step_experiment() {
            {"load_down_rest", "less load holds less",
             "a contact holds no more than its static friction (Coulomb's law)",
             "held force after the load fell to a tenth, over static friction there", "", "at most 1"}},
+          {"x_over_presliding", "friction[N]"},
           &run};
 }
 

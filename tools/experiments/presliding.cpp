@@ -118,17 +118,10 @@ void permanent_set(const ExperimentInput& input, const std::string& model, doubl
   result.findings.push_back({"permanent_set", model, left, left > 0.02 && furthest - path.x() > 0.01 * dbar});
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  ExperimentResult result;
-  result.columns = {"x[m]", "friction[N]"};
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    const double peak = virgin(input, model, result);
-    loops(input, model, result);
-    permanent_set(input, model, peak, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const double peak = virgin(input, model, result);
+  loops(input, model, result);
+  permanent_set(input, model, peak, result);
 }
 
 }  // namespace
@@ -158,6 +151,7 @@ Experiment presliding_experiment() {
        {"permanent_set", "a permanent set after letting go",
         "let go near break-away, the block springs back but not all the way (Courtney-Pratt and Eisner 1957)",
         "displacement left, in presliding lengths", "", "above 0.02, and springs back by 0.01"}},
+      {"x[m]", "friction[N]"},
       &run};
 }
 

@@ -9,7 +9,7 @@
 
 #include "tools/experiments/command.hpp"
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/table.hpp"
 
 namespace cli {
 namespace {
@@ -110,10 +110,10 @@ std::string findings_table(const std::vector<ExperimentReport>& reports,
                            const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));
-  TextTable table(headers);
+  Table table(headers);
   for (const ExperimentReport& report : reports) {
     for (const Phenomenon& phenomenon : report.experiment->phenomena) {
-      std::vector<std::string> row = {phenomenon.title, phenomenon.unit};
+      std::vector<Cell> row = {phenomenon.title, phenomenon.unit};
       Phenomenon without_unit = phenomenon;
       without_unit.unit.clear();
       for (const std::string& model : models) {
@@ -126,7 +126,7 @@ std::string findings_table(const std::vector<ExperimentReport>& reports,
 }
 
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models) {
-  TextTable table({"<model", "<motion", "ns a step", "quartiles"});
+  Table table({"<model", "<motion", "ns a step", "quartiles"});
   for (const std::string& model : models) {
     for (const CostRow& row : cost) {
       if (row.model != model) continue;
@@ -140,7 +140,7 @@ std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::
 std::string experiment_csv(const ExperimentReport& report) {
   fmt::memory_buffer buffer;
   const auto to = std::back_inserter(buffer);
-  fmt::format_to(to, "panel,model,{}\n", fmt::join(report.result.columns, ","));
+  fmt::format_to(to, "panel,model,{}\n", fmt::join(report.experiment->columns, ","));
   for (const SeriesRow& row : report.result.series) {
     fmt::format_to(to, "{},{}", row.panel, row.model);
     for (const double value : row.values) fmt::format_to(to, ",{:.9g}", value);

@@ -11,7 +11,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/table.hpp"
 
 namespace cli {
 namespace {
@@ -235,7 +235,7 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
 }
 
 std::string parameter_table(const std::vector<Parameter>& parameters) {
-  TextTable table({"<parameter", "<default", "<unit", "<meaning"});
+  Table table({"<parameter", "<default", "<unit", "<meaning"});
   for (const Parameter& p : parameters) {
     std::string meaning = p.help;
     if (!p.choices.empty()) meaning += fmt::format(" ({})", fmt::join(p.choices, ", "));

@@ -77,23 +77,19 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
   result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  const std::vector<double>& speeds = input.settings.numbers("speeds");
+void check(const Settings& settings) {
+  const std::vector<double>& speeds = settings.numbers("speeds");
   if (!std::is_sorted(speeds.begin(), speeds.end(), std::less_equal<>())) {
     throw UserError("experiment stribeck: speeds must ascend");
   }
-  ExperimentResult result;
-  result.columns = {"v[m/s]", "friction[N]"};
+}
+
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
   Settings dry = input.settings;
   dry.set("viscous=0");
   dry.set("damping=0");
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    const Curve lubricated = measure(input, model, "lubricated", input.settings, result);
-    judge(lubricated, measure(input, model, "dry", dry, result), model, input.settings, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+  const Curve lubricated = measure(input, model, "lubricated", input.settings, result);
+  judge(lubricated, measure(input, model, "dry", dry, result), model, input.settings, result);
 }
 
 }  // namespace
@@ -122,7 +118,9 @@ Experiment stribeck_experiment() {
         "force at the highest speed less the lowest one, over kinetic friction", "%", "above 2 %"},
        {"dry_constant", "dry sliding does not depend on speed", "Coulomb's third law, away from rest",
         "spread of the force from ten Stribeck velocities on, over kinetic friction", "%", "below 2 %"}},
-      &run};
+      {"v[m/s]", "friction[N]"},
+      &run,
+      &check};
 }
 
 }  // namespace cli

@@ -42,15 +42,8 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
   }
 }
 
-ExperimentResult run(const ExperimentInput& input) {
-  ExperimentResult result;
-  result.columns = {"turn[deg]", "y_over_presliding", "along_over_kinetic", "aside_over_kinetic"};
-  double done = 0.0;
-  for (const std::string& model : input.models) {
-    for (const double degrees : input.settings.numbers("turns")) turn(input, model, degrees, result);
-    input.progress(++done / static_cast<double>(input.models.size()));
-  }
-  return result;
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  for (const double degrees : input.settings.numbers("turns")) turn(input, model, degrees, result);
 }
 
 }  // namespace
@@ -74,6 +67,7 @@ Experiment turn_experiment() {
        {"reversal", "friction reverses over a way",
         "after a reversal friction changes its sign over the presliding length (Dahl 1968)",
         "way to zero force after 180 degrees, in presliding lengths", "", "0.05 to 3"}},
+      {"turn[deg]", "y_over_presliding", "along_over_kinetic", "aside_over_kinetic"},
       &run};
 }
 

@@ -11,12 +11,14 @@
 
 #include <sys/wait.h>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
 #include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/table.hpp"
 
 namespace cli {
 namespace {
@@ -67,11 +69,6 @@ std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
 }
 
-void write_file(const std::string& path, const std::string& text) {
-  const FilePointer file = open_for_writing(path);
-  write_text(file.get(), text, path);
-}
-
 std::string quoted(const std::string& text) {
   return "'" + [&] {
     std::string out;
@@ -117,7 +114,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
                   data.sign_found ? "found from the data" : "as given", start_text(r.start));
   text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(options.law),
                       options.rule == bristle::SnapRule::keep ? "keep" : "redraw");
-  TextTable table({"<parameter", "value", "95 % from", "to", "<unit"});
+  Table table({"<parameter", "value", "95 % from", "to", "<unit"});
   for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
     const FitEstimate& e = estimate(r, i);
     if (!e.fitted) continue;
@@ -127,7 +124,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   }
   text += table.text();
   text += "\nnot determined by these data, left at\n";
-  TextTable left({"<", ">", "<", "<"});
+  Table left({"<", ">", "<", "<"});
   for (std::size_t i = 0; i < fit_parameters; ++i) {
     const FitEstimate& e = r.estimates[i];
     if (e.fitted) continue;
@@ -256,19 +253,19 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
 }
 
 void fit_command(const FitOptions& options) {
-  const auto to_stdout = [](const std::string& path) { return path == "-"; };
-  if (to_stdout(options.json) + to_stdout(options.csv) + to_stdout(options.write) > 1)
-    throw UserError("--json -, --csv -, --write -: only one can have stdout");
+  const bool on_stdout =
+      takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
   const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),
                                         options.sign, options.load);
   const FitResult result = fit_material(data, options);
-  if (!options.write.empty()) write_file(options.write, fit_toml(data, options, result));
-  if (!options.csv.empty()) write_file(options.csv, fit_csv(data, result));
+  const auto write = [](const std::string& path, const std::string& text) {
+    if (!path.empty()) OutputFile(path).write(text);
+  };
+  write(options.write, fit_toml(data, options, result));
+  write(options.csv, fit_csv(data, result));
   if (!options.plot.empty()) draw(data, result, options.plot);
-  if (!options.json.empty()) write_file(options.json, fit_json(data, options, result));
-  if (!to_stdout(options.json) && !to_stdout(options.csv) && !to_stdout(options.write)) {
-    fmt::print("{}", fit_table(data, options, result));
-  }
+  write(options.json, fit_json(data, options, result));
+  if (!on_stdout) fmt::print("{}", fit_table(data, options, result));
 }
 
 }  // namespace cli

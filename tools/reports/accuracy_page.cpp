@@ -1,74 +1,19 @@
 // The part of the page about `bristle accuracy`.
-#include <cmath>
-
 #include <fmt/format.h>
 
-#include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
+#include "tools/reports/report_tables.hpp"
 
 namespace cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-std::string text_of(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
-
 std::string microseconds(const Json& seconds) { return number_text(seconds, 1e6); }
-
-std::string bristles_text(const Json& setting) {
-  if (setting.at("as_scene").get<bool>()) return "as in the scene";
-  return count_text(setting.at("bristles").get<unsigned long long>());
-}
 
 std::string setting_text(const Json& s) {
   return fmt::format("bristles a patch: {}, steps of {}, {} rule, {} precision, {} sampling, {} force",
-                     bristles_text(s), time_text(s.at("dt_s").get<double>()), text_of(s, "step_rule"),
+                     setting_bristles(s), time_text(s.at("dt_s").get<double>()), text_of(s, "step_rule"),
                      text_of(s, "precision"), text_of(s, "sampling"), text_of(s, "force"));
-}
-
-HtmlTable front_table(const Json& accuracy) {
-  HtmlTable table({"bristles", "dt", "<rule", "<precision", "<sampling", "<force", "error, rms %", "max %",
-                   "energy %", "µs a scene step", "ns a bristle"});
-  for (const Json& s : accuracy.at("settings")) {
-    if (!s.at("pareto").get<bool>()) continue;
-    const Json& error = s.at("error");
-    table.add({bristles_text(s), time_text(s.at("dt_s").get<double>()), text_of(s, "step_rule"),
-               text_of(s, "precision"), text_of(s, "sampling"), text_of(s, "force"),
-               percent_text(error.at("rms")), percent_text(error.at("max")), percent_text(error.at("energy")),
-               microseconds(s.at("scene_step_s")), number_text(s.at("ns_per_bristle"))});
-  }
-  return table;
-}
-
-HtmlTable slopes_table(const Json& accuracy) {
-  HtmlTable table({"<patch", "<error against", "slope", "±", "points", "<theory"});
-  for (const Json& s : accuracy.at("slopes")) {
-    const auto two_places = [](const Json& value) {
-      return value.is_null() ? std::string("-") : fmt::format("{:.2f}", value.get<double>());
-    };
-    table.add({text_of(s, "patch"), text_of(s, "against"), two_places(s.at("slope")),
-               two_places(s.at("standard_error")), number_text(s.at("points")), text_of(s, "theory")});
-  }
-  return table;
-}
-
-HtmlTable features_table(const Json& accuracy) {
-  HtmlTable table(
-      {"<feature", "<here", "leaving it out saves %", "quartiles", "error with %", "without %", "<so"});
-  const auto whole = [](const Json& share) {
-    return fmt::format("{:.0f}", std::round(100.0 * share.get<double>()) + 0.0);
-  };
-  for (const Json& f : accuracy.at("features")) {
-    if (f.contains("saves")) {
-      table.add({text_of(f, "feature"), text_of(f, "state"), whole(f.at("saves")),
-                 whole(f.at("quartiles").at(0)) + " to " + whole(f.at("quartiles").at(1)),
-                 percent_text(f.at("error_with")), percent_text(f.at("error_without")),
-                 text_of(f, "advice")});
-    } else {
-      table.add({text_of(f, "feature"), text_of(f, "state"), "-", "-", "-", "-", text_of(f, "advice")});
-    }
-  }
-  return table;
 }
 
 void add_recommendation(HtmlPage& page, const Json& accuracy) {
@@ -81,7 +26,7 @@ void add_recommendation(HtmlPage& page, const Json& accuracy) {
   }
   page.paragraph(fmt::format("The cheapest setting with at most {} % rms: {}.", wanted,
                              setting_text(best.at("setting"))));
-  HtmlTable table({"<", "error, rms %", "max %", "energy %", "µs a scene step"});
+  Table table({"<", "error, rms %", "max %", "energy %", "µs a scene step"});
   for (const auto& [key, name] :
        {std::pair{"search", "in the search"}, std::pair{"confirmed", "run again, other seeds"}}) {
     const Json &run = best.at(key), &error = run.at("error");
@@ -147,17 +92,17 @@ void add_accuracy(HtmlPage& page, const std::string& id, const Measurement& meas
   page.heading("Recommended");
   add_recommendation(page, accuracy);
   page.heading("The front: nothing tried is both faster and better");
-  page.table(front_table(accuracy));
+  page.table(settings_table(accuracy, Medium::page, true));
   const std::size_t tried = accuracy.at("settings").size(), dropped = accuracy.at("not_run").size();
   page.paragraph(fmt::format(
       "Out of {} settings measured{}.", tried,
       dropped ? fmt::format("; {} more were too slow for the time given", dropped) : std::string()));
   page.heading("Orders of convergence");
   page.paragraph("Slopes fitted on log-log scales, beside the theory.");
-  page.table(slopes_table(accuracy));
+  page.table(slopes_table(accuracy, Medium::page));
   page.heading("What the scene could leave out");
   page.paragraph("With and without, in turns, all else as in the scene.");
-  page.table(features_table(accuracy));
+  page.table(scene_features_table(accuracy, Medium::page));
 }
 
 }  // namespace cli

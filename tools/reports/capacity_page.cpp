@@ -1,105 +1,12 @@
 // The part of the page about `bristle capacity`.
-#include <iterator>
-#include <set>
-
 #include <fmt/format.h>
 
 #include "tools/files/user_error.hpp"
-#include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
+#include "tools/reports/report_tables.hpp"
 
 namespace cli {
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string text_of(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
-
-// Reports of older builds do not say.
-bool is_unconfirmed(const Json& row) { return row.value("unconfirmed", false); }
-
-std::string bristles_text(const Json& row) {
-  const auto bristles = row.at("bristles").get<unsigned long long>();
-  if (is_unconfirmed(row)) return "not confirmed: machine too busy";
-  if (bristles == 0) return "fewer than 900";
-  return (row.at("more_would_fit").get<bool>() ? "> " : "") + count_text(bristles);
-}
-
-HtmlTable targets_table(const Json& capacity) {
-  HtmlTable table({"<target", "<", "measured", "limit", "spread", "<unit", "<what"});
-  for (const Json& row : capacity.at("targets")) {
-    const bool met = row.at("met").get<bool>();
-    table.add({text_of(row, "name"),
-               {met ? "met" : "MISSED", met ? CellStyle::good : CellStyle::bad},
-               number_text(row.at("measured")),
-               (row.at("at_least").get<bool>() ? "≥ " : "≤ ") + number_text(row.at("limit")),
-               range_text(row.at("spread")),
-               text_of(row, "unit"),
-               text_of(row, "what")});
-  }
-  return table;
-}
-
-HtmlTable capacities_table(const Json& capacity) {
-  HtmlTable table({"<motion", "<kernel", "<layout", "threads", "bristles that fit", "times the paper's",
-                   "ns per bristle", "in cache", "p50", "p99", "longest"});
-  const double papers = capacity.at("paper").at("bristles").get<double>();
-  for (const Json& row : capacity.at("capacities")) {
-    std::vector<HtmlCell> cells = {text_of(row, "motion"), text_of(row, "kernel"), text_of(row, "layout"),
-                                   number_text(row.at("threads")), bristles_text(row)};
-    const Json &fits = row.at("at_capacity"), &cached = row.at("in_cache");
-    const double bristles = row.at("bristles").get<double>();
-    if (bristles == 0.0) {
-      cells.insert(cells.end(), 6, "-");
-    } else {
-      cells.push_back(count_text(static_cast<unsigned long long>(bristles / papers)));
-      cells.push_back(number_text(fits.at("ns_per_bristle")));
-      cells.push_back(number_text(cached.at("ns_per_bristle")));
-      for (const char* key : {"p50_s", "p99_s", "max_s"}) {
-        cells.push_back(time_text(fits.at(key).get<double>()));
-      }
-    }
-    table.add(std::move(cells));
-  }
-  return table;
-}
-
-HtmlTable comparisons_table(const Json& capacity) {
-  HtmlTable table(
-      {"bristles", "<motion", "<loop", "ns per bristle", "its time / bristle's", "quartiles", "<faster"});
-  for (const Json& row : capacity.at("comparisons")) {
-    // The first of each group is ours, which the others are compared with.
-    const double ratio = row.at("time_over_bristle").get<double>();
-    const bool ours = text_of(row, "loop").starts_with("bristle");
-    const bool loses =
-        ratio < 1.0 && !text_of(row, "loop").starts_with("streaming");  // that is a limit, no rival
-    table.add({count_text(row.at("bristles").get<unsigned long long>()),
-               text_of(row, "motion"),
-               text_of(row, "loop"),
-               number_text(row.at("ns_per_bristle")),
-               ours ? "1" : fmt::format("{:.2f}", ratio),
-               ours ? "" : range_text(row.at("quartiles")),
-               {ours           ? ""
-                : ratio >= 1.0 ? "bristle"
-                : loses        ? "the other loop"
-                               : "the limit",
-                loses ? CellStyle::bad : CellStyle::plain}});
-  }
-  return table;
-}
-
-HtmlTable features_table(const Json& capacity) {
-  HtmlTable table(
-      {"<motion", "<feature", "<kernel", "bytes per bristle", "ns per bristle", "time / least", "quartiles"});
-  for (const Json& row : capacity.at("features")) {
-    table.add({text_of(row, "motion"), text_of(row, "feature"), text_of(row, "kernel"),
-               number_text(row.at("bytes_per_bristle")), number_text(row.at("ns_per_bristle")),
-               number_text(row.at("time_over_least")), range_text(row.at("quartiles"))});
-  }
-  return table;
-}
-
-}  // namespace
 
 std::vector<std::string> capacity_summary(const Json& capacity) {
   std::vector<std::string> lines;
@@ -110,13 +17,14 @@ std::vector<std::string> capacity_summary(const Json& capacity) {
       continue;
     }
     const int threads = row.at("threads").get<int>();
-    if (is_unconfirmed(row)) {
-      lines.push_back(fmt::format("Bristles that all snap, threads: {}: {}.", threads, bristles_text(row)));
+    if (row.value("unconfirmed", false)) {
+      lines.push_back(
+          fmt::format("Bristles that all snap, threads: {}: {}.", threads, bristles_that_fit(row)));
       continue;
     }
     lines.push_back(fmt::format(
         "{} bristles that all snap fit in {} on {} {} (rule keep, end and mean force, two axes, float).",
-        bristles_text(row), time_text(capacity.at("deadline_s").get<double>()), threads,
+        bristles_that_fit(row), time_text(capacity.at("deadline_s").get<double>()), threads,
         threads == 1 ? "thread" : "threads"));
   }
   const Json& targets = capacity.at("targets");
@@ -159,7 +67,7 @@ void add_capacity(HtmlPage& page, const std::string& id, const Measurement& meas
                  "deadline, the square what the paper of 2004 reached.");
   }
   const auto tabulate = [&](const char* part, const char* title, const char* key, const char* meaning,
-                            const HtmlTable& table) {
+                            const Table& table) {
     page.part(id + part, title);
     if (capacity.at(key).empty()) {
       page.paragraph("Not measured in this run.");
@@ -171,20 +79,20 @@ void add_capacity(HtmlPage& page, const std::string& id, const Measurement& meas
   tabulate("-targets", "Speed targets", "targets",
            "What the library set out to reach, and what was measured here: the median and its quartiles; for "
            "p99 the best of three runs, and from the median of that run to the worst p99.",
-           targets_table(capacity));
+           targets_table(capacity, Medium::page));
   tabulate("-fits", "Bristles that fit", "capacities",
            "The paper reached 900 bristles in 1 ms (1 GHz Pentium III, 2004, literal rule). In cache: 14,400 "
            "bristles.",
-           capacities_table(capacity));
+           capacities_table(capacity, Medium::page));
   tabulate("-loops", "Beside plain loops", "comparisons",
            "One thread, loops in turns in the same run: medians. The plain loops have the same physics and "
            "every compiler flag turned on, approximate divisions included, and no promise of equal bits; the "
            "paper's loop steps by its literal rule. Above 1 bristle is faster.",
-           comparisons_table(capacity));
+           comparisons_table(capacity, Medium::page));
   tabulate("-features", "What a feature costs", "features",
            "A kernel holds the code of its own features only: what a scene does not ask for costs nothing. "
            "14,400 bristles, one thread, in turns.",
-           features_table(capacity));
+           kernel_features_table(capacity, Medium::page));
   page.paragraph(text_of(capacity, "note"));
 }
 

@@ -1,6 +1,5 @@
 #include "tools/reports/conditions.hpp"
 
-#include <cmath>
 #include <ctime>
 #include <fstream>
 #include <thread>
@@ -46,27 +45,9 @@ nlohmann::ordered_json to_json(const Conditions& c) {
           {"cpu", c.cpu},         {"cores", c.cores},   {"time", c.time}};
 }
 
-std::string time_text(double seconds) {
-  const struct {
-    double scale;
-    const char* unit;
-  } units[] = {{1.0, "s"}, {1e3, "ms"}, {1e6, "us"}, {1e9, "ns"}};
-  for (const auto& unit : units) {
-    const double value = seconds * unit.scale;
-    if (std::fabs(value) < 0.9995 && unit.scale < 1e9) continue;
-    return fmt::format("{:.{}f} {}", value, value < 9.995 ? 2 : value < 99.95 ? 1 : 0, unit.unit);
-  }
-  return "0 ns";
-}
-
-std::string count_text(unsigned long long count) {
-  const std::string digits = std::to_string(count);
-  std::string text;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
-    text += digits[i];
-  }
-  return text;
+std::string measured_with(const Conditions& c, const std::string& isa) {
+  return fmt::format("bristle {}, commit {}, {}, {} kernels\n{}, {} cores", c.version, c.commit, c.flags, isa,
+                     c.cpu, c.cores);
 }
 
 }  // namespace cli

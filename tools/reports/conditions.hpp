@@ -19,9 +19,7 @@ struct Conditions {
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// "12.3 us", "1.00 ms".
-std::string time_text(double seconds);
-/// "1,234,567".
-std::string count_text(unsigned long long count);
+/// The same in two lines, with the kernels' instruction set.
+std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

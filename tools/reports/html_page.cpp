@@ -43,45 +43,7 @@ pre { background: #f4f4f4; padding: .8rem; overflow-x: auto; font-size: .85rem; 
 }
 )css";
 
-const char* class_of(bool left, CellStyle style) {
-  if (style == CellStyle::good) return left ? " class=\"left good\"" : " class=\"good\"";
-  if (style == CellStyle::bad) return left ? " class=\"left bad\"" : " class=\"bad\"";
-  return left ? " class=\"left\"" : "";
-}
-
 }  // namespace
-
-std::string escape_html(std::string_view text) {
-  std::string out;
-  out.reserve(text.size());
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7F) {
-          out += "\xEF\xBF\xBD";
-        } else {
-          out += c;
-        }
-    }
-  }
-  return out;
-}
 
 std::string base64(std::string_view bytes) {
   static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -95,36 +57,6 @@ std::string base64(std::string_view bytes) {
       out += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63u] : '=';
   }
   return out;
-}
-
-HtmlTable::HtmlTable(std::vector<std::string> headers) : headers_(std::move(headers)) {
-  for (std::string& header : headers_) {
-    left_.push_back(header.starts_with('<'));
-    if (left_.back()) header.erase(0, 1);
-  }
-}
-
-void HtmlTable::add(std::vector<HtmlCell> row) {
-  body_ += "<tr>";
-  for (std::size_t c = 0; c < row.size(); ++c) {
-    fmt::format_to(std::back_inserter(body_), "<td{}>{}</td>",
-                   class_of(c < left_.size() && left_[c], row[c].style), escape_html(row[c].text));
-  }
-  body_ += "</tr>\n";
-}
-
-void HtmlTable::add_note(std::string_view text) {
-  fmt::format_to(std::back_inserter(body_), "<tr><td class=\"note\" colspan=\"{}\">{}</td></tr>\n",
-                 headers_.size(), escape_html(text));
-}
-
-std::string HtmlTable::markup() const {
-  std::string out = "<div class=\"scroll\"><table>\n<thead><tr>";
-  for (std::size_t c = 0; c < headers_.size(); ++c) {
-    fmt::format_to(std::back_inserter(out), "<th{}>{}</th>", class_of(left_[c], CellStyle::plain),
-                   escape_html(headers_[c]));
-  }
-  return out + "</tr></thead>\n<tbody>\n" + body_ + "</tbody></table></div>\n";
 }
 
 void HtmlPage::section(std::string_view id, std::string_view title) {
@@ -146,7 +78,7 @@ void HtmlPage::heading(std::string_view title) { element("h4", "", title); }
 void HtmlPage::paragraph(std::string_view text) { element("p", "", text); }
 void HtmlPage::warning(std::string_view text) { element("p", " class=\"warning\"", text); }
 void HtmlPage::preformatted(std::string_view text) { element("pre", "", text); }
-void HtmlPage::table(const HtmlTable& table) { body_ += table.markup(); }
+void HtmlPage::table(const Table& table) { body_ += table.html(); }
 
 void HtmlPage::list(const std::vector<std::string>& items) {
   body_ += "<ul>\n";

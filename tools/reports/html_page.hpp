@@ -4,41 +4,14 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
+
+#include "tools/reports/table.hpp"
 
 namespace cli {
 
-/// Safe between tags and in quoted attributes. Control characters, which HTML forbids, become U+FFFD.
-std::string escape_html(std::string_view text);
 /// RFC 4648, with padding.
 std::string base64(std::string_view bytes);
-
-enum class CellStyle { plain, good, bad };
-
-struct HtmlCell {
-  std::string text;
-  CellStyle style = CellStyle::plain;
-  HtmlCell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
-  HtmlCell(const char* t) : text(t) {}
-};
-
-/// Names to the left, numbers to the right: as in TextTable a header that begins with '<' asks for left
-/// alignment.
-class HtmlTable {
- public:
-  explicit HtmlTable(std::vector<std::string> headers);
-  void add(std::vector<HtmlCell> row);
-  /// A line of text across all columns.
-  void add_note(std::string_view text);
-  bool empty() const { return body_.empty(); }
-  std::string markup() const;
-
- private:
-  std::vector<std::string> headers_;
-  std::vector<bool> left_;
-  std::string body_;
-};
 
 class HtmlPage {
  public:
@@ -51,7 +24,7 @@ class HtmlPage {
   void warning(std::string_view text);
   void list(const std::vector<std::string>& items);
   void preformatted(std::string_view text);
-  void table(const HtmlTable& table);
+  void table(const Table& table);
   /// `media_type` such as image/png.
   void picture(std::string_view bytes, std::string_view media_type, std::string_view caption);
 

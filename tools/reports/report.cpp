@@ -1,7 +1,6 @@
 #include "tools/reports/report.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <set>
@@ -9,14 +8,16 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/report_tables.hpp"
 
 namespace cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 Json parse(const std::string& file) {
@@ -90,9 +91,9 @@ void add_machine(HtmlPage& page, const ReportInput& input) {
   }
   std::vector<std::string> headers = {"<"};
   headers.insert(headers.end(), builds.size(), "<");
-  HtmlTable table(headers);
+  Table table(headers);
   const auto row = [&](const char* name, auto value) {
-    std::vector<HtmlCell> cells = {name};
+    std::vector<Cell> cells = {name};
     for (const Build& build : builds) cells.push_back(value(build));
     table.add(std::move(cells));
   };
@@ -160,28 +161,6 @@ void add_summary(HtmlPage& page, const ReportInput& input) {
 }
 
 }  // namespace
-
-std::string number_text(const Json& value, double scale) {
-  if (value.is_null()) return "-";
-  const double number = value.get<double>() * scale;
-  const double size = std::fabs(number);
-  if (size == 0.0) return "0";
-  // 99.96 has three digits before the point once rounded.
-  const int exponent = static_cast<int>(std::floor(std::log10(size) + 1e-12));
-  if (!std::isfinite(number) || size < 1e-3 || size >= 1e7) return fmt::format("{:.3g}", number);
-  std::string text = fmt::format("{:.{}f}", number, std::max(0, 2 - exponent));
-  if (text.find('.') != std::string::npos) {
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.back() == '.') text.pop_back();
-  }
-  return text;
-}
-
-std::string percent_text(const Json& share) { return number_text(share, 100.0); }
-
-std::string range_text(const Json& pair, double scale) {
-  return number_text(pair.at(0), scale) + " to " + number_text(pair.at(1), scale);
-}
 
 ReportInput read_report_input(const std::vector<std::string>& files) {
   ReportInput input;
@@ -252,8 +231,7 @@ std::string report_page(const ReportInput& input, const std::string& written) {
 
 void report_command(const ReportOptions& options) {
   const std::string page = report_page(read_report_input(options.files), conditions().time);
-  const FilePointer file = open_for_writing(options.out);
-  write_text(file.get(), page, options.out);
+  OutputFile(options.out).write(page);
 }
 
 }  // namespace cli

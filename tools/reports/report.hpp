@@ -46,11 +46,4 @@ std::vector<std::string> capacity_summary(const nlohmann::ordered_json& capacity
 std::vector<std::string> accuracy_summary(const nlohmann::ordered_json& accuracy);
 std::vector<std::string> stability_summary(const nlohmann::ordered_json& stability);
 
-/// "-" for null, which JSON has in place of a number that is not finite. Three digits count; powers of ten
-/// only below 0.001 and from 10^7 on.
-std::string number_text(const nlohmann::ordered_json& value, double scale = 1.0);
-std::string percent_text(const nlohmann::ordered_json& share);
-/// "0.98 to 1.02", of a pair.
-std::string range_text(const nlohmann::ordered_json& pair, double scale = 1.0);
-
 }  // namespace cli

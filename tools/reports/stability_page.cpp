@@ -1,92 +1,26 @@
 // The part of the page about `bristle stability`.
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <fmt/format.h>
 
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
+#include "tools/reports/report_tables.hpp"
 
 namespace cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-std::string text_of(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
-
-std::string share_text(const Json& part, const Json& whole) {
-  const double cells = whole.get<double>();
-  return cells > 0.0 ? fmt::format("{:.1f} %", 100.0 * part.get<double>() / cells) : "-";
+Table rests_table(const Json& stability) {
+  static const std::vector<JsonColumn> columns = {text_column("<coupling", "scheme"),
+                                                  number_column("simulated s", "seconds"),
+                                                  number_column("settled within µm", "first_second_m", 1e6),
+                                                  number_column("crept from then on, m", "creep_m")};
+  return tabulate(stability.at("rests"), columns, Medium::page);
 }
 
-HtmlTable maps_table(const Json& stability) {
-  HtmlTable table({"<scheme", "<linear theory: stable", "cells", "agree"});
-  for (const Json& map : stability.at("maps")) {
-    const Json& cells = map.at("cells");
-    table.add({text_of(map, "scheme"), text_of(map, "linear_condition"), fmt::format("{}", cells.size()),
-               share_text(map.at("agreeing"), cells.size())});
-    for (const auto& [why, count] : map.at("why_not").items())
-      table.add_note(fmt::format("{} not: {}", number_text(count), why));
-  }
-  return table;
-}
-
-// One row per k and way, one column per scheme.
-HtmlTable stops_table(const Json& stability) {
-  std::vector<std::string> schemes, headers = {"k", "way / mean snap length"};
-  std::vector<std::pair<std::string, std::string>> order;
-  std::map<std::pair<std::string, std::string>, std::map<std::string, std::string>> ratios;
-  for (const Json& row : stability.at("stopping_distances")) {
-    const std::pair key{number_text(row.at("k")), number_text(row.at("way_over_mean_snap_length"))};
-    const std::string scheme = text_of(row, "scheme");
-    if (std::find(schemes.begin(), schemes.end(), scheme) == schemes.end()) schemes.push_back(scheme);
-    if (!ratios.contains(key)) order.push_back(key);
-    const Json& ratio = row.at("ratio");
-    ratios[key][scheme] = !ratio.is_null() && ratio.get<double>() < 1e3
-                              ? fmt::format("{:.3f}", ratio.get<double>())
-                              : "runs away";
-  }
-  headers.insert(headers.end(), schemes.begin(), schemes.end());
-  HtmlTable table(headers);
-  for (const auto& key : order) {
-    std::vector<HtmlCell> cells = {key.first, key.second};
-    for (const std::string& scheme : schemes) {
-      const auto found = ratios[key].find(scheme);
-      cells.push_back(found == ratios[key].end() ? "-" : found->second);
-    }
-    table.add(std::move(cells));
-  }
-  return table;
-}
-
-HtmlTable rests_table(const Json& stability) {
-  HtmlTable table({"<coupling", "simulated s", "settled within µm", "crept from then on, m"});
-  for (const Json& row : stability.at("rests")) {
-    table.add({text_of(row, "scheme"), number_text(row.at("seconds")),
-               number_text(row.at("first_second_m"), 1e6), number_text(row.at("creep_m"))});
-  }
-  return table;
-}
-
-HtmlTable varied_table(const Json& stability) {
-  HtmlTable table({"<scheme", "turned in sliding: cells", "agree", "load swings, stable at all loads: cells",
-                   "settle", "at some: cells", "settle", "at none: cells", "settle"});
-  for (const Json& row : stability.at("varied")) {
-    const Json &turned = row.at("turned"), &load = row.at("swinging_load");
-    std::vector<HtmlCell> cells = {text_of(row, "scheme"), number_text(turned.at("cells")),
-                                   share_text(turned.at("agreeing"), turned.at("cells"))};
-    for (const char* key : {"stable_at_all_loads", "stable_at_some", "stable_at_none"}) {
-      cells.push_back(number_text(load.at(key).at("cells")));
-      cells.push_back(share_text(load.at(key).at("settle"), load.at(key).at("cells")));
-    }
-    table.add(std::move(cells));
-  }
-  return table;
-}
-
-HtmlTable cases_table(const Json& stability) {
-  HtmlTable table(
-      {"<case", "<scheme", "k", "c", "start speed m/s", "<verdict", "peak to peak / mean length"});
+Table cases_table(const Json& stability) {
+  Table table({"<case", "<scheme", "k", "c", "start speed m/s", "<verdict", "peak to peak / mean length"});
   for (const Json& row : stability.at("cases")) {
     const double dt = row.at("dt_s").get<double>(), mass = row.at("mass_kg").get<double>();
     bool first = true;
@@ -148,7 +82,7 @@ void add_stability(HtmlPage& page, const std::string& id, const Measurement& mea
                  "What the simulation does over k and c (colour), and the limit of linear theory (line).");
   }
   page.part(id + "-agreement", "Agreement with linear theory");
-  page.table(maps_table(stability));
+  page.table(maps_table(stability, Medium::page));
   page.part(id + "-stops", "Stopping distance");
   page.paragraph("From sliding to rest, over the true distance; no damper. 1 is right.");
   page.table(stops_table(stability));
@@ -159,7 +93,7 @@ void add_stability(HtmlPage& page, const std::string& id, const Measurement& mea
   page.paragraph(
       "Coarser maps: a change of direction on two axes; a load between a quarter and all, so that K swings "
       "with it.");
-  page.table(varied_table(stability));
+  page.table(varied_table(stability, Medium::page));
   page.part(id + "-cases", "Cases in SI units");
   page.table(cases_table(stability));
   std::vector<std::string> late;

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/table.hpp"
 #include "tools/run/realtime.hpp"
 
 namespace cli {
@@ -18,7 +18,7 @@ std::string times_text(std::uint64_t count) {
   return count == 1 ? "once" : fmt::format("{} times", count_text(count));
 }
 
-void add_times(std::vector<std::string>& row, const TimeHistogram& histogram) {
+void add_times(std::vector<Cell>& row, const TimeHistogram& histogram) {
   if (histogram.count() == 0) {
     row.insert(row.end(), 4, "-");
     return;
@@ -27,9 +27,9 @@ void add_times(std::vector<std::string>& row, const TimeHistogram& histogram) {
   row.push_back(time_text(histogram.max()));
 }
 
-std::vector<std::string> loop_row(const char* name, const PacedLoopResult& loop) {
+std::vector<Cell> loop_row(const char* name, const PacedLoopResult& loop) {
   const DeadlineMonitor& m = loop.monitor;
-  std::vector<std::string> row = {name, count_text(m.count())};
+  std::vector<Cell> row = {name, count_text(m.count())};
   add_times(row, m.step_times());
   add_times(row, m.period_jitter());
   for (std::uint64_t count : {m.misses_ours(), m.misses_machine(), m.skipped(), m.longest_run()})
@@ -149,8 +149,8 @@ std::string realtime_table(const RealtimeResult& r, int threads) {
         "patches, no --out, or a lower --rate\n",
         "left out", count_text(r.held_up));
   }
-  TextTable table({"<loop, alternating", "ticks", "step p50", "p99", "p99.9", "max", "jitter p50", "p99",
-                   "p99.9", "max", "late: program", "machine", "skipped", "longest run", "stolen"});
+  Table table({"<loop, alternating", "ticks", "step p50", "p99", "p99.9", "max", "jitter p50", "p99", "p99.9",
+               "max", "late: program", "machine", "skipped", "longest run", "stolen"});
   table.add(loop_row("bristle", r.ours));
   table.add(loop_row("bare sleep", r.bare));
   text += '\n' + table.text();

@@ -8,7 +8,8 @@
 
 #include "tools/files/one_line.hpp"
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/table.hpp"
 #include "tools/run/run.hpp"
 
 namespace cli {
@@ -93,11 +94,11 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
 }
 
 std::string force_table(const Scene& scene, const RunResult& r) {
-  TextTable table(
+  Table table(
       {"<force on the body", "load N", "fx mean N", "rms", "min", "max", "fy mean N", "rms", "min", "max"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const PatchResult& patch = r.patches[p];
-    std::vector<std::string> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
+    std::vector<Cell> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
     for (int axis = 0; axis < 2; ++axis) {
       const ForceStatistics& f = patch.force[axis];
       for (const double value : {f.mean(), f.rms(), f.min, f.max}) {
@@ -110,15 +111,15 @@ std::string force_table(const Scene& scene, const RunResult& r) {
 }
 
 std::string friction_table(const Scene& scene, const RunResult& r) {
-  TextTable table({"<friction / load", "sliding", "in theory", "highest", "at first loading, in theory",
-                   "snaps", "lost in snaps J", "with contacts J", "in dampers J", "steps overloaded", "bad"});
+  Table table({"<friction / load", "sliding", "in theory", "highest", "at first loading, in theory", "snaps",
+               "lost in snaps J", "with contacts J", "in dampers J", "steps overloaded", "bad"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const PatchResult& patch = r.patches[p];
     const bristle::Material& m = scene.materials[scene.patches[p].material].material;
-    std::vector<std::string> row = {
-        name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
-        fmt::format("{:.4f}", m.kinetic_coefficient()), fmt::format("{:.4f}", patch.highest_coefficient),
-        fmt::format("{:.4f}", m.peak_coefficient())};
+    std::vector<Cell> row = {name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
+                             fmt::format("{:.4f}", m.kinetic_coefficient()),
+                             fmt::format("{:.4f}", patch.highest_coefficient),
+                             fmt::format("{:.4f}", m.peak_coefficient())};
     if (has(scene.patches[p].options.outputs, bristle::Outputs::energy)) {
       row.push_back(count_text(patch.snaps));
       for (const double joules : {patch.dissipated, patch.contact_loss, patch.damper_work}) {
@@ -135,7 +136,7 @@ std::string friction_table(const Scene& scene, const RunResult& r) {
 }
 
 std::string feature_table(const Scene& scene, const RunResult& r) {
-  TextTable table({"<features used", "<kernel", "bytes per bristle", "<left out"});
+  Table table({"<features used", "<kernel", "bytes per bristle", "<left out"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const ScenePatch& patch = scene.patches[p];
     table.add({name_of(patch), r.patches[p].info.kernel,
@@ -148,7 +149,7 @@ std::string feature_table(const Scene& scene, const RunResult& r) {
 }
 
 std::string body_table(const Scene& scene, const RunResult& r) {
-  TextTable table(
+  Table table(
       {"<body", "x m", "y m", "speed m/s", "highest", "solver calls", "most in a step", "worst residual"});
   for (std::size_t b = 0; b < r.bodies.size(); ++b) {
     const BodyResult& body = r.bodies[b];

@@ -10,6 +10,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/files/force_file.hpp"
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
@@ -338,22 +339,18 @@ void run_command(const RunOptions& options) {
     }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
-  const std::string outputs[] = {options.json, options.out, histogram_file, options.overload.record};
-  const auto to_stdout = std::count(std::begin(outputs), std::end(outputs), "-");
-  if (to_stdout > 1)
-    throw UserError("--json -, --out -, --histograms -, --record-decisions -: only one can have stdout");
-  // Opened before the run: a path that cannot be written must not cost the result.
-  std::optional<FilePointer> json;
-  if (!options.json.empty()) json.emplace(open_for_writing(options.json));
-  std::optional<FilePointer> histograms;
-  if (!histogram_file.empty()) histograms.emplace(open_for_writing(histogram_file));
+  const bool on_stdout = takes_stdout({{"--json", options.json},
+                                       {"--out", options.out},
+                                       {"--histograms", histogram_file},
+                                       {"--record-decisions", options.overload.record}});
+  const OutputFile json(options.json), histograms(histogram_file);
   if (options.realtime) stop_on_signals();
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;
-  if (to_stdout == 0) write_text(stdout, run_table(scene, options, result), "standard output");
-  if (json) write_text(json->get(), run_json(scene, options, result), options.json);
-  if (histograms) write_text(histograms->get(), histogram_csv(*result.realtime), histogram_file);
-  // Told last: it must not cost the reports.
+  if (!on_stdout) write_text(stdout, run_table(scene, options, result), "standard output");
+  if (json) json.write(run_json(scene, options, result));
+  if (histograms) histograms.write(histogram_csv(*result.realtime));
+  // Reported last: it must not cost the reports.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }
 

@@ -5,21 +5,14 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/report_tables.hpp"
 #include "tools/stability/stability.hpp"
 
 namespace cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string percent(std::uint64_t part, std::uint64_t whole) {
-  if (whole == 0) return "-";
-  return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
-}
 
 std::map<Why, std::uint64_t> reasons(const SchemeMap& map) {
   std::map<Why, std::uint64_t> counts;
@@ -28,66 +21,13 @@ std::map<Why, std::uint64_t> reasons(const SchemeMap& map) {
   return counts;
 }
 
-std::uint64_t count(const SchemeMap& map, Verdict verdict) {
-  return static_cast<std::uint64_t>(std::count_if(map.cells.begin(), map.cells.end(),
-                                                  [=](const MapCell& c) { return c.verdict == verdict; }));
-}
-std::uint64_t unbounded(const SchemeMap& map) {
-  return static_cast<std::uint64_t>(
-      std::count_if(map.cells.begin(), map.cells.end(), [](const MapCell& c) { return c.unbounded; }));
-}
-std::uint64_t stable_cells(const SchemeMap& map) {
-  return static_cast<std::uint64_t>(
-      std::count_if(map.cells.begin(), map.cells.end(), [](const MapCell& c) { return c.linear_stable; }));
-}
-
-std::string map_table(const StabilityResult& result) {
-  TextTable table({"<scheme", "<linear theory: stable", "cells", "stable", "settle", "ring", "grow",
-                   "without bound", "agree"});
-  for (const SchemeMap& map : result.maps) {
-    table.add({to_string(map.scheme), linear_condition(map.scheme), fmt::format("{}", map.cells.size()),
-               fmt::format("{}", stable_cells(map)), fmt::format("{}", count(map, Verdict::settles)),
-               fmt::format("{}", count(map, Verdict::rings)), fmt::format("{}", count(map, Verdict::grows)),
-               fmt::format("{}", unbounded(map)), percent(map.agreeing(), map.cells.size())});
-    for (const auto& [why, cells] : reasons(map)) {
-      table.add_heading(fmt::format("    {} not: {}", cells, to_string(why)));
-    }
-  }
-  return table.text();
-}
-
-std::string varied_table(const StabilityResult& result) {
-  TextTable table({"<scheme", "turned: cells", "agree", "load 1/4 to 1: stable at all", "settle", "at some",
-                   "settle", "at none", "settle"});
-  for (const VariedMap& v : result.varied) {
-    table.add({to_string(v.scheme), fmt::format("{}", v.turned), percent(v.turned_agree, v.turned),
-               fmt::format("{}", v.always), percent(v.always_settle, v.always), fmt::format("{}", v.partly),
-               percent(v.partly_settle, v.partly), fmt::format("{}", v.never),
-               percent(v.never_settle, v.never)});
-  }
-  return table.text();
-}
-
-std::string stops_table(const StabilityResult& result) {
-  TextTable table({"k", "way / dbar", "predictor", "midpoint", "linear always on", "semi-implicit"});
-  for (std::size_t i = 0; i + 3 < result.stops.size(); i += 4) {
-    const StopRow* const row = &result.stops[i];
-    const auto ratio = [&](int j) {
-      return row[j].ratio > 1e3 ? std::string("runs away") : fmt::format("{:.3f}", row[j].ratio);
-    };
-    table.add({fmt::format("{:g}", row->k), fmt::format("{:g}", row->slide), ratio(0), ratio(1), ratio(2),
-               ratio(3)});
-  }
-  return table.text();
-}
-
 std::string cases_table(const StabilityResult& result) {
-  TextTable table({"<case", "<scheme", "k", "c", "1e-5 m/s", "1e-3 m/s", "1e-2 m/s", "0.1 m/s", "1 m/s"});
+  Table table({"<case", "<scheme", "k", "c", "1e-5 m/s", "1e-3 m/s", "1e-2 m/s", "0.1 m/s", "1 m/s"});
   for (const CaseRow& row : result.cases) {
     const LoopSetup& s = row.setup;
-    std::vector<std::string> cells = {row.name, to_string(s.scheme),
-                                      fmt::format("{:.3g}", s.stiffness * s.dt_s * s.dt_s / s.mass_kg),
-                                      fmt::format("{:.3g}", s.damping * s.dt_s / s.mass_kg)};
+    std::vector<Cell> cells = {row.name, to_string(s.scheme),
+                               fmt::format("{:.3g}", s.stiffness * s.dt_s * s.dt_s / s.mass_kg),
+                               fmt::format("{:.3g}", s.damping * s.dt_s / s.mass_kg)};
     for (const LoopResult& r : row.results) {
       cells.push_back(fmt::format("{} {:.2g}", to_string(r.verdict), r.peak_to_peak_m / s.mean_snap_length));
     }
@@ -155,48 +95,7 @@ void add_limit_points(std::string& text, Scheme scheme) {
   }
 }
 
-}  // namespace
-
-std::string stability_table(const StabilityOptions& options, const StabilityResult& result) {
-  const Conditions c = conditions();
-  std::string text = fmt::format(
-      "bristle {}, commit {}, {}\n"
-      "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
-      "(devices: "
-      "beta = b T/m)\n"
-      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, redraw. Each cell from two "
-      "starts:\n"
-      "a push within presliding, and steady sliding; the worse counts. {} steps.\n\n",
-      c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
-      result.seconds.back(), options.quick ? 4000 : 8000);
-  text += map_table(result);
-  text +=
-      "\nSettles: the energy falls from the third quarter of the run to the fourth. Rings: bristles snap to "
-      "the end.\nGrows: the energy rises, and nothing snaps yet or there is no bound.\n\n"
-      "Direction changed in sliding (two axes), and a load that swings between a quarter and all, coarse "
-      "grid:\n\n";
-  text += varied_table(result);
-  text += "\nStopping distance from sliding over the true one, no damper:\n\n";
-  text += stops_table(result);
-  text += "\nA block (rigid, four patches) at rest on a slope, two thirds of the way to sliding:\n";
-  for (const RestRow& r : result.rests) {
-    text += fmt::format("  {:<20} {:g} s: settled within {:.3g} um, then crept {:.2g} m = {:.2g} dbar\n",
-                        to_string(r.scheme), r.seconds, 1e6 * r.first_second_m, r.creep_m,
-                        r.creep_over_snap_length);
-  }
-  text +=
-      "\nCases in SI units (keep, uniform snap lengths): verdict, peak to peak over dbar, by start "
-      "speed:\n\n";
-  text += cases_table(result);
-  text += "\nThe device damping that pays for a force applied one step late, measured on a stuck patch:\n";
-  for (const LateRow& row : result.late) {
-    text += fmt::format("  {:<4} force  b = {:.3f} K T\n", row.force, row.damping_over_kt);
-  }
-  text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
-  return text;
-}
-
-std::string stability_json(const StabilityOptions& options, const StabilityResult& result) {
+Json report_of(const StabilityOptions& options, const StabilityResult& result) {
   Json report = {{"schema", "bristle-stability-1"}};
   report["conditions"] = to_json(conditions());
   report["quick"] = options.quick;
@@ -251,7 +150,53 @@ std::string stability_json(const StabilityOptions& options, const StabilityResul
     report["late_force"].push_back({{"force", row.force}, {"device_damping_over_kt", row.damping_over_kt}});
   }
   report["seconds"] = result.seconds_taken;
-  return report.dump(2) + '\n';
+  return report;
+}
+
+}  // namespace
+
+std::string stability_table(const StabilityOptions& options, const StabilityResult& result) {
+  const Json report = report_of(options, result);
+  const Conditions c = conditions();
+  std::string text = fmt::format(
+      "bristle {}, commit {}, {}\n"
+      "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
+      "(devices: "
+      "beta = b T/m)\n"
+      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, redraw. Each cell from two "
+      "starts:\n"
+      "a push within presliding, and steady sliding; the worse counts. {} steps.\n\n",
+      c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
+      result.seconds.back(), options.quick ? 4000 : 8000);
+  text += maps_table(report, Medium::terminal).text();
+  text +=
+      "\nSettles: the energy falls from the third quarter of the run to the fourth. Rings: bristles snap to "
+      "the end.\nGrows: the energy rises, and nothing snaps yet or there is no bound.\n\n"
+      "Direction changed in sliding (two axes), and a load that swings between a quarter and all, coarse "
+      "grid:\n\n";
+  text += varied_table(report, Medium::terminal).text();
+  text += "\nStopping distance from sliding over the true one, no damper:\n\n";
+  text += stops_table(report).text();
+  text += "\nA block (rigid, four patches) at rest on a slope, two thirds of the way to sliding:\n";
+  for (const RestRow& r : result.rests) {
+    text += fmt::format("  {:<20} {:g} s: settled within {:.3g} um, then crept {:.2g} m = {:.2g} dbar\n",
+                        to_string(r.scheme), r.seconds, 1e6 * r.first_second_m, r.creep_m,
+                        r.creep_over_snap_length);
+  }
+  text +=
+      "\nCases in SI units (keep, uniform snap lengths): verdict, peak to peak over dbar, by start "
+      "speed:\n\n";
+  text += cases_table(result);
+  text += "\nThe device damping that pays for a force applied one step late, measured on a stuck patch:\n";
+  for (const LateRow& row : result.late) {
+    text += fmt::format("  {:<4} force  b = {:.3f} K T\n", row.force, row.damping_over_kt);
+  }
+  text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
+  return text;
+}
+
+std::string stability_json(const StabilityOptions& options, const StabilityResult& result) {
+  return report_of(options, result).dump(2) + '\n';
 }
 
 std::string stability_csv(const StabilityResult& result) {

@@ -6,12 +6,12 @@
 #include <exception>
 #include <functional>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/error.hpp>
 
+#include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
@@ -243,12 +243,8 @@ void stability_command(const StabilityOptions& options) {
   if (BRISTLE_MINIMAL)
     throw UserError(
         "stability needs the mean force, energies and redraw, which this build leaves out (BRISTLE_MINIMAL)");
-  if (options.json == "-" && options.csv == "-")
-    throw UserError("--json - and --csv -: only one can have stdout");
-  // Opened before the run: a path that cannot be written must not cost the result.
-  std::optional<FilePointer> json, csv;
-  if (!options.json.empty()) json.emplace(open_for_writing(options.json));
-  if (!options.csv.empty()) csv.emplace(open_for_writing(options.csv));
+  const bool on_stdout = takes_stdout({{"--json", options.json}, {"--csv", options.csv}});
+  const OutputFile json(options.json), csv(options.csv);
   const double start = bristle::DeadlineMonitor::wall_now();
   StabilityResult result;
   try {
@@ -257,11 +253,9 @@ void stability_command(const StabilityOptions& options) {
     throw UserError(error.what());  // BRISTLE_ISA names an instruction set that this machine lacks
   }
   result.seconds_taken = bristle::DeadlineMonitor::wall_now() - start;
-  if (options.json != "-" && options.csv != "-") {
-    write_text(stdout, stability_table(options, result), "standard output");
-  }
-  if (json) write_text(json->get(), stability_json(options, result), options.json);
-  if (csv) write_text(csv->get(), stability_csv(result), options.csv);
+  if (!on_stdout) write_text(stdout, stability_table(options, result), "standard output");
+  if (json) json.write(stability_json(options, result));
+  if (csv) csv.write(stability_csv(result));
 }
 
 }  // namespace cli

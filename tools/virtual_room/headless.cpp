@@ -10,7 +10,7 @@
 
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
-#include "tools/reports/text_table.hpp"
+#include "tools/reports/table.hpp"
 
 namespace room {
 namespace {
@@ -48,7 +48,7 @@ std::string milli(double metres) { return fmt::format("{:.6f} mm", 1e3 * metres)
 void print(const Snapshot& s, const Summary& all, const LoopStatistics& loop, std::uint64_t hash,
            bool virtual_clock) {
   constexpr const char* models[] = {"brush", "lugre", "coulomb"};
-  cli::TextTable table({"<", "", "<"});
+  cli::Table table({"<", "", "<"});
   const double* p = s.block_position;
   const double tilt = 2.0 * std::acos(std::min(1.0, std::fabs(s.block_orientation[0])));
   table.add(

@@ -1,26 +1,26 @@
 /* bristle for C99, and for languages that call C: C#, Rust, Python.
  *
- * Units are SI, forces act ON the moving body. The C++ headers beside this one say what the numbers mean;
- * this one says how they travel.
+ * Units are SI, forces act ON the moving body. The C++ headers in this folder say what the numbers mean; this
+ * one says how they are passed.
  *
- * Results. What can fail returns a bristle_result; outputs are written only with BRISTLE_OK. The text of the
- * calling thread's last failure is bristle_last_error(). No exception leaves a function, and no call ends the
- * program. A null pointer where one is needed is BRISTLE_BAD_ARGUMENT.
+ * Results. Every function that can fail returns a bristle_result; outputs are written only with BRISTLE_OK.
+ * bristle_last_error() is the text of the calling thread's last failure. No exception leaves a function, and
+ * no call ends the program. A null pointer where one is not allowed gives BRISTLE_BAD_ARGUMENT.
  *
- * Structs that may grow. Those with a `struct_size` are filled with defaults by their bristle_init_...()
- * function, which also sets it; arrays of structs travel with the size of one element. The library reads and
- * writes that much of a struct and no more, so a program goes on working with a later library of the same
- * minor version. The other structs never change.
+ * Structs that may grow. Structs with a `struct_size` are filled with defaults by their bristle_init_...()
+ * function, which also sets that size; arrays of structs are passed with the size of one element. The library
+ * reads and writes only that many bytes of a struct, so a program continues to work with a later library of
+ * the same minor version. The other structs never change.
  *
- * Enumerations travel as uint32_t. Every handle is opaque and owned by whoever created it; names and kernel
- * texts live for ever.
+ * Enumerations are passed as uint32_t. Every handle is opaque and owned by its creator; names and kernel
+ * texts stay valid until the program ends.
  *
- * Thread rules, by the word that each function bears:
+ * Thread rules, by the word at the end of each function's comment:
  *   [any]      may be called by any thread at any time.
  *   [step]     the stepping thread of this batch: one thread at a time.
- *   [change]   one other thread (or the same one) may call these while the stepping thread steps. Memory is
- *              taken and freed here, never by [step] functions unless they say so.
- *   [alone]    while no other call on this handle runs.
+ *   [change]   one other thread (or the same one) may call these while the stepping thread steps. They
+ *              allocate and free memory; [step] functions never do, unless they say so.
+ *   [alone]    only while no other call on this handle runs.
  */
 #pragma once
 
@@ -31,7 +31,7 @@
 #include "bristle/export.hpp"
 #include "bristle/version.hpp"
 
-/* Structs that the library reads in place, as structs of its own. */
+/* Marks structs that the library reads in place, as its own C++ structs. */
 #if defined(__GNUC__)
 #define BRISTLE_SHARED_LAYOUT __attribute__((may_alias))
 #else
@@ -47,14 +47,14 @@ extern "C" {
 
 /* ------------------------------------------------------------------------------------------- results */
 
-/** What a call came to: one of the values below. */
+/** The result of a call: one of the values below. */
 typedef int32_t bristle_result;
 
 /** Values of bristle_result. */
 enum {
   BRISTLE_OK = 0,
-  BRISTLE_BAD_ARGUMENT = 1, /**< a null pointer, or a struct size that is none */
-  BRISTLE_REFUSED = 2,      /**< a parameter out of range, an id that names nothing: the text says which */
+  BRISTLE_BAD_ARGUMENT = 1, /**< a null pointer, or a struct size out of range */
+  BRISTLE_REFUSED = 2,      /**< a parameter out of range, an unknown id: the text says which */
   BRISTLE_OUT_OF_MEMORY = 3,
   BRISTLE_WRONG_BUILD = 4, /**< headers and library do not belong together */
   BRISTLE_FAILED = 5       /**< anything else */
@@ -63,22 +63,22 @@ enum {
 /** Name of a result, "BRISTLE_OK" and so on. [any] */
 BRISTLE_API const char* bristle_result_name(bristle_result result);
 
-/** Why the last call of the calling thread that failed did so, in one line; "" when none did. Valid until
+/** The reason, in one line, for the last failed call of the calling thread; "" if none failed. Valid until
  * that thread's next failure. [any] */
 BRISTLE_API const char* bristle_last_error(void);
 
 /** "major.minor.patch" of the library. [any] */
 BRISTLE_API const char* bristle_version(void);
 
-/** BRISTLE_WRONG_BUILD when headers and library do not belong together; the text names what differs. Call it
- *  first: bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS). [any] */
+/** BRISTLE_WRONG_BUILD if headers and library do not belong together; the text names the difference. Call
+ * it first: bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS). [any] */
 BRISTLE_API bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options);
 
-/** How many instruction sets this build has, best first. [any] */
+/** Number of instruction sets of this build, best first. [any] */
 BRISTLE_API size_t bristle_instruction_set_count(void);
 
-/** Name of an instruction set, null past the last one; `usable` (may be null): 1 when this machine runs it.
- *  [any] */
+/** Name of an instruction set, null past the last one; `usable` (may be null): 1 if this machine supports
+ * it. [any] */
 BRISTLE_API const char* bristle_instruction_set(size_t index, uint32_t* usable);
 
 /* ----------------------------------------------------------------------------------------- materials */
@@ -102,7 +102,7 @@ typedef struct bristle_snap_length {
   uint32_t law;            /**< BRISTLE_LAW_... */
   uint32_t table_size;     /**< 2 to 257 for a table, else not read */
   double first_parameter;  /**< see BRISTLE_LAW_... */
-  double second_parameter; /**< 0 where there is none */
+  double second_parameter; /**< 0 if there is none */
   const double* table;     /**< the caller's; read during the call only */
 } bristle_snap_length;
 
@@ -120,7 +120,7 @@ typedef struct bristle_material {
   uint32_t damper_decay; /**< BRISTLE_DECAY_... */
 } bristle_material;
 
-/** Coefficients that people know of a pair of surfaces: bristle::Coefficients. */
+/** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
 typedef struct bristle_coefficients {
   size_t struct_size;
   double kinetic;             /**< friction over normal load in slow sliding */
@@ -144,7 +144,7 @@ typedef struct bristle_material_facts {
   double bristles_per_newton;   /**< zeta / N, 1/N */
   double mean_snap_length;      /**< m */
   double snap_length_variation; /**< coefficient of variation */
-  double longest_snap_length;   /**< m, the longest that is drawn */
+  double longest_snap_length;   /**< m, the longest length drawn */
 } bristle_material_facts;
 
 /** Defaults of bristle::Material. `struct_size` is sizeof *material. [any] */
@@ -154,16 +154,16 @@ BRISTLE_API bristle_result bristle_init_coefficients(bristle_coefficients* coeff
 /** Zeros. [any] */
 BRISTLE_API bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size);
 
-/** Bristle parameters from coefficients; `material` was initialised. Refuses a ratio of peak to kinetic that
- * the family cannot reach, naming the range. Set-up cost. [any] */
+/** Bristle parameters from coefficients; `material` must be initialised. Refuses a ratio of peak to
+ * kinetic that the family cannot reach, naming the range. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                               bristle_material* material);
-/** The way back; `coefficients` was initialised. Set-up cost. [any] */
+/** The inverse; `coefficients` must be initialised. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_to_coefficients(const bristle_material* material,
                                                             bristle_coefficients* coefficients);
 /** Refuses the first parameter out of range by name. [any] */
 BRISTLE_API bristle_result bristle_material_check(const bristle_material* material);
-/** `facts` was initialised. Set-up cost. [any] */
+/** `facts` must be initialised. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_find_facts(const bristle_material* material,
                                                        bristle_material_facts* facts);
 /** Steady friction (N) under a load (N) at each of `count` speeds (m/s). [any] */
@@ -184,8 +184,8 @@ BRISTLE_API bristle_result bristle_snap_length_quantile(const bristle_snap_lengt
 /** P(snap length > x) at lengths x (m). [any] */
 BRISTLE_API bristle_result bristle_snap_length_survival(const bristle_snap_length* snap_length,
                                                         const double* lengths, double* shares, size_t count);
-/** E[delta^k] and, at lengths x (m), E[delta^k; delta < x] (m^k): k = 0..6, with lengths 0..2. `moment` may
- * be null, `count` may be 0. [any] */
+/** E[delta^k] and, at lengths x (m), E[delta^k; delta < x] (m^k). k = 0..6; with lengths k = 0..2.
+ * `moment` may be null, `count` may be 0. [any] */
 BRISTLE_API bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length, int32_t k,
                                                       double* moment, const double* lengths, double* partial,
                                                       size_t count);
@@ -201,9 +201,9 @@ typedef uint64_t bristle_id;
 /** bristle::BatchOptions. */
 typedef struct bristle_batch_options {
   size_t struct_size;
-  const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA or the best here */
+  const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
   int32_t threads;    /**< threads that may step, the caller included; 0 = one per core */
-  int32_t servo_core; /**< workers keep off this core; -1 = anywhere */
+  int32_t servo_core; /**< core that workers avoid; -1 = none */
   uint32_t eager;     /**< 1: visit every bristle in every step; same bits, slower, for comparison */
   uint32_t reserved;  /**< 0 */
 } bristle_batch_options;
@@ -243,7 +243,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_motion {
   bristle_id id;
   double displacement[2]; /**< m, of the moving body over the step */
   double normal_load;     /**< N */
-  uint8_t has_velocity;   /**< 0: displacement / dt is used; else `velocity` is given */
+  uint8_t has_velocity;   /**< 0: displacement / dt is used; any other value: `velocity` is given */
   uint8_t reserved[7];    /**< not read */
   double velocity[2];     /**< m/s, for dampers only */
 } bristle_motion;
@@ -257,8 +257,8 @@ enum {
   BRISTLE_STATUS_OVERLOAD = 8     /**< load above max_normal_load: forces of all bristles scaled */
 };
 
-/** Output of one patch for one step: bristle::Response. Fields of outputs that the patch does not compute are
- *  left untouched by bristle_step, and set to 0 by bristle_find_force. */
+/** Output of one patch for one step: bristle::Response. Output fields that the patch does not compute are
+ * not written by bristle_step, and set to 0 by bristle_find_force. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   bristle_id id;
   uint32_t status;     /**< BRISTLE_STATUS_... */
@@ -271,22 +271,22 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double damping;      /**< N s/m, never negative */
   double force_limit;  /**< N, highest elastic force at first loading under this load */
   double dissipated;   /**< J, lost in snaps */
-  double contact_loss; /**< J, left with bristles that lost contact */
+  double contact_loss; /**< J, energy of bristles that lost contact */
   double damper_work;  /**< J, taken by dampers and lubricant */
   uint64_t snaps;      /**< representatives' snaps */
 } bristle_response;
 
-/** What a step did as a whole: bristle::StepReport. */
+/** The result of a step as a whole: bristle::StepReport. */
 typedef struct bristle_step_report {
   size_t struct_size;
   uint32_t status;           /**< all responses' flags together */
   uint32_t patches_stepped;  /**< motions that were carried out */
-  uint32_t tasks;            /**< pieces that the step was cut into: 1 = not shared; 0 = refused */
+  uint32_t tasks;            /**< pieces of work: 1 = step not shared; 0 = step refused */
   uint32_t threads;          /**< threads that took a piece */
-  uint64_t bristles_visited; /**< bristles that a kernel looked at */
+  uint64_t bristles_visited; /**< bristles that a kernel visited */
 } bristle_step_report;
 
-/** What a patch is and uses right now: bristle::PatchInfo. */
+/** Present state and memory use of a patch: bristle::PatchInfo. */
 typedef struct bristle_patch_info {
   size_t struct_size;
   uint64_t key;
@@ -311,7 +311,7 @@ BRISTLE_API bristle_result bristle_init_step_report(bristle_step_report* report,
 /** Zeros. [any] */
 BRISTLE_API bristle_result bristle_init_patch_info(bristle_patch_info* info, size_t struct_size);
 
-/** A new batch. `options` may be null: defaults. Give it back by bristle_destroy. [any] */
+/** A new batch. `options` may be null: defaults. Destroy it by bristle_destroy. [any] */
 BRISTLE_API bristle_result bristle_create(const bristle_batch_options* options, bristle_batch** batch);
 /** Null does nothing. [alone] */
 BRISTLE_API void bristle_destroy(bristle_batch* batch);
@@ -319,7 +319,7 @@ BRISTLE_API void bristle_destroy(bristle_batch* batch);
 /** A new patch, out of contact, all deflections zero. `options` may be null: defaults. [change] */
 BRISTLE_API bristle_result bristle_add(bristle_batch* batch, const bristle_material* material,
                                        const bristle_patch_options* options, bristle_id* id);
-/** `count` patches of one material, patch i with options[i]. All or, where one is refused, none. [change] */
+/** `count` patches of one material, patch i with options[i]. If one is refused, none is added. [change] */
 BRISTLE_API bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* material,
                                             const bristle_patch_options* options, size_t options_size,
                                             bristle_id* ids, size_t count);
@@ -329,59 +329,62 @@ BRISTLE_API bristle_result bristle_remove(bristle_batch* batch, bristle_id id);
 BRISTLE_API bristle_result bristle_set_material(bristle_batch* batch, bristle_id id,
                                                 const bristle_material* material);
 
-/** Makes a patch what bristle_add would make it with this seed and key: out of contact, all deflections zero.
- *  Refuses an id that names no patch. Never allocates. [step] */
+/** Returns a patch to the state in which bristle_add would make it with this seed and key: out of contact,
+ * all deflections zero. Refuses an id that names no patch. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key);
 
-/** Takes every change that waits and spends every allocation. Call before the loop, on the stepping thread.
- *  [step] */
+/** Takes all waiting changes and makes all allocations. Call before the loop, on the stepping thread.
+ * [step] */
 BRISTLE_API bristle_result bristle_warm_up(bristle_batch* batch);
 
-/** Moves patches over dt_s (s): responses[i] answers motions[i]. A patch not named rests under its last load.
- *  `motion_size` and `response_size` are sizeof(bristle_motion) and sizeof(bristle_response). `report` may be
- *  null. BRISTLE_OK means that the step was taken: what became of each motion stands in its response.
+/** Moves patches over dt_s (s): responses[i] is the response to motions[i]. A patch that no motion names
+ * rests under its last load. `motion_size` and `response_size` are sizeof(bristle_motion) and
+ * sizeof(bristle_response). `report` may be null. BRISTLE_OK means that the step was made; each response has
+ * the result of its motion.
  *
- *  Never allocates, locks, or waits for anything but its own workers, with one exception: for a program
- *  compiled with another version, whose structs have other sizes, the arrays are copied, into memory that is
- *  taken when `count` is larger than it was before. [step] */
+ *  Never allocates or locks, and waits only for its own workers, with one exception: for a program
+ *  compiled with another version, whose structs have other sizes, the arrays are copied, into memory that
+ *  is allocated when `count` is larger than before. [step] */
 BRISTLE_API bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_motion* motions,
                                         size_t motion_size, bristle_response* responses, size_t response_size,
                                         size_t count, bristle_step_report* report);
 
-/** The responses to trial motions, each on its own, state unchanged. For implicit solvers. Never allocates.
- *  [step] */
+/** The responses to trial motions, each alone, without changing the state. For implicit solvers. Never
+ * allocates. [step] */
 BRISTLE_API bristle_result bristle_find_force(bristle_batch* batch, double dt_s,
                                               const bristle_motion* motions, size_t motion_size,
                                               bristle_response* responses, size_t response_size,
                                               size_t count);
 
-/** `info` was initialised. Refuses an id that names no patch. [step] */
+/** `info` must be initialised. Refuses an id that names no patch. [step] */
 BRISTLE_API bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id,
                                              bristle_patch_info* info);
 /** Elastic energy of the bristles in contact, J; 0 for an unknown id or a null batch. [step] */
 BRISTLE_API double bristle_stored_energy(const bristle_batch* batch, bristle_id id);
-/** Hash of the state of one patch, of all with id 0; 0 for an unknown id or a null batch. [step] */
+/** Hash of the state of one patch, or of all patches if the id is 0; 0 for an unknown id or a null batch.
+ * [step] */
 BRISTLE_API uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id);
-/** Deflections and snap lengths (m) of the first `capacity` bristles; columns not wanted are null. Returns
- * how many were written, at most `capacity`: bristle_find_info tells how many there are. [step] */
+/** Deflections and snap lengths (m) of the first `capacity` bristles; pass null for columns that are not
+ * needed. Returns the number written, at most `capacity`; bristle_find_info gives the total number. [step] */
 BRISTLE_API size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* zx, double* zy,
                                          double* delta, size_t capacity);
 
 /** Bytes that bristle_save_state writes now. [step] */
 BRISTLE_API size_t bristle_state_size(const bristle_batch* batch);
-/** Writes the state of all patches; returns the bytes written, 0 when `size` is too small. [step] */
+/** Writes the state of all patches; returns the bytes written, 0 if `size` is too small. [step] */
 BRISTLE_API size_t bristle_save_state(const bristle_batch* batch, void* to, size_t size);
-/** Restores into a batch with the same patches, added in the same order. Refused, state unchanged, when it
- * does not fit. [step] */
+/** Restores into a batch with the same patches, added in the same order. If it does not fit, it is refused
+ * and the state does not change. [step] */
 BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size);
 
-/** The state in a file, with bytes of the caller's own (`extra` may be null): there whole or not at all.
- *  Allocates and waits for the disk: not for a servo thread. [step] */
+/** Writes the state to a file, with bytes of the caller (`extra` may be null), completely or not at all.
+ * Allocates and waits for the disk: not for a servo thread. [step] */
 BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path,
                                                    const void* extra, size_t extra_size);
-/** Restores from a file. `extra` (may be null) receives the caller's own bytes, as many as `capacity` holds,
- *  `extra_size` (may be null) how many there are. Refused, the batch as it was, when it does not fit, and
- * where there is more of the caller's own than `capacity` and than a mebibyte. [step] */
+/** Restores from a file. `extra` (may be null) receives the bytes of the caller, at most `capacity` of
+ * them; `extra_size` (may be null) receives their total number. The file is refused, and the batch stays
+ * as it was, if it does not fit, or if it has more bytes of the caller than `capacity` and than a
+ * mebibyte. [step] */
 BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
                                                       size_t capacity, size_t* extra_size);
 
@@ -389,49 +392,49 @@ BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, cons
 BRISTLE_API size_t bristle_patch_count(const bristle_batch* batch);
 /** Threads that may step; 0 for null. [any] */
 BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
-/** Workers that should keep off the servo core and could not be bound. [any] */
+/** Workers that should stay off the servo core and could not be bound. [any] */
 BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
-/** Instruction set in use; null for null. [any] */
+/** Instruction set in use; null for a null batch. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
 
-/** Uses fewer representatives of larger weight, or more again: PatchBatch::set_detail. Returns
- * BRISTLE_STATUS_OK or what was wrong. Never allocates. [step] */
+/** Changes the number of representatives in use, fewer with larger weight: PatchBatch::set_detail. Returns
+ * BRISTLE_STATUS_OK or the fault. Never allocates. [step] */
 BRISTLE_API uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles);
 
 /* ----------------------------------------------------------------------------------------- load shedding */
 
-/** Keeps the steps of a batch within a budget of time by leaving out bristles: bristle::LoadShedder. */
+/** Keeps the steps of a batch within a time budget by leaving out bristles: bristle::LoadShedder. */
 typedef struct bristle_shedder bristle_shedder;
 
 /** bristle::LoadShedderOptions. */
 typedef struct bristle_shedder_options {
   size_t struct_size;
   double budget;      /**< s, for one step */
-  double shed_above;  /**< share of the budget from which bristles are left out */
-  double shed_to;     /**< share of the budget aimed at then */
-  double restore_to;  /**< share of the budget that a step may take after bristles came back */
-  double rate;        /**< s per bristle visited, if known; 0: learnt */
-  double change;      /**< s per bristle that comes back, once */
+  double shed_above;  /**< share of the budget above which bristles are left out */
+  double shed_to;     /**< share of the budget to which the step is then reduced */
+  double restore_to;  /**< share of the budget that a step may take after bristles are restored */
+  double rate;        /**< s per bristle visited, first estimate; 0 = none */
+  double change;      /**< s per restored bristle, once */
   uint64_t record;    /**< decisions remembered */
-  int32_t late_steps; /**< steps in a row above `shed_above` before the first bristle goes */
-  int32_t wait_steps; /**< steps between two gifts */
+  int32_t late_steps; /**< steps in a row above `shed_above` before bristles are left out */
+  int32_t wait_steps; /**< steps between two restorations */
 } bristle_shedder_options;
 
 /** What is left out at present: bristle::ShedReport. */
 typedef struct bristle_shed_report {
   size_t struct_size;
   uint64_t bristles;       /**< representatives left out */
-  double least_share;      /**< of its representatives, in the patch that gave most */
-  double noise_growth;     /**< of the force's fluctuation in sliding there */
-  double rate;             /**< s per bristle, as learnt */
+  double least_share;      /**< share of its representatives that the most reduced patch keeps */
+  double noise_growth;     /**< growth of that patch's force fluctuation in sliding */
+  double rate;             /**< s per bristle, estimated */
   uint64_t late_steps;     /**< steps that took more than the budget, so far */
-  uint64_t decisions;      /**< changes of detail, so far */
-  uint64_t decisions_lost; /**< of these, not in the record */
+  uint64_t decisions;      /**< changes of the number of representatives, so far */
+  uint64_t decisions_lost; /**< decisions missing from the record */
   uint32_t patches;        /**< patches with fewer representatives than they have */
   uint32_t reserved;       /**< 0 */
 } bristle_shed_report;
 
-/** One change of detail: bristle::DetailDecision. Never changes. */
+/** One change of the number of representatives: bristle::DetailDecision. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_detail_decision {
   uint64_t step;
   bristle_id patch;
@@ -443,38 +446,38 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_detail_decision {
 BRISTLE_API bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size);
 /** Zeros. [any] */
 BRISTLE_API bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size);
-/** A new shedder. `options` may be null: defaults. Give it back by bristle_shedder_destroy. [any] */
+/** A new shedder. `options` may be null: defaults. Destroy it by bristle_shedder_destroy. [any] */
 BRISTLE_API bristle_result bristle_shedder_create(const bristle_shedder_options* options,
                                                   bristle_shedder** shedder);
 /** Null does nothing. [alone] */
 BRISTLE_API void bristle_shedder_destroy(bristle_shedder* shedder);
-/** The patch may be shed down to `least_bristles`, before those of higher priority. Allocates. [step] */
+/** The patch may be reduced to `least_bristles`, before patches of higher priority. Allocates. [step] */
 BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
                                                uint32_t least_bristles);
-/** Forgets a patch. Null does nothing. [step] */
+/** Removes a patch from the shedder. Null does nothing. [step] */
 BRISTLE_API void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch);
-/** Sheds if the motions of the next step would take too long. Returns how many details were changed; 0, and
- * the reason in bristle_last_error, for an argument that is null or of a wrong size. Never allocates, but for
- *  structs of another size as bristle_step. [step] */
+/** Sheds if the motions of the next step would take too long. Returns the number of patches changed; 0, with
+ * the reason in bristle_last_error, for an argument that is null or of a wrong size. Never allocates, except
+ * for structs of another size, as bristle_step. [step] */
 BRISTLE_API int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
                                                 const bristle_motion* motions, size_t motion_size,
                                                 size_t count);
-/** Learns from a step and its time (s), sheds or gives back. As above. [step] */
+/** Updates the estimate from a step and its time (s), and sheds or restores bristles. Otherwise as above.
+ * [step] */
 BRISTLE_API int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
                                                const bristle_motion* motions, size_t motion_size,
                                                size_t count, double step_time_s,
                                                const bristle_step_report* report);
-/** `report` was initialised. [step] */
+/** `report` must be initialised. [step] */
 BRISTLE_API bristle_result bristle_shedder_find_report(const bristle_shedder* shedder,
                                                        const bristle_batch* batch,
                                                        bristle_shed_report* report);
-/** The decisions since the last clear, oldest first, as many as fit. Returns how many there are. [step] */
+/** The decisions since the last clear, oldest first, as many as fit. Returns their total number. [step] */
 BRISTLE_API size_t bristle_shedder_read_decisions(const bristle_shedder* shedder,
                                                   bristle_detail_decision* decisions, size_t capacity);
 /** Null does nothing. [step] */
 BRISTLE_API void bristle_shedder_clear_decisions(bristle_shedder* shedder);
-/** Replay: applies the decisions at the head that belong before step `step`; returns how many those are.
- * [step] */
+/** Replay: applies the decisions at the head that belong before step `step`; returns their number. [step] */
 BRISTLE_API size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions,
                                            size_t count, uint64_t step);
 
@@ -482,25 +485,25 @@ BRISTLE_API size_t bristle_apply_decisions(bristle_batch* batch, const bristle_d
 
 /** A pool of patches of one material, found by key: bristle::KeyedPatches. */
 typedef struct bristle_keyed bristle_keyed;
-/** Makes keys that last, by pair of bodies and nearest point: bristle::ContactMatcher. */
+/** Makes lasting keys, by pair of bodies and nearest point: bristle::ContactMatcher. */
 typedef struct bristle_matcher bristle_matcher;
 
-/** Names no contact: answered with id 0. */
+/** Names no contact: its id is 0. */
 #define BRISTLE_NO_CONTACT_KEY UINT64_MAX
 
 /** bristle::KeyedOptions. */
 typedef struct bristle_keyed_options {
   size_t struct_size;
   uint32_t capacity;      /**< patches, all made at once */
-  uint32_t keep_steps;    /**< steps that a key may be missing before its patch goes back */
-  uint32_t seed_from_key; /**< 0: all have the seed of the patch options, and a new key costs less */
+  uint32_t keep_steps;    /**< steps that a key may be missing before its patch returns to the pool */
+  uint32_t seed_from_key; /**< 0: all patches have the seed of the patch options, and a new key costs less */
   uint32_t reserved;      /**< 0 */
 } bristle_keyed_options;
 
 /** bristle::MatcherOptions. */
 typedef struct bristle_matcher_options {
   size_t struct_size;
-  double reach;        /**< m, the farthest that a contact is looked for from where it was */
+  double reach;        /**< m, largest distance at which a contact is found again */
   uint32_t capacity;   /**< contacts of one step */
   uint32_t keep_steps; /**< steps that a contact may be missing and still be found again */
 } bristle_matcher_options;
@@ -516,39 +519,39 @@ BRISTLE_API bristle_result bristle_init_keyed_options(bristle_keyed_options* opt
 /** Defaults of bristle::MatcherOptions. [any] */
 BRISTLE_API bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size);
 
-/** Adds a pool of patches to the batch. `patch` and `options` may be null: defaults. Give it back by
- *  bristle_keyed_destroy before the batch. [change] */
+/** Adds a pool of patches to the batch. `patch` and `options` may be null: defaults. Destroy it by
+ * bristle_keyed_destroy before the batch. [change] */
 BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
                                                 const bristle_patch_options* patch,
                                                 const bristle_keyed_options* options, bristle_keyed** keyed);
 /** Removes its patches. Null does nothing. [change] */
 BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
-/** The patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0 when
- * all patches are taken: a motion with it is answered with zero force. Never allocates. [step] */
+/** The patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0 if
+ * all patches are in use: a motion with it returns zero force. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys,
                                                      bristle_id* ids, size_t count);
-/** The patches of `count` contacts, id 0 where there is none. They do not count as seen. [step] */
+/** The patches of `count` contacts, id 0 if there is none. The keys do not count as seen. [step] */
 BRISTLE_API bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* keys,
                                               bristle_id* ids, size_t count);
-/** Gives the patch of a contact back now. 1 when there was one. [step] */
+/** Returns the patch of a contact to the pool now. 1 if there was one. [step] */
 BRISTLE_API uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key);
-/** Gives all back. Null does nothing. [step] */
+/** Returns all patches to the pool. Null does nothing. [step] */
 BRISTLE_API void bristle_keyed_clear(bristle_keyed* keyed);
-/** Call once a step, after the last bristle_keyed_find_or_add: keys not seen for more than keep_steps go
- * back. Returns how many. [step] */
+/** Call once per step, after the last bristle_keyed_find_or_add: patches of keys not seen for more than
+ * keep_steps return to the pool. Returns their number. [step] */
 BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
-/** Contacts held. [step] */
+/** Number of current contacts. [step] */
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
-/** New keys that found no patch, so far. [step] */
+/** Number of new keys that got no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
 
-/** A new matcher. `options` may be null: defaults. Give it back by bristle_matcher_destroy. [any] */
+/** A new matcher. `options` may be null: defaults. Destroy it by bristle_matcher_destroy. [any] */
 BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options* options,
                                                   bristle_matcher** matcher);
 /** Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_destroy(bristle_matcher* matcher);
-/** keys[i] names contacts[i]; all contacts of one step. `found` (may be null): how many were there before.
- *  Never allocates. [alone] */
+/** keys[i] names contacts[i]; pass all contacts of one step. `found` (may be null): number of contacts
+ * found again. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
                                                  const bristle_contact_point* contacts, uint64_t* keys,
                                                  size_t count, size_t* found);
@@ -560,11 +563,11 @@ BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
 /** Step times and periods of a loop against its deadline, in constant memory: bristle::DeadlineMonitor. */
 typedef struct bristle_monitor bristle_monitor;
 
-/** What a monitor saw. Times in s; percentiles at most 1.6 % high, maxima exact. */
+/** The numbers of a monitor. Times in s; percentiles at most 1.6 % high, maxima exact. */
 typedef struct bristle_monitor_report {
   size_t struct_size;
   double deadline;
-  double period; /**< 0: ticks have none */
+  double period; /**< 0: ticks have no period */
   double p50;
   double p99;
   double p999;
@@ -574,11 +577,11 @@ typedef struct bristle_monitor_report {
   double jitter_p99;
   double jitter_max;
   uint64_t count;
-  uint64_t misses;      /**< late ticks */
-  uint64_t misses_ours; /**< of these, with CPU time over the deadline or not measured; the others are the
-                             machine's */
-  uint64_t skipped;     /**< ticks of the grid that were left out */
-  uint64_t longest_run; /**< most ticks in a row that were late or left out */
+  uint64_t misses;      /**< of the deadline */
+  uint64_t misses_ours; /**< caused by this program: CPU time over the deadline or not measured; the machine
+                             caused the others */
+  uint64_t skipped;     /**< ticks of the grid that were skipped */
+  uint64_t longest_run; /**< most ticks in a row that were late or skipped */
   uint64_t involuntary_switches; /**< in late ticks, as the system counts */
   uint64_t minor_faults;
   uint64_t major_faults;
@@ -586,7 +589,7 @@ typedef struct bristle_monitor_report {
 
 /** Zeros. [any] */
 BRISTLE_API bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_t struct_size);
-/** A new monitor of a deadline and a nominal period (0: none). Give it back by bristle_monitor_destroy. [any]
+/** A new monitor of a deadline and a nominal period (0: none). Destroy it by bristle_monitor_destroy. [any]
  */
 BRISTLE_API bristle_result bristle_monitor_create(double deadline_s, double period_s,
                                                   bristle_monitor** monitor);
@@ -599,16 +602,17 @@ BRISTLE_API void bristle_monitor_record(bristle_monitor* monitor, double wall_s,
  *  CPU time. Null does nothing. Never allocates. [step] */
 BRISTLE_API void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s,
                                              double end_s, double cpu_s);
-/** Ticks of the grid that were left out. Null does nothing. [step] */
+/** Ticks of the grid that were skipped. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks);
 /** The loop paused: the next tick starts a new grid. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_pause(bristle_monitor* monitor);
-/** Events of a late tick count from here on: a microsecond, between ticks. Null does nothing. [step] */
+/** Events of a late tick count from this call on. Takes a microsecond; call it between ticks. Null does
+ * nothing. [step] */
 BRISTLE_API void bristle_monitor_refresh_events(bristle_monitor* monitor);
-/** Forgets what it saw. Null does nothing. [step] */
+/** Sets all numbers to zero. Null does nothing. [step] */
 BRISTLE_API void bristle_monitor_reset(bristle_monitor* monitor);
-/** All numbers of one moment; `report` was initialised. BRISTLE_REFUSED when the loop leaves no gap between
- * two ticks. [any] */
+/** All numbers of one moment; `report` must be initialised. BRISTLE_REFUSED if the loop leaves no gap
+ * between two ticks. [any] */
 BRISTLE_API bristle_result bristle_monitor_find_report(const bristle_monitor* monitor,
                                                        bristle_monitor_report* report);
 /** Monotonic wall clock, s. [any] */

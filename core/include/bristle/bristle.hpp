@@ -1,5 +1,5 @@
-// All of bristle's C++ interface that needs no other library: coupling.hpp, contact_frame.hpp and
-// haptic_point.hpp are over Eigen. bristle.h is the interface for C.
+// The whole C++ interface of bristle that needs no other library. Not included: coupling.hpp,
+// contact_frame.hpp and haptic_point.hpp, which need Eigen, and bristle.h, the interface for C.
 #pragma once
 
 #include "bristle/build_check.hpp"

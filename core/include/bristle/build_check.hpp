@@ -1,5 +1,6 @@
-// Tells by name, at start-up, when the headers that a program was compiled with and the library that it found
-// do not belong together. The constructor of PatchBatch asks; nobody need call anything.
+// Detects at start-up that the headers a program was compiled with and the library it found do not belong
+// together, and names the difference. The constructor of PatchBatch makes this check; a program need not call
+// it.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +24,16 @@ struct BuildSignature {
   std::uint32_t batch_options_bytes, step_report_bytes, deadline_monitor_bytes;
 };
 
-/// Of the headers that this code is compiled with. Not inline: library and program each have their own.
+/// The signature of the headers that this code is compiled with. Not inline: library and program each have
+/// their own.
 constexpr BuildSignature header_build = {
     sizeof(BuildSignature), BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS,  sizeof(Material),
     sizeof(PatchOptions),   sizeof(Motion),         sizeof(Response),       sizeof(PatchInfo),
     sizeof(BatchOptions),   sizeof(StepReport),     sizeof(DeadlineMonitor)};
 
-/// Throws bristle::Error that names what differs, e.g. "header 0.1.0 with BRISTLE_MINIMAL off, library 0.1.0
-/// with BRISTLE_MINIMAL on". Thread-safe. A program that makes materials long before its first PatchBatch may
-/// call it first.
+/// Throws bristle::Error that names the difference, e.g. "header 0.1.0 with BRISTLE_MINIMAL off, library
+/// 0.1.0 with BRISTLE_MINIMAL on". Thread-safe. A program that makes materials long before its first
+/// PatchBatch may call it first.
 BRISTLE_API void check_build(const BuildSignature& headers = header_build);
 
 inline PatchBatch::PatchBatch(const BatchOptions& options) : PatchBatch(options, header_build) {}

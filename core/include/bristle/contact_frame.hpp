@@ -1,31 +1,34 @@
 // The tangent axes of a contact in space: 3-D motions in, 3-D forces out.
 // Header-only, over Eigen: link bristle::eigen. Not part of bristle.hpp.
 //
-// A patch knows two tangential numbers, its frame says what they mean in space. The normal points from the
-// other body (B) to the moving one (A), on which the patch's force acts; displacements are A's relative to B.
-// In every step: carry the frame to the new normal, take the displacement, step the patch, take the force.
+// A patch works with two tangential numbers; its frame gives their directions in space. The normal points
+// from the other body (B) to the moving one (A), on which the patch's force acts; displacements are those of
+// A relative to B. In every step, carry the frame to the new normal, set the displacement, step the patch,
+// and read the force.
 //
 //   frame.carry(normal, turn_a, turn_b);                              // rad: angular velocity times dt
 //   frame.set_displacement(dt * (velocity_a - velocity_b), motion);   // m, both at the contact point
 //   batch.step(dt, {&motion, 1}, {&response, 1});
 //   wrench_on_a += frame.wrench(frame.force(response.end), contact_point - centre_of_a);
 //
-// How the axes go along:
+// How the axes move:
 // - The normal changes: the axes follow by the smallest rotation that takes the old normal to the new one
-//   (parallel transport). On a curved surface they come back turned by the solid angle that the normal went
-//   round; that is geometry, not an error.
+//   (parallel transport). On a curved surface they return turned by the solid angle that the normal
+//   encircled; that is geometry, not an error.
 // - The bodies turn about the normal: a bristle has its root on one and its tip on the other, so the axes
-//   turn by the mean of both. With tip and root t and r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r),
-//   the slip taken half-way between them: the mean is not a convention. When all turns together, nothing
-//   changes.
-// - Deflections are never touched: they are two numbers in these axes, so their lengths, the stored
-//   energy and the magnitude of the force stay to the bit, whatever the frame does.
-// A single patch has no resistance to spin (a moment about the normal): use several patches, some way apart.
+//   turn by the mean of both. With tip t and root r, d(t - r)/dt = slip + (spin_a + spin_b)/2 x (t - r),
+//   where the slip is taken half-way between them; so the mean is not a convention. If everything turns
+//   together, nothing changes.
+// - Deflections never change: they are two numbers in these axes, so their lengths, the stored energy and
+//   the magnitude of the force stay the same to the bit under any motion of the frame.
+// A single patch has no resistance to spin (a moment about the normal): use several patches at a distance
+// from each other.
 //
-// Order of error: displacements are taken in the axes half-way through the last carry. Against the integral
-// of the velocity along a smooth path that is an error of order dt^2 over a given time (an arc of angle a,
-// given by its chord, reads a^2/24 short; a motion along the normal does not leak in); in the axes at either
-// end it would be of order dt. Rolling without slip gives none, for velocities as engines have them.
+// Order of error: displacements are taken in the axes half-way through the last carry. Compared with the
+// integral of the velocity along a smooth path, this is an error of order dt^2 over a given time (an arc of
+// angle a, given by its chord, is a^2/24 too short; motion along the normal does not contribute). In the axes
+// at either end it would be of order dt. Rolling without slip gives no error, for velocities as engines
+// provide them.
 //
 // Thread rule: plain data, no locks. Nothing here allocates or throws, or calls libm beyond sqrt.
 #pragma once
@@ -41,7 +44,7 @@ namespace bristle {
 
 namespace detail {
 
-/// The rotation by the vector `turn` (rad), by halving and a series: no libm, no limit of size.
+/// The rotation by the vector `turn` (rad) of any length, by halving and a series, without libm.
 inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vector3d& turn) noexcept {
   using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
   Eigen::Vector3d half = 0.5 * turn;
@@ -57,8 +60,8 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
   return q;
 }
 
-/// `v`, rotated by the smallest rotation that takes the unit vector `from` to `to`. Where they are opposite
-/// there are many: `axis`, a unit vector at a right angle to `from`, then says which.
+/// `v`, rotated by the smallest rotation that takes the unit vector `from` to `to`. If they are opposite,
+/// there are many such rotations, and `axis`, a unit vector at a right angle to `from`, selects one.
 inline Eigen::Vector3d carry_along(const Eigen::Vector3d& v, const Eigen::Vector3d& from,
                                    const Eigen::Vector3d& to, const Eigen::Vector3d& axis) noexcept {
   const Eigen::Vector3d w = from.cross(to);
@@ -94,9 +97,9 @@ class ContactFrame {
   const Eigen::Vector3d& midway_aside() const noexcept { return midway_.aside; }
   const Eigen::Vector3d& midway_normal() const noexcept { return midway_.normal; }
 
-  /// Goes to the normal of this step. For bodies that do not turn, or whose spin about the normal is of no
-  /// interest. Opposite normals: half a turn about `along`. False, and nothing changed but that the motion of
-  /// this step is read in the present axes, when the normal is zero or not finite.
+  /// Carries the axes to the normal of this step, for bodies that do not turn or whose spin about the normal
+  /// does not matter. Opposite normals give half a turn about `along`. If the normal is zero or not finite,
+  /// the call returns false, the axes stay, and the motion of this step is read in them.
   bool carry(const Eigen::Vector3d& normal) noexcept {
     return carry(normal, Quaternion::Identity(), Quaternion::Identity());
   }
@@ -110,7 +113,7 @@ class ContactFrame {
     midway_ = now_;
     Eigen::Vector3d n;
     if (!normalized(normal, n) || !turn_a.coeffs().allFinite() || !turn_b.coeffs().allFinite()) return false;
-    // Each body takes the axes along rigidly; then they are carried from the normal they came to.
+    // Each body carries the axes rigidly; then they are carried on from the normal they reached.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
     if (!(along.squaredNorm() > 1e-24)) along = carried_by(turn_b, n);  // half a turn apart: no mean
     const Axes before = now_;
@@ -120,7 +123,8 @@ class ContactFrame {
   }
 
   /// The tangential displacement of A relative to B in this step, from the displacement in space (m), both
-  /// taken where they touch; velocities alike. What goes along the normal is left out. After carry().
+  /// taken at the contact point; the same for velocities. The part along the normal is left out. Call it
+  /// after carry().
   Eigen::Vector2d displacement(const Eigen::Vector3d& relative) const noexcept {
     return {midway_.along.dot(relative), midway_.aside.dot(relative)};
   }
@@ -128,7 +132,7 @@ class ContactFrame {
     motion.displacement[0] = midway_.along.dot(relative);
     motion.displacement[1] = midway_.aside.dot(relative);
   }
-  /// A velocity of its own for the damper (m/s, of A relative to B).
+  /// A separate velocity for the damper (m/s, of A relative to B).
   void set_velocity(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
     motion.has_velocity = true;
     motion.velocity[0] = midway_.along.dot(relative);
@@ -175,7 +179,7 @@ class ContactFrame {
     Axes axes;
     axes.normal = normal;
     normalized(along - normal.dot(along) * normal, axes.along);
-    // Once more, for what cancelled.
+    // Once more, to remove the error of cancellation.
     normalized(axes.along - normal.dot(axes.along) * normal, axes.along);
     axes.aside = normal.cross(axes.along);
     return axes;
@@ -194,7 +198,7 @@ class ContactFrame {
     return detail::carry_along(along, from, to, along);
   }
 
-  /// Half of the rotation that takes the one to the other.
+  /// Half of the rotation from `from` to `to`.
   static Axes half_way(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
     rotation += to.aside * from.aside.transpose();

@@ -7,15 +7,16 @@
 //
 //   M (u1 - u0) = T (f + sum of J_i^T F_i)                                                   (momentum)
 //
-// Two ways to find the displacements; the velocity always follows from the forces that then acted:
+// There are two ways to find the displacements; the velocity always follows from the forces that acted in the
+// step:
 //
 //   predict_displacements   F_i = F_i(now) - (K_i T + C_i) s_i, its elastic part clipped at the force limit:
 //                           linear; s_i between the old velocity and the new, halfway without dampers and
-//                           nearer the new with them. Cheap: one look at each patch. Needs no output but the
+//                           nearer the new with them. Cheap: it evaluates each patch once. Needs only the
 //                           end force; finish with apply_end_forces.
 //   solve_displacements     F_i = mean force over the step at d_i = T s_i((u0 + u1) / 2), solved by
-//                           PatchBatch::find_force: the midpoint rule, which neither adds nor takes energy
-//                           beside what the bristles do. Needs Outputs::mean; finish with apply_mean_forces.
+//                           PatchBatch::find_force: the midpoint rule, which itself neither adds nor takes
+//                           energy. Needs Outputs::mean; finish with apply_mean_forces.
 //
 // Equations, limits and measurements: core/MODEL.md, section 21. Thread rule: PatchBatch's stepping thread.
 // Nothing here allocates, locks or throws.
@@ -35,8 +36,8 @@ namespace bristle {
 
 using RigidBody = MovingBody<6>;
 
-/// A rigid body at rest in space, to be pushed: velocities about its centre of mass, world axes. For a body
-/// that turns, refresh `mass` (inertia in world axes) as it does. `inertia` kg m^2, `mass_kg` > 0.
+/// A free rigid body at rest; velocities are about its centre of mass, in world axes. If the body turns,
+/// update `mass` (inertia in world axes). `inertia` kg m^2, `mass_kg` > 0.
 inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noexcept {
   RigidBody body;
   body.mass.setZero();
@@ -47,7 +48,7 @@ inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noex
 
 /// A contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes), whose
 /// displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent plane.
-/// `place`: where its patch stands in the arrays of motions and responses.
+/// `place`: index of its patch in the arrays of motions and responses.
 inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& arm,
                                     const Eigen::Vector3d& along, const Eigen::Vector3d& aside) noexcept {
   BodyContact<6> contact;
@@ -57,10 +58,10 @@ inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& ar
   return contact;
 }
 
-/// Sets the displacements of the step to come in `motions` by one linear solve and a projection: stiffness
-/// and damping of every patch are taken implicitly, and a patch whose elastic force would exceed its force
-/// limit pulls with that limit instead. Ids and loads of the step stand in `motions`; `external` is the force
-/// on the body over the step (N, N m; gyroscopic torque included where it matters).
+/// Sets the displacements of the next step in `motions` by one linear solve and a projection: stiffness and
+/// damping of every patch are implicit, and a patch whose elastic force would exceed its force limit pulls
+/// with that limit instead. `motions` contains ids and loads of the step; `external` is the force on the body
+/// over the step (N, N m; including gyroscopic torque where it matters).
 template <int Dof>
 void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                            const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,
@@ -83,7 +84,7 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
   }
   const double theta = detail::implicit_share<Dof>(dt_s, body, contacts);
   Vector mean = body.velocity;  // (1 - theta) u0 + theta u1
-  // Each pass lets go of the patches that are over their limit; what was let go stays so.
+  // Each pass releases the patches that are over their limit; they stay released.
   for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
     Matrix a = body.mass;
     Vector b = body.mass * body.velocity + theta * dt_s * external;
@@ -100,9 +101,10 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 
-/// Sets the displacements of the step to come in `motions` by the midpoint rule. `external` as above, at the
+/// Sets the displacements of the next step in `motions` by the midpoint rule. `external` as above, at the
 /// middle of the step. Bristles that redraw over many snaps make F_mean jump a little with the displacement;
-/// where the equation has no solution in such a jump the best point is taken, and the report says how good.
+/// if the equation has no solution in such a jump, the best point is taken, and the report gives its
+/// residual.
 template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                 const Given<BodyVector<Dof>>& external,
@@ -110,7 +112,8 @@ SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody
   return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve();
 }
 
-/// After PatchBatch::step: the velocity from the forces that acted, so that momentum is kept to rounding.
+/// Call after PatchBatch::step: sets the velocity from the forces that acted, so that momentum is conserved
+/// to rounding.
 template <int Dof>
 void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                       Given<Span<const BodyContact<Dof>>> contacts, Span<const Response> responses) noexcept {

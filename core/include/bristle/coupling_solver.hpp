@@ -20,7 +20,7 @@ struct Identity {
   using type = T;
 };
 }  // namespace detail
-/// T, from which Dof is not deduced: so that arrays and Eigen's expressions convert.
+/// T in a context where Dof is not deduced, so that arrays and Eigen's expressions convert.
 template <class T>
 using Given = typename detail::Identity<T>::type;
 
@@ -35,10 +35,10 @@ struct MovingBody {
   BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s
 };
 
-/// One patch under a body. The caller sets the first four; the rest is room to work in.
+/// One patch under a body. The caller sets the first four members; the rest is working memory.
 template <int Dof>
 struct BodyContact {
-  std::size_t place = 0;  ///< of its patch in the arrays of motions and responses
+  std::size_t place = 0;  ///< index of its patch in the arrays of motions and responses
   int axes = 2;           ///< of the patch
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
       Eigen::Matrix<double, 2, Dof>::Identity();  ///< slip velocity = jacobian u - ground_velocity
@@ -51,10 +51,10 @@ struct BodyContact {
   Eigen::Matrix<double, 2, 2, Eigen::DontAlign> slope = Eigen::Matrix2d::Zero();
 };
 
-/// How hard the equation of motion was to solve.
+/// The effort and the result of solving the equation of motion.
 struct SolveReport {
   int evaluations = 0;    ///< of the friction force of all contacts
-  double residual = 0.0;  ///< over the largest force in the equation, both in the norm sqrt(f M^-1 f)
+  double residual = 0.0;  ///< divided by the largest force in the equation, both in the norm sqrt(f M^-1 f)
 };
 
 namespace detail {
@@ -91,9 +91,9 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
 }
 
 // Share theta of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1): a half, which
-// keeps the distance of a stop true, and more where dampers stop the body within a step. A body against a
-// damper alone wants 1 - theta = 1/c - 1/(e^c - 1), c = C T / m; this is that function to 0.033 without an
-// exponential, and never lets a damper turn the velocity.
+// gives the right stopping distance, and more if dampers stop the body within a step. For a body against a
+// damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1), c = C T / m; this function is within 0.033
+// of it without an exponential, and never lets a damper reverse the velocity.
 template <int Dof>
 double implicit_share(double dt_s, const MovingBody<Dof>& body,
                       Span<const BodyContact<Dof>> contacts) noexcept {
@@ -111,8 +111,8 @@ double implicit_share(double dt_s, const MovingBody<Dof>& body,
   return 1.0 - (1.0 + c / 3.0) / (2.0 + c + c * c / 3.0);
 }
 
-// Lets go of the patches whose predicted elastic force is over the limit: from now on they pull with the
-// limit, whatever the velocity. Whether there was one.
+// Releases the patches whose predicted elastic force is over the limit: from now on they pull with the limit
+// at any velocity. Returns whether there was one.
 template <int Dof>
 bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                     Span<BodyContact<Dof>> contacts) noexcept {
@@ -129,8 +129,8 @@ bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
   return clipped;
 }
 
-// When to stop: for the tolerance up to a number of evaluations that is usually enough, after that for what
-// single precision can tell, whose forces move in small stairs.
+// When to stop: at the tolerance, up to a number of evaluations that is usually enough; after that at the
+// resolution of single precision, whose forces change in small steps.
 class Effort {
  public:
   explicit Effort(double force_scale) noexcept : force_scale_(force_scale) {}
@@ -156,10 +156,10 @@ class Effort {
   int evaluations_ = 0;
 };
 
-// The root of a function that falls, by at most the slope bound (known from its evaluations). Secant steps,
-// none shorter than the bound demands; once the root lies between two points they stay there, and secants
-// that do not shrink that interval give way to a bisection. Where the sign changes in a jump there is no
-// root, and the better end is taken.
+// The root of a falling function whose slope is at most the slope bound (known from its evaluations). It
+// takes secant steps, none shorter than the bound requires. Once two points bracket the root, the steps stay
+// between them, and a bisection replaces secants that do not shrink the interval. If the sign changes in a
+// jump there is no root, and the better end is taken.
 template <class Residual, class SlopeBound>
 double find_falling_root(const Residual& residual_at, double start, const SlopeBound& slope_bound_so_far,
                          const Effort& effort) noexcept {
@@ -183,7 +183,7 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
     if (bracketed && (slow > 3 || !(next > low.x && next < high.x))) next = low.x + 0.5 * width;
     if (next == last.x || (bracketed && !(next > low.x && next < high.x))) break;  // nothing in between
     const Point point = at(next);
-    // Clear of rounding in tiny steps and of the falling branches of the friction curve.
+    // Not disturbed by rounding in tiny steps or by the falling branches of the friction curve.
     slope =
         std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * slope_bound, slope_bound);
     const double left = point.residual > 0.0 ? high.x - point.x : point.x - low.x;
@@ -254,7 +254,7 @@ class MidpointSolver {
   }
   Vector residual(const Vector& u) noexcept { return external_ + friction(u) - inertia_ * (u - start_); }
 
-  // The mean deflection of a stuck bristle moves by half the displacement; dampers see all of the velocity.
+  // The mean deflection of a stuck bristle changes by half the displacement; dampers get the whole velocity.
   double slope_bound(const BodyContact<Dof>& c) const noexcept {
     return 0.5 * dt_s_ * c.stiffness + c.damping;
   }
@@ -285,7 +285,7 @@ class MidpointSolver {
     const Vector per_force = mass_.solve(along);  // velocity per impulse along the contact
     const double mobility = along.dot(per_force);
     const Vector free = start_ + 0.5 * dt_s_ * mass_.solve(external_);
-    if (!(mobility > 0.0)) {  // a contact that does not see the body
+    if (!(mobility > 0.0)) {  // a contact that does not act on the body
       u = free;
       return 0.0;
     }
@@ -341,8 +341,9 @@ class MidpointSolver {
     return a;
   }
 
-  // Broyden's method contact by contact, begun with the bounds on the slopes, and begun again from the best
-  // point whenever the residual does not shrink; a second time in a row means that the friction jumps there.
+  // Broyden's method contact by contact. It starts with the bounds on the slopes and restarts from the best
+  // point whenever the residual does not shrink; a second restart in a row means that the friction jumps
+  // there.
   double solve_all(Vector& u) noexcept {
     forget_damping();
     Vector r = residual(u);

@@ -8,21 +8,22 @@
 
 namespace bristle {
 
-/// What the system has counted for the calling thread so far; the difference of two says what disturbed it.
-/// All zero where the system does not count (elsewhere than on Linux).
+/// Events that the system has counted for the calling thread so far; the difference of two counts shows what
+/// disturbed it. All zero on systems that do not count (other than Linux).
 struct BRISTLE_API ThreadEvents {
   std::uint64_t involuntary_switches = 0;  ///< taken off its core: preempted
-  std::uint64_t other_switches = 0;        ///< the same of all other threads of the process: workers
+  std::uint64_t other_switches = 0;        ///< the same for all other threads of the process: workers
   std::uint64_t minor_faults = 0;          ///< pages that were not mapped yet
   std::uint64_t major_faults = 0;          ///< pages that had to be read
 
-  /// Two system calls, about a microsecond: between ticks, not in a step.
+  /// Makes two system calls, about a microsecond: call it between ticks, not in a step.
   static ThreadEvents now() noexcept;
   friend ThreadEvents operator+(const ThreadEvents& a, const ThreadEvents& b) noexcept {
     return {a.involuntary_switches + b.involuntary_switches, a.other_switches + b.other_switches,
             a.minor_faults + b.minor_faults, a.major_faults + b.major_faults};
   }
-  /// None below 0: `other_switches` is the difference of two counters that are read one after the other.
+  /// Differences are cut at 0: `other_switches` is the difference of two counters that are read one after the
+  /// other.
   friend ThreadEvents operator-(const ThreadEvents& a, const ThreadEvents& b) noexcept {
     const auto since = [](std::uint64_t x, std::uint64_t y) { return x > y ? x - y : 0; };
     return {since(a.involuntary_switches, b.involuntary_switches), since(a.other_switches, b.other_switches),
@@ -32,28 +33,29 @@ struct BRISTLE_API ThreadEvents {
 
 /// One turn of a loop. Times of DeadlineMonitor::wall_now, s.
 struct Tick {
-  double due_s = 0.0;    ///< when it should have started: its point on the grid
+  double due_s = 0.0;    ///< when it should have started, by the time grid
   double start_s = 0.0;  ///< when the step started
   double end_s = 0.0;    ///< when it was done
   double cpu_s = -1.0;   ///< CPU time of the stepping thread in it; negative: not measured
 };
 
-/// Percentiles of step time, late ticks and whose they are, and jitter of the period.
+/// Percentiles of step time, deadline misses by cause, and jitter of the period.
 ///
-/// A tick is late when its step ends more than the deadline after it was due. It is ours when the thread's
-/// CPU time in it exceeds the deadline, or was not measured; other late ticks are the machine's: woken late,
-/// preempted, waiting for a worker that was. (A thread that spins while it waits for a worker uses CPU time,
-/// and so does time that a hypervisor takes without telling the system: such ticks count as ours.)
+/// A tick misses its deadline (is late) if its step ends more than the deadline after it was due. The miss is
+/// caused by this program ("ours") if the thread's CPU time in the tick exceeds the deadline or was not
+/// measured. Other misses are caused by the machine: the thread was woken late, was preempted, or waited for
+/// a worker that was. (A thread that spins while it waits for a worker uses CPU time, and time that a
+/// hypervisor takes without reporting it counts as CPU time: such misses count as ours.)
 ///
-/// Thread rule: one thread records and resets, and never waits for a reader. Any thread may read meanwhile:
-/// each number is whole, but two numbers may be some ticks apart. snapshot() gives all numbers of one moment.
-/// 19 kB; no allocation, no lock.
+/// Thread rule: one thread records and resets, and never waits for a reader. Any thread may read at the same
+/// time: each number is whole, but two numbers may be some ticks apart. snapshot() gives all numbers of one
+/// moment. 19 kB; no allocation, no lock.
 class BRISTLE_API DeadlineMonitor {
  public:
-  /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have none.
+  /// Deadline of a tick and nominal period, s. A period of 0 means that ticks have no period.
   explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;
-  /// Copying is for the thread that records `other`, or when none does; assigning for the thread that records
-  /// here, and readers meanwhile find the numbers of before or of afterwards.
+  /// Copy only on the thread that records into `other`, or while no thread does. Assign only on the thread
+  /// that records here; concurrent readers find the numbers from before or after the assignment.
   DeadlineMonitor(const DeadlineMonitor& other) noexcept : numbers_(other.numbers_) {}
   DeadlineMonitor& operator=(const DeadlineMonitor& other) noexcept;
   ~DeadlineMonitor() = default;
@@ -61,22 +63,22 @@ class BRISTLE_API DeadlineMonitor {
   /// One step that was due when it started: wall time and CPU time of the stepping thread, s. A negative
   /// cpu_s means "not measured".
   void record(double wall_s, double cpu_s = -1.0) noexcept;
-  /// One tick of a loop with a period. Reads ThreadEvents if it was late or the first, nothing else of the
-  /// system.
+  /// One tick of a loop with a period. Reads ThreadEvents if the tick was late or the first, and makes no
+  /// other system call.
   void record_tick(const Tick& tick) noexcept;
-  /// Ticks of the grid that were left out: they count in the longest run of misses.
+  /// Ticks of the grid that were skipped: they count in the longest run of misses.
   void record_skipped(std::uint64_t ticks) noexcept;
-  /// The loop paused: the next tick starts a new grid, and the way to it is no period.
+  /// The loop paused: the next tick starts a new grid, and the time until it does not count as a period.
   void pause() noexcept;
-  /// Reads ThreadEvents, so that those of a late tick are counted from here on and not from the last late
-  /// tick on. For loops that have a microsecond to spare between ticks; call it on the stepping thread.
+  /// Reads ThreadEvents, so that the events of a late tick are counted from this call and not from the last
+  /// late tick. For loops that have a microsecond to spare between ticks; call it on the stepping thread.
   void refresh_events() noexcept;
   void reset() noexcept;
 
-  /// All numbers of one moment, for any thread: what had been recorded between two ticks, nothing of the
-  /// next. It takes a copy of some microseconds, again when a tick was recorded meanwhile, and waits while
-  /// one is being recorded; false, and `to` without meaning, after 1000 copies (a loop that leaves no such
-  /// gap) or 10 ms of waiting (its thread was taken off its core just then).
+  /// All numbers of one moment between two ticks; any thread may call it. It makes a copy, which takes some
+  /// microseconds, repeats it if a tick was recorded meanwhile, and waits while one is being recorded. It
+  /// returns false, and `to` has no meaning, after 1000 copies (a loop that leaves no such gap) or 10 ms of
+  /// waiting (the recording thread was taken off its core just then).
   bool snapshot(DeadlineMonitor& to) const noexcept;
 
   double deadline() const noexcept { return numbers_.deadline_s.get(); }
@@ -91,17 +93,17 @@ class BRISTLE_API DeadlineMonitor {
   double max() const noexcept { return numbers_.steps.max(); }  ///< s, exact
   double mean() const noexcept { return numbers_.steps.mean(); }
 
-  std::uint64_t misses() const noexcept { return numbers_.misses.get(); }            ///< late ticks
-  std::uint64_t misses_ours() const noexcept { return numbers_.misses_ours.get(); }  ///< of these
-  std::uint64_t misses_machine() const noexcept;                                     ///< the others
+  std::uint64_t misses() const noexcept { return numbers_.misses.get(); }            ///< of the deadline
+  std::uint64_t misses_ours() const noexcept { return numbers_.misses_ours.get(); }  ///< by this program
+  std::uint64_t misses_machine() const noexcept;                                     ///< by the machine
   std::uint64_t skipped() const noexcept { return numbers_.skipped.get(); }
-  /// Most ticks in a row that were late or left out.
+  /// Most ticks in a row that were late or skipped.
   std::uint64_t longest_run() const noexcept { return numbers_.longest_run.get(); }
-  /// Events of late ticks, from the last refresh_events or late tick on, summed.
+  /// Sum of the events of late ticks, each counted from the last refresh_events or late tick before it.
   ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
 
   const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
-  /// |time from start to start - period|, s. The periods over skipped ticks are among them, pauses are not.
+  /// |time from start to start - period|, s. Periods over skipped ticks are included, pauses are not.
   const TimeHistogram& period_jitter() const noexcept { return numbers_.jitter; }
 
   /// The tick that ended the longest after it was due.

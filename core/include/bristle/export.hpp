@@ -1,8 +1,8 @@
-// What the shared library shows. All else in it is hidden. Preprocessor only: C includes it too.
+// What the shared library exports. Everything else in it is hidden. Preprocessor only: C includes it too.
 #pragma once
 
 /// Marks what programs may link to. In a static library (target bristle::bristle defines BRISTLE_STATIC) it
-/// means nothing, so that a plug-in that holds bristle does not show it to its host.
+/// has no effect, so that a plug-in that contains bristle does not export it to its host.
 #if defined(BRISTLE_STATIC) || !defined(__GNUC__)
 #define BRISTLE_API
 #else

@@ -5,21 +5,22 @@
 //   batch.step(dt, {&motion, 1}, {&response, 1});
 //   send_to_device(point.finish(response));
 //
-// Positions come first: the displacement of a tick is the difference of two positions, so that what bristles
-// bend by is what the hand moved, whatever the noise, and sticking does not creep.
+// Displacements come from positions: the displacement of a tick is the difference of two positions, so
+// bristles bend by what the hand moved at any level of noise, and sticking does not creep.
 //
-// The damper's velocity. displacement/dt has no lag and can never give energy, but on an encoder of 20 um at
-// 1 kHz it is a number of steps of 20 mm/s. With `resolution` set, it is the slope over the longest stretch
-// of past positions that lie within a resolution of a straight line (Janabi-Sharifi, Hayward and Chen 2000,
-// "end-fit first-order adaptive windowing"): short when the hand accelerates, long when it moves evenly, no
-// constant of time to choose. Where it opposes the displacement it is 0: the damper never works on the hand.
+// The damper's velocity. displacement/dt has no lag and can never add energy, but with an encoder of 20 um at
+// 1 kHz it is a multiple of 20 mm/s. With `resolution` set, the velocity is the slope over the longest
+// stretch of past positions that lie within a resolution of a straight line (Janabi-Sharifi, Hayward and Chen
+// 2000, "end-fit first-order adaptive windowing"): short when the hand accelerates, long when it moves
+// evenly, without a time constant to choose. Where it opposes the displacement it is 0, so the damper never
+// adds energy to the hand.
 //
-// The device's limit. A force scaled down where it is too large gives energy away: press in while the scale
-// is low because of friction, let go of the friction, come out with the full normal force. Here the limit is
-// in the model instead. Wall force and load are capped at force_limit / sqrt(1 + peak^2), so that wall and
-// elastic friction together stay within the limit, in the right proportion; the wall's force is then still a
-// function of the wall's alone, and the patch keeps its own balance of energy. Dampers and lubricant, which
-// keep nothing, may be scaled. What a patch of few bristles is above its material's peak by scatter is cut
+// The device's limit. Scaling down a force that is too large adds energy: the user presses in while friction
+// makes the scale small, stops the friction, and comes out with the full normal force. Therefore the limit is
+// part of the model. Wall force and load are capped at force_limit / sqrt(1 + peak^2), so wall and elastic
+// friction together stay within the limit, in the right proportion. The wall's force then still depends on
+// the wall alone, and the patch's own energy balance holds. Dampers and lubricant, which store no energy,
+// may be scaled. If the scatter of a patch with few bristles exceeds its material's peak, the excess is cut
 // off.
 //
 // Thread rule: plain data, for the servo thread. Nothing here allocates, locks or throws.
@@ -39,14 +40,14 @@ namespace bristle {
 /// Velocity from positions by an adaptive window. Constant memory, no allocation.
 class WindowedVelocity {
  public:
-  static constexpr int longest = 32;  ///< ticks that are looked back
+  static constexpr int longest = 32;  ///< longest window, ticks
 
   WindowedVelocity() noexcept {
     for (Eigen::Vector3d& place : places_) place.setZero();
   }
 
-  /// The end of a tick of dt_s (s) at `position` (m). `resolution_m`: half the width of the band that noise
-  /// keeps within, an encoder's count. Returns the velocity, m/s.
+  /// The end of a tick of dt_s (s) at `position` (m). `resolution_m`: half the width of the noise band, one
+  /// count of an encoder. Returns the velocity, m/s.
   Eigen::Vector3d update(double dt_s, const Eigen::Vector3d& position, double resolution_m) noexcept {
     time_ += dt_s;
     newest_ = (newest_ + 1) % (longest + 1);
@@ -59,12 +60,12 @@ class WindowedVelocity {
     return velocity;
   }
   void restart() noexcept { count_ = 0; }
-  int window() const noexcept { return window_; }  ///< ticks that the last velocity was taken over
+  int window() const noexcept { return window_; }  ///< ticks in the window of the last velocity
 
  private:
   int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
 
-  /// Whether all between now and n ticks ago lie along the straight line; then sets its slope.
+  /// Whether all positions between now and n ticks ago lie along the straight line; if so, sets its slope.
   bool fits(int n, Eigen::Vector3d& velocity, double resolution_m) const noexcept {
     const Eigen::Vector3d slope = (places_[newest_] - places_[back(n)]) / (time_ - times_[back(n)]);
     for (int i = 1; i < n; ++i) {
@@ -82,10 +83,10 @@ class WindowedVelocity {
 };
 
 struct HapticOptions {
-  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: what the device may be sent
+  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force for the device
   double peak_coefficient = 1.0;  ///< of the material (Material::peak_coefficient): shares the limit between
                                   ///< wall and friction; too large only caps the wall lower
-  double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper takes displacement / dt
+  double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper uses displacement / dt
 
   HapticOptions& with_force_limit(double newtons) {
     force_limit = newtons;
@@ -108,11 +109,12 @@ class HapticPoint {
         highest_wall_(options.force_limit /
                       std::sqrt(1.0 + options.peak_coefficient * options.peak_coefficient)) {}
 
-  /// Fills in displacement, load and velocity of the tick that ends at `position` (m; of a surface that
-  /// moves, in its frame). `normal` points out of the surface, of any length; `wall_force` (N, >= 0) is what
-  /// the surface pushes back with, 0 out of contact, where the normal does not matter. A position that is not
-  /// finite, or a wall force that is no number >= 0, makes the patch answer Status::bad_input and keep its
-  /// state, as the frame here does; the next good tick makes up for the way and for the time.
+  /// Fills in displacement, load and velocity of the tick that ends at `position` (m; for a moving surface,
+  /// in its frame). `normal` points out of the surface and may have any length; `wall_force` (N, >= 0) is the
+  /// force with which the surface pushes back, 0 out of contact, where the normal does not matter. If the
+  /// position is not finite or the wall force is not a number >= 0, the patch returns Status::bad_input and
+  /// keeps its state, and so does the frame here; the next good tick includes the missed displacement and
+  /// time.
   void prepare(double dt_s, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double wall_force,
                Motion& motion) noexcept {
     const bool somewhere = position.allFinite();
@@ -145,7 +147,7 @@ class HapticPoint {
     started_ = true;
   }
 
-  /// The force on the hand, N: wall and friction, within the limit. Zero when the patch refused its motion.
+  /// The force on the hand, N: wall and friction, within the limit. Zero if the patch refused its motion.
   const Eigen::Vector3d& finish(const Response& response) noexcept {
     const bool refused = has(response.status, Status::bad_input | Status::unknown_id | Status::repeated_id);
     limited_ = !refused && wall_ > 0.0 && wall_ == highest_wall_;
@@ -163,7 +165,7 @@ class HapticPoint {
     return sent_;
   }
 
-  /// After a jump that the hand did not make (the device was indexed, the scene was moved).
+  /// Call after a jump that the hand did not make (the device was indexed, the scene was moved).
   void restart() noexcept {
     started_ = false;
     missed_s_ = 0.0;
@@ -175,13 +177,13 @@ class HapticPoint {
   double wall_force() const noexcept { return wall_; }                    ///< N, after the cap: the last load
   bool limited() const noexcept { return limited_; }                      ///< the last force was at the limit
   const ContactFrame& frame() const noexcept { return frame_; }
-  /// Energy that the hand put in so far, J, each force held until the next position, as a device does it. A
-  /// contact that is passive keeps it above 0 from first touch on; what goes below is the price of the delay
-  /// of a tick (core/MODEL.md, section 22), which the device's own damping has to pay.
+  /// Energy that the hand put in so far, J, with each force held until the next position, as a device holds
+  /// it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the energy that the
+  /// delay of one tick adds (core/MODEL.md, section 22); the device's own damping must absorb it.
   double taken() const noexcept { return taken_; }
 
  private:
-  /// Scales the damper's part, then, where the elastic part alone is too large, that.
+  /// Scales the damper's part; if the elastic part alone is too large, scales that instead.
   void limit(Eigen::Vector2d& elastic, Eigen::Vector2d& damper, double room) noexcept {
     if ((elastic + damper).norm() <= room) return;
     limited_ = true;

@@ -1,4 +1,4 @@
-// The friction material: what two surfaces are, apart from how hard they are pressed together.
+// The friction material: the properties of two surfaces in contact, without the normal load.
 #pragma once
 
 #include "bristle/export.hpp"
@@ -6,10 +6,14 @@
 
 namespace bristle {
 
+/// The largest coefficient of variation of the snap length that representatives can follow by
+/// SnapRule::redraw: with a wider law they forget their past too slowly.
+constexpr double widest_redraw_cv = 1.25;
+
 /// What a bristle does after it snapped (paper, section 2.1, read in two ways).
 enum class SnapRule : unsigned char {
-  redraw,  ///< "is then replaced by another bristle": a fresh snap length at each snap. The default.
-           ///< Laws with a coefficient of variation up to 1.25.
+  redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
+           ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
   keep     ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
 };
 
@@ -19,7 +23,7 @@ enum class DamperDecay : unsigned char {
   gaussian      ///< exp(-(v/vs)^2), the form of Canudas de Wit et al. that the paper cites.
 };
 
-/// Coefficients that people know of a pair of surfaces. See Material::from_coefficients.
+/// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
 struct Coefficients {
   double kinetic = 0.40;               ///< friction over normal load in slow sliding
   double peak = 0.46;                  ///< highest friction over normal load at first loading
@@ -74,7 +78,7 @@ struct Coefficients {
   }
 };
 
-/// Bristle parameters, SI units. Plain data; checked by validate() and by whoever takes it.
+/// Bristle parameters, SI units. Plain data; validate() and every function that takes a material check it.
 /// The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
 struct BRISTLE_API Material {
   double bristle_stiffness = 82.05128205128205;  ///< sigma0, N/m, >= 0: one bristle, tangential
@@ -126,22 +130,26 @@ struct BRISTLE_API Material {
 
   /// Throws bristle::Error naming the first parameter out of range, its value and the range.
   void validate() const;
+  /// The same, and of what representatives cannot do: a law wider than widest_redraw_cv with
+  /// SnapRule::redraw. PatchBatch::add throws the same; a program that reads materials calls it where it can
+  /// name the place.
+  void validate_for_representatives() const;
 
   /// zeta = N / (sigma_perp sigma), eq. (9). A real number.
   double bristles_in_contact(double normal_load_n) const noexcept {
     return normal_load_n / (normal_stiffness * asperity_height_deviation);
   }
-  /// The other way round: N.
+  /// The inverse: the normal load N, in newtons, at which `in_contact` bristles are in contact.
   double load_on_bristles(double in_contact) const noexcept {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
   /// Friction over normal load in slow steady sliding: sigma0 m1 / (2 sigma_perp sigma) for keep,
   /// sigma0 m2 / (2 m1 sigma_perp sigma) for redraw.
   double kinetic_coefficient() const;
-  /// Highest friction over normal load when loaded from rest with all deflections zero (the virgin
+  /// Highest friction over normal load at first loading from rest with all deflections zero (the virgin
   /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw: set-up cost.
   double peak_coefficient() const;
-  /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero where vs = 0.
+  /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
   /// Steady friction at constant speed, N: kinetic + dampers + viscous term (eqs. 3 to 5).
   double steady_force(double speed_m_per_s, double normal_load_n) const;
@@ -149,7 +157,7 @@ struct BRISTLE_API Material {
   /// Bristle parameters from coefficients. The spread of the snap length is solved from
   /// peak / kinetic; a ratio that the family cannot reach throws with the reachable range.
   static Material from_coefficients(const Coefficients& coefficients);
-  /// The way back: coefficients of these bristle parameters.
+  /// The inverse: coefficients of these bristle parameters.
   Coefficients coefficients() const;
 
   friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;

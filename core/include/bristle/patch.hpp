@@ -1,4 +1,4 @@
-// What goes into and comes out of a step of one contact patch.
+// Input and output of a step of one contact patch.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,9 @@ enum class StepRule : unsigned char {
   literal  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot; for comparison.
 };
 
-/// How the first snap lengths of the representatives are spread over their law.
+/// How the first snap lengths of the representatives are sampled from their law.
 enum class Sampling : unsigned char {
-  stratified,  ///< evenly, any active prefix of them too: error of order 1/n at first loading. The default.
+  stratified,  ///< evenly, also in any active prefix: error of order 1/n at first loading. The default.
   random       ///< drawn one by one, independent: error of order n^-1/2; for comparison
 };
 
@@ -36,7 +36,7 @@ enum class Population : unsigned char {
                     ///< StepRule::exact; computes in double whatever `precision` says
 };
 
-/// What a patch computes beside the force at the end of a step. Combine with |.
+/// What a patch computes in addition to the force at the end of a step. Combine with |.
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
   mean = 1,    ///< force averaged over the step, exactly
@@ -50,7 +50,7 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
-/// How a patch is simulated. What it does not ask for is neither computed nor stored.
+/// How a patch is simulated. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
   std::uint32_t bristles = 0;  ///< n, representatives at max load; 0 = one per physical bristle, at most 4096
@@ -59,7 +59,7 @@ struct PatchOptions {
   Precision precision = Precision::single;
   StepRule step_rule = StepRule::exact;
   Sampling sampling = Sampling::stratified;
-  std::uint32_t seed = 1;  ///< shifts the stratified snap lengths, keys what is drawn at random
+  std::uint32_t seed = 1;  ///< shifts the stratified snap lengths, keys random draws
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::representatives;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
@@ -129,11 +129,11 @@ struct Motion {
   double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
 };
 
-/// Status of a response, a set of flags. `ok` means all went as asked.
+/// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.
 enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
-  repeated_id = 2,  ///< named twice in one step: the first counted, this one changed nothing
+  repeated_id = 2,  ///< named twice in one step: the first motion counted, this one changed nothing
   bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 (or denormal) or motion on an axis the patch
                     ///< lacks: state kept, force zero
   overload = 8      ///< load above max_normal_load: forces of all bristles scaled
@@ -145,8 +145,8 @@ constexpr bool has(Status set, Status wanted) noexcept {
   return (static_cast<std::uint32_t>(set) & static_cast<std::uint32_t>(wanted)) != 0;
 }
 
-/// Output of one patch for one step: forces in N ON the moving body. Fields of outputs that the patch
-/// does not compute are left untouched.
+/// Output of one patch for one step: forces in N ON the moving body. Output fields that the patch does not
+/// compute are not written.
 struct Response {
   PatchId id;
   Status status = Status::ok;
@@ -158,13 +158,13 @@ struct Response {
   double damping = 0.0;       ///< N s/m, zeta sigma1(v) + sigma2: the secant, never negative
   double force_limit = 0.0;   ///< N, highest elastic force at first loading under this load
   double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
-  double contact_loss = 0.0;  ///< J, left with bristles that lost contact (Outputs::energy)
-  double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative when the velocity given
+  double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
+  double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity ///<
                               ///< opposes the displacement (Outputs::energy)
   std::uint64_t snaps = 0;    ///< representatives' snaps in this step (Outputs::energy)
 };
 
-/// What a patch is and uses right now. See PatchBatch::info.
+/// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
   std::uint32_t bristles = 0;      ///< n, representatives allocated; Population::infinite: the resolution,
@@ -173,7 +173,7 @@ struct PatchInfo {
   double weight = 0.0;             ///< w = zeta_max / detail, physical bristles per representative
   double active = 0.0;             ///< representatives in contact, with the fraction
   double normal_load = 0.0;        ///< N, of the last step
-  double max_normal_load = 0.0;    ///< N, from which all representatives are in contact
+  double max_normal_load = 0.0;    ///< N, load from which all representatives are in contact
   std::uint64_t memory_bytes = 0;  ///< state of this patch
   std::uint32_t bytes_per_bristle = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever

@@ -13,12 +13,15 @@
 namespace bristle {
 
 struct BuildSignature;
+namespace detail {
+struct BatchAccess;
+}
 
 struct BatchOptions {
   int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
-  const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA or the best here
+  const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the best available
   bool eager = false;         ///< visit every bristle in every step: the same bits, slower; for comparison
-  int servo_core = -1;        ///< workers keep off this core; -1 = they run where the system puts them
+  int servo_core = -1;        ///< core that workers avoid; -1 = the system places them
 
   BatchOptions& with_threads(int count) {
     threads = count;
@@ -32,27 +35,27 @@ struct BatchOptions {
     eager = value;
     return *this;
   }
-  /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). For a
-  /// loop that steps once a millisecond on a thread of its own core: a worker that sleeps between ticks is
-  /// often woken on the core of the thread that waits for it, and then takes no work. Bind the stepping
-  /// thread to `core` yourself. oneTBB shares its workers with the host and among batches; those that have
-  /// worked here stay off the servo cores of all batches. Where the system does not allow it, they work
-  /// unbound: see PatchBatch::unbound_workers. Bits do not depend on it, and with one thread it means
-  /// nothing. The cores of the process are those of the thread that makes the batch, or, if it is bound to a
-  /// single core, those that the process had when the library was loaded.
+  /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). This is
+  /// for a loop that steps once per millisecond on a thread with its own core: a worker that sleeps between
+  /// ticks is often woken on the core of the thread that waits for it, and then takes no work. Bind the
+  /// stepping thread to `core` yourself. oneTBB shares its workers with the host and among batches; workers
+  /// that have worked here stay off the servo cores of all batches. If the system does not allow the binding,
+  /// work continues unbound: see PatchBatch::unbound_workers. Bits do not depend on this option, and with one
+  /// thread it has no effect. The cores of the process are those of the thread that makes the batch, or, if
+  /// that is bound to a single core, those that the process had when the library was loaded.
   BatchOptions& with_servo_core(int core) {
     servo_core = core;
     return *this;
   }
 };
 
-/// What a step did as a whole.
+/// The result of a step as a whole.
 struct StepReport {
   Status status = Status::ok;          ///< all responses' flags together
   std::uint32_t patches_stepped = 0;   ///< motions that were carried out
-  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = refused
+  std::uint32_t tasks = 0;             ///< pieces of work; 1 = all on the calling thread, 0 = step refused
   std::uint32_t threads = 0;           ///< threads that took a piece of work, the caller included
-  std::uint64_t bristles_visited = 0;  ///< bristles that a kernel looked at
+  std::uint64_t bristles_visited = 0;  ///< bristles that a kernel visited
 };
 
 /// Contact patches of the brush model.
@@ -60,13 +63,13 @@ struct StepReport {
 /// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, set_detail,
 /// info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
 /// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
-/// once, the change takes effect at the stepping thread's next call. threads() and isa() may be called by
-/// anyone. A batch that was moved from may only be destroyed or assigned to. All memory is taken and freed by
-/// the thread that calls add, remove, set_material, warm_up or the constructor and destructor.
+/// once, the change takes effect at the stepping thread's next call. Any thread may call threads() and isa().
+/// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
+/// thread that calls add, remove, set_material, warm_up or the constructor and destructor.
 class BRISTLE_API PatchBatch {
  public:
-  /// Throws bristle::Error on a bad option, an instruction set that this machine or build lacks, or a library
-  /// that these headers do not belong to (see build_check.hpp).
+  /// Throws bristle::Error for a bad option, an instruction set that this machine or build lacks, or a
+  /// library that does not belong to these headers (see build_check.hpp).
   explicit PatchBatch(const BatchOptions& options = {});
   PatchBatch(const BatchOptions& options, const BuildSignature& headers);
   ~PatchBatch();
@@ -75,49 +78,49 @@ class BRISTLE_API PatchBatch {
 
   /// A new patch, out of contact (load 0), all deflections zero. Throws bristle::Error.
   PatchId add(const Material& material, const PatchOptions& options = {});
-  /// Throws bristle::Error when there is no such patch.
+  /// Throws bristle::Error if there is no such patch.
   void remove(PatchId id);
-  /// Changes the material from the next step on. Deflections and the weight w stay; bristles then
+  /// Changes the material from the next step on. Deflections and the weight w stay; bristles that are then
   /// beyond their snap length snap at once and are counted. Throws bristle::Error.
   void set_material(PatchId id, const Material& material);
 
-  /// Call on the stepping thread before the loop: takes every change that waits and spends every
-  /// allocation, the workers' included.
+  /// Call on the stepping thread before the loop: it takes all waiting changes and makes all allocations,
+  /// those of the workers included.
   void warm_up();
 
-  /// Moves patches by their displacement over dt_s (s). out[i] answers in[i]; out must be as long as
-  /// in, else everything is Status::bad_input. A patch not named rests under its last load. Never
-  /// throws, allocates, locks, or waits for anything but its own workers.
+  /// Moves patches by their displacement over dt_s (s). out[i] is the response to in[i]; out must be as long
+  /// as in, otherwise every status is Status::bad_input. A patch that no motion names rests under its last
+  /// load. A step never throws, allocates or locks, and waits only for its own workers.
   StepReport step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept;
 
   /// @name For programs with few patches: set motions one by one, step, read forces.
   ///@{
   void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< for the next step
-  StepReport step(double dt_s) noexcept;                                           ///< takes what move() set
-  /// Of the last step(dt_s) that moved the patch; Status::unknown_id where there is none, as after a reset or
-  /// restore_state.
+  StepReport step(double dt_s) noexcept;  ///< uses the motions set by move()
+  /// The response of the last step(dt_s) that moved the patch; Status::unknown_id if there is none, as after
+  /// a reset or restore_state.
   Response force(PatchId id) const noexcept;
   ///@}
 
-  /// Makes a patch what `add` made it: out of contact, all deflections zero, no draw made; with another seed
-  /// and key, what `add` would make with them, to the bit. False when there is no such patch. A new seed
-  /// costs a quantile of the snap-length law for every bristle, else a reset costs a pass over the bristles'
-  /// memory. What energy the bristles held is forgotten. For the stepping thread; does not allocate.
+  /// Returns a patch to the state in which `add` made it: out of contact, all deflections zero, no draw made.
+  /// With another seed and key, the result is, to the bit, what `add` would make with them. False if there is
+  /// no such patch. A new seed costs one quantile of the snap-length law per bristle; otherwise a reset costs
+  /// one pass over the bristles' memory. The energy stored in the bristles is dropped. For the stepping
+  /// thread; does not allocate.
   bool reset(PatchId id) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
-  /// The response to a trial motion, state unchanged: what step would give. For implicit solvers.
+  /// The response that step would give to a trial motion, without changing the state. For implicit solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
-  /// The patch goes on with `bristles` representatives (1 to its n) of weight zeta_max / bristles, from now
-  /// on: less work and a noisier force, or back again. Forces stay as they are, at rest and in sliding;
-  /// nothing snaps. The energy that the change takes (or, negative, brings) is in the next `contact_loss`.
-  /// Costs 3 to 5 ns for each bristle that stays (fewer) or that comes back (more), once. Neither throws nor
-  /// allocates. Status::unknown_id or bad_input: nothing changed. See core/MODEL.md,
-  /// "Detail".
+  /// From now on the patch uses `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer
+  /// mean less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The
+  /// next `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once,
+  /// 3 to 5 ns for each bristle that is kept (fewer) or restored (more). Does not throw or allocate.
+  /// Status::unknown_id or bad_input: nothing changed. See core/MODEL.md, "Detail".
   Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 
-  /// An unknown id gives zeros, here and below.
+  /// For an unknown id, this function and those below return zeros.
   PatchInfo info(PatchId id) const noexcept;
   /// Elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
   double stored_energy(PatchId id) const noexcept;
@@ -127,32 +130,34 @@ class BRISTLE_API PatchBatch {
   std::uint64_t state_hash(PatchId id) const noexcept;
   std::uint64_t state_hash() const noexcept;  ///< over all patches in slot order
 
-  /// Deflections (m) and snap lengths (m) of the first bristles, as many as the spans hold (equal
-  /// lengths, or empty for a column not wanted). Bristles out of contact read 0. Returns how many.
+  /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans (of
+  /// equal length, or empty for a column that is not needed). The deflection of a bristle out of contact is
+  /// 0. Returns the number of bristles written.
   std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
 
   /// Bytes that save_state writes now.
   std::size_t state_size() const noexcept;
-  /// Writes the state of all patches; returns the bytes written, 0 when `to` is too small.
+  /// Writes the state of all patches; returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores what save_state wrote into a batch with the same patches (added in the same order, same
-  /// materials and options; seeds and keys come from the state). Throws bristle::Error, state unchanged, when
-  /// it does not fit.
+  /// materials and options; seeds and keys come from the state). If it does not fit, throws bristle::Error
+  /// and leaves the state unchanged.
   void restore_state(Span<const std::byte> from);
 
   std::size_t patch_count() const noexcept;
   int threads() const noexcept;
-  /// Workers that should keep off the servo core and could not be bound, so far. May be called by anyone.
+  /// Workers that should stay off the servo core and could not be bound, so far. Any thread may call it.
   int unbound_workers() const noexcept;
   const char* isa() const noexcept;  ///< instruction set in use; lives for ever
 
   struct Impl;
 
  private:
+  friend struct detail::BatchAccess;
   std::unique_ptr<Impl> impl_;
 };
 
-/// Instruction sets of this build, best first, and whether this machine runs them.
+/// Instruction sets of this build, best first, and whether this machine supports them.
 struct IsaInfo {
   const char* name;
   bool usable;

@@ -1,4 +1,4 @@
-// The law of the snap length delta: the deflection at which a bristle lets go (paper, section 2.1).
+// The law of the snap length delta: the deflection at which a bristle snaps (paper, section 2.1).
 #pragma once
 
 #include "bristle/export.hpp"
@@ -11,14 +11,14 @@ enum class SnapLaw : unsigned char { single, uniform, normal, lognormal, exponen
 /// Name of a law as scenes spell it: "single", "uniform", ... The text lives for ever.
 BRISTLE_API const char* to_string(SnapLaw law) noexcept;
 
-/// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==.
-/// The factories throw bristle::Error with the parameter, its value and the allowed range; lengths
-/// below 1e-12 m are refused by name, but for 0 where it makes sense: the lower end of `uniform` and of a
-/// table, a deviation. Every function is reproducible to the bit on every machine (no libm transcendental)
-/// and safe to call from several threads.
+/// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==. The
+/// factories throw bristle::Error with the parameter, its value and the allowed range. Lengths below 1e-12 m
+/// are refused by name, except 0 where it makes sense: the lower end of `uniform` and of a table, a
+/// deviation. Every function is reproducible to the bit on every machine (no libm transcendental) and may be
+/// called from several threads.
 class BRISTLE_API SnapLength {
  public:
-  /// Largest number of values that `table` takes.
+  /// Largest number of values that `table` accepts.
   static constexpr int max_table_size = 257;
 
   /// Every bristle snaps at `length_m`.
@@ -38,7 +38,7 @@ class BRISTLE_API SnapLength {
   SnapLaw law() const noexcept { return law_; }
   /// E[delta], m.
   double mean() const noexcept { return mean_; }
-  /// E[delta^k], m^k, k = 0..6. Closed form but for the cut normal law (recurrence).
+  /// E[delta^k], m^k, k = 0..6. Closed form except for the cut normal law (recurrence).
   double moment(int k) const;
   /// Standard deviation over mean.
   double cv() const noexcept { return cv_; }
@@ -51,7 +51,7 @@ class BRISTLE_API SnapLength {
   /// E[delta^k; delta < x], k = 0..2. x in m.
   double partial_moment(int k, double x_m) const;
 
-  /// Parameters as given to the factory (second one 0 where there is none).
+  /// Parameters as given to the factory (the second is 0 if there is none).
   double first_parameter() const noexcept { return a_; }
   double second_parameter() const noexcept { return b_; }
   Span<const double> table_values() const noexcept { return {table_, static_cast<std::size_t>(table_size_)}; }

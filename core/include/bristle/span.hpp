@@ -1,4 +1,4 @@
-// A pointer and a length: what std::span is, for C++17 users.
+// A pointer and a length, like std::span, for C++17 users.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace bristle {
 
-/// A view of `size` consecutive T owned by somebody else. Converts from arrays and from anything
-/// with data() and size() (std::vector, std::array, std::span).
+/// A view of `size` consecutive T that it does not own. Converts from arrays and from any type with data()
+/// and size() (std::vector, std::array, std::span).
 template <class T>
 class Span {
  public:

@@ -1,8 +1,8 @@
-// The state of a batch in a file. For set-up and saving, not for a servo thread: these calls allocate, wait
-// for the disk and throw.
+// The state of a batch in a file. These calls are for set-up and saving, not for a servo thread: they
+// allocate, wait for the disk and throw.
 //
-// From a servo thread: keep a buffer of PatchBatch::state_size() bytes, call PatchBatch::save_state there
-// (it copies, and neither allocates nor waits), and hand the buffer to a thread that calls write_state_file.
+// On a servo thread, keep a buffer of PatchBatch::state_size() bytes, call PatchBatch::save_state (it copies,
+// and does not allocate or wait), and pass the buffer to a thread that calls write_state_file.
 #pragma once
 
 #include <cstddef>
@@ -16,34 +16,35 @@
 
 namespace bristle {
 
-/// What a state file holds.
+/// The contents of a state file.
 struct StateFile {
   std::vector<std::byte> state;  ///< what PatchBatch::save_state wrote
-  std::vector<std::byte> extra;  ///< the caller's own: time, positions of bodies, whatever belongs to it
+  std::vector<std::byte> extra;  ///< bytes of the caller: time, positions of bodies and the like
 };
 
-/// Writes what PatchBatch::save_state wrote, and bytes of the caller's own beside it. The file is there whole
-/// or not at all: written beside `path` under a name of its own, flushed to the disk, and renamed over what
-/// was there. A symbolic link is replaced by the file. Throws bristle::Error naming the file when it cannot
-/// be written, and when `path` is something else than a file; what was there then stays. One error
-/// comes after the renaming, and says so: the file was written, its folder could not be flushed to the disk.
+/// Writes the output of PatchBatch::save_state, and bytes of the caller. The file is written completely or
+/// not at all: it is written next to `path` under a temporary name, flushed to disk, and renamed to `path`,
+/// replacing an earlier file. A symbolic link is replaced by the file. Throws bristle::Error naming the file
+/// if it cannot be written or if `path` is not a file; whatever was there then stays. One error can occur
+/// after the renaming, and says so: the file was written, but its folder could not be flushed to disk.
 BRISTLE_API void write_state_file(const std::string& path, Span<const std::byte> state,
                                   Span<const std::byte> extra = {});
 
-/// Reads a state file and checks it: one that is no state file, cut short, longer than it says, damaged or of
-/// another format version is refused. A file of more than `most_bytes` is refused before memory is taken for
-/// it. Throws bristle::Error naming the file.
+/// Reads a state file and checks it. A file that is not a state file, is truncated, is longer than its header
+/// says, is damaged or has another format version is refused. A file of more than `most_bytes` is refused
+/// before memory is allocated for it. Throws bristle::Error naming the file.
 BRISTLE_API StateFile read_state_file(const std::string& path,
                                       std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
 
-/// PatchBatch::save_state into a file. On the stepping thread, or while it rests. Throws as write_state_file.
+/// PatchBatch::save_state into a file. Call it on the stepping thread, or while no thread steps. Throws as
+/// write_state_file.
 BRISTLE_API void save_state_file(const std::string& path, const PatchBatch& batch,
                                  Span<const std::byte> extra = {});
 
-/// PatchBatch::restore_state from a file, into a batch with the same patches. Returns the caller's own bytes.
-/// On the stepping thread, or while it rests. Throws bristle::Error naming the file; the batch is then as it
-/// was. A file with more than the state of such a batch and `most_extra_bytes` beside it is refused before
-/// memory is taken for it.
+/// PatchBatch::restore_state from a file, into a batch with the same patches. Returns the bytes of the
+/// caller. Call it on the stepping thread, or while no thread steps. Throws bristle::Error naming the file;
+/// the batch then stays as it was. A file with more than the state of such a batch and `most_extra_bytes` of
+/// the caller is refused before memory is allocated for it.
 BRISTLE_API std::vector<std::byte> restore_state_file(const std::string& path, PatchBatch& batch,
                                                       std::size_t most_extra_bytes = std::size_t{1} << 20);
 

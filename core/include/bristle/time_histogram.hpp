@@ -10,8 +10,8 @@ namespace bristle {
 
 namespace detail {
 
-/// A number that one thread writes and any thread reads, never torn; as cheap as a plain one. Release and
-/// acquire, so that who sees a number also sees what was written before it.
+/// A number that one thread writes and any thread reads, never torn; as cheap as a plain one. It uses release
+/// and acquire, so a reader that sees a number also sees everything written before it.
 template <class T>
 class SharedNumber {
  public:
@@ -35,12 +35,12 @@ class SharedNumber {
 /// Times in logarithmic buckets, 64 per octave from 1 ns to 69 s: percentiles are at most 1.6 % high and
 /// never low, the maximum is exact. 9 kB, no allocation, no lock.
 ///
-/// One thread records; any thread may read meanwhile. Each number read is whole, but two of them may be some
-/// records apart: DeadlineMonitor::snapshot gives all of one moment.
+/// One thread records; any thread may read at the same time. Each number read is whole, but two of them may
+/// be some records apart: DeadlineMonitor::snapshot gives all numbers of one moment.
 class BRISTLE_API TimeHistogram {
  public:
-  /// s; negative times and NaN count as 0. A bucket holds 2^32 - 1 at most (five days at 10 kHz, if all times
-  /// were in one): percentiles are of what the buckets hold.
+  /// s; negative times and NaN count as 0. A bucket counts to at most 2^32 - 1 (five days at 10 kHz, if all
+  /// times are in one bucket); percentiles follow from the buckets.
   void record(double time_s) noexcept;
 
   std::uint64_t count() const noexcept { return count_.get(); }
@@ -52,7 +52,7 @@ class BRISTLE_API TimeHistogram {
     return n ? sum_s_.get() / static_cast<double>(n) : 0.0;
   }
 
-  /// Times above low_s and up to high_s; those of the last bucket have no upper limit but max().
+  /// Times above low_s and up to high_s; the only upper limit of the last bucket is max().
   struct Bucket {
     double low_s, high_s;
     std::uint32_t count;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/common/assert.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
@@ -119,6 +120,8 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
     if (energy) loss += before - joules_per_square<T>(p) * all_squares<T>(p);
   }
   note_count<T>(p);
+  BRISTLE_ASSERT(r.detail >= 1 && r.detail <= r.bristles && r.in_contact() <= r.detail);
+  BRISTLE_ASSERT(r.fraction >= 0.0 && r.fraction < 1.0 && p.overload >= 1.0);
   return loss;
 }
 

@@ -212,9 +212,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
 
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight) {
-  if (material->too_wide)
-    refuse("Material", "snap_length.cv with snap_rule redraw", material->material.snap_length.cv(),
-           "0 to 1.25; SnapRule::keep and Population::infinite take wider laws");
+  material->material.validate_for_representatives();
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels.f64, weight);

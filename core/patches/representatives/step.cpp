@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
@@ -34,6 +35,16 @@ std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
     hasher.add(static_cast<std::uint64_t>(r.blocks[0].stored[axis]));
   }
   return hasher.value();
+}
+
+/// Whether the sum over full blocks is what their parts say.
+template <class T>
+[[maybe_unused]] bool sums_agree(const Patch& p) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  Patch counted = p;
+  counted.sum[0] = counted.sum[1] = 0;
+  for (std::uint32_t b = 0; b < r.full_blocks(); ++b) book_block<T>(counted, b, +1);
+  return counted.sum[0] == p.sum[0] && counted.sum[1] == p.sum[1];
 }
 
 /// After a step that visited blocks: how far the patch may go before one must be visited again.
@@ -123,6 +134,7 @@ void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) no
   sums.visited = t.visited;
   if (!a.commit) return;
   if (t.tail_snapped) note_tail<T>(p);
+  BRISTLE_ASSERT(sums_agree<T>(p));
   renew_bound<T>(p, t);
 }
 

@@ -1,0 +1,89 @@
+// Patches in steady motion, ready to be timed: what the benchmarks and `bristle capacity` have in common.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <bristle/patch_batch.hpp>
+
+namespace bristle_bench {
+
+/// A motion that repeats for ever and keeps the share of snapping bristles as it is.
+struct SteadyMotion {
+  double step = 0.0;            ///< displacement per step over the mean snap length
+  bool there_and_back = false;  ///< every other step goes back
+};
+
+/// Brings a scene from rest into its motion: `slides` steps of `slide` mean snap lengths, after which the law
+/// of the deflections is steady, then `moves` steps of the motion itself.
+struct Settling {
+  double slide;
+  int slides, moves;
+};
+
+template <class Slide, class Move>
+void bring_to_steady_state(const Settling& settling, Slide slide, Move move) {
+  for (int i = 0; i < settling.slides; ++i) slide();
+  for (int i = 0; i < settling.moves; ++i) move();
+}
+
+class SteadyScene {
+ public:
+  SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling)
+      : batch_(options), dt_s_(dt_s), settling_(settling) {}
+
+  /// Adds a patch that moves along (0.8, 0.6), or along x with one axis, under full load.
+  void add(const bristle::Material& material, const bristle::PatchOptions& options,
+           const SteadyMotion& steady) {
+    const double mean = material.snap_length.mean();
+    bristle::Motion motion;
+    motion.id = batch_.add(material, options);
+    motion.normal_load = options.max_normal_load;
+    const auto moved = [&](double lengths) {
+      motion.displacement[0] = (options.axes == 1 ? 1.0 : 0.8) * (lengths * mean);
+      motion.displacement[1] = (options.axes == 1 ? 0.0 : 0.6) * (lengths * mean);
+      return motion;
+    };
+    sliding_.push_back(moved(settling_.slide));
+    motions_[0].push_back(moved(steady.step));
+    motions_[1].push_back(moved(steady.there_and_back ? -steady.step : steady.step));
+    bristles_ += options.bristles;
+  }
+
+  /// Once, after the last add.
+  void settle() {
+    responses_.resize(motions_[0].size());
+    batch_.warm_up();
+    bring_to_steady_state(
+        settling_, [this] { batch_.step(dt_s_, sliding_, responses_); }, [this] { step(); });
+  }
+
+  /// From now on no patch is named in a step: all rest.
+  void name_none() {
+    for (std::vector<bristle::Motion>& motions : motions_) motions.clear();
+    responses_.clear();
+  }
+
+  /// One step of the motion; to be timed.
+  bristle::StepReport step() {
+    const std::vector<bristle::Motion>& motions = motions_[turn_];
+    turn_ ^= 1;
+    return batch_.step(dt_s_, motions, responses_);
+  }
+
+  std::uint64_t bristles() const { return bristles_; }
+  const bristle::PatchBatch& batch() const { return batch_; }
+  /// Of the first patch.
+  bristle::PatchInfo info() const { return batch_.info(sliding_.front().id); }
+
+ private:
+  bristle::PatchBatch batch_;
+  double dt_s_;
+  Settling settling_;
+  std::vector<bristle::Motion> sliding_, motions_[2];  ///< motions of even and of odd steps
+  std::vector<bristle::Response> responses_;
+  std::uint64_t bristles_ = 0;
+  int turn_ = 0;
+};
+
+}  // namespace bristle_bench

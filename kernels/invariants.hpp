@@ -1,0 +1,46 @@
+// What holds whenever core calls a kernel, checked where asserts are on.
+#pragma once
+
+#include "core/common/assert.hpp"
+#include "core/kernel_table.hpp"
+#include "scalar_lanes.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Displacements since a block's last rewrite stay far from where fixed-point positions wrap (2^19 lengths):
+/// a bristle that is bent farther than its length has been rewritten.
+constexpr double farthest_displacement = 262144.0;  // 2^18
+
+inline bool is_near(double displacement_since) {
+  return displacement_since > -farthest_displacement && displacement_since < farthest_displacement;
+}
+
+/// Of a step over the blocks [first, last).
+template <class T>
+inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+                        std::uint32_t last, int axes, bool redraw) {
+  BRISTLE_ASSERT(first <= last);
+  BRISTLE_ASSERT(first % blocks_per_group == 0);
+  BRISTLE_ASSERT(patch.whole <= patch.bristles);
+  BRISTLE_ASSERT(patch.fraction >= T(0) && patch.fraction < T(1));
+  BRISTLE_ASSERT(patch.fraction == T(0) || patch.whole < patch.bristles);
+  BRISTLE_ASSERT(last * std::uint64_t{block_size} <
+                 patch.whole + (patch.fraction > T(0) ? 1u : 0u) + std::uint64_t{block_size});
+  BRISTLE_ASSERT(patch.zx != nullptr && patch.delta != nullptr && patch.blocks != nullptr);
+  BRISTLE_ASSERT(axes == 1 || patch.zy != nullptr);
+  BRISTLE_ASSERT(!redraw || (patch.draw != nullptr && patch.law != nullptr));
+  BRISTLE_ASSERT(advance.length > 0.0);
+  const double ex = advance.direction[0], ey = advance.direction[1];
+  BRISTLE_ASSERT(ex * ex + ey * ey > 0.999999 && ex * ex + ey * ey < 1.000001);
+  BRISTLE_ASSERT(advance.all == 0 || (advance.from[0] == advance.to[0] && advance.from[1] == advance.to[1]));
+  BRISTLE_ASSERT(!redraw || patch.law->shortest > 0.0);
+  BRISTLE_ASSERT(!redraw || patch.law->shortest <= patch.law->longest);
+  BRISTLE_ASSERT(!redraw ||
+                 (patch.law->jump_from > 0.0 && patch.law->stationary_from >= patch.law->jump_from));
+  static_cast<void>(axes);
+  static_cast<void>(redraw);
+}
+
+}  // namespace
+}  // namespace bristle::detail

@@ -1,0 +1,225 @@
+// The seam between a patch and its contact model: a second model, the smallest there is, goes through the
+// batch as the brush does.
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "core/common/hashing.hpp"
+#include "core/patches/columns.hpp"
+#include "core/patches/contact_model.hpp"
+#include "core/runtime/batch_access.hpp"
+#include "core/runtime/patch_pool.hpp"
+#include "scenes.hpp"
+
+namespace {
+
+using namespace bristle::detail;
+using bristle::PatchInfo;
+using bristle::Span;
+using bristle_test::dbar;
+using bristle_test::plain_material;
+using bristle_test::tick;
+
+/// One elastic bristle along x that slides where it would be bent beyond the mean snap length: Coulomb
+/// friction with an elastic beginning.
+struct Coulomb : PatchRecord {
+  double* bent = nullptr;  ///< scaled, where the patch was last moved by a kernel; here always
+
+  template <class Self, class Visit>
+  static void columns(Self& r, Visit&& visit) {
+    visit(r.bent, ColumnRule{"bent", 1, Filler::zero, true});
+  }
+};
+
+Coulomb& coulomb(const Patch& p) { return static_cast<Coulomb&>(*p.record); }
+
+double limit_of(const Patch& p) { return dbar * p.lengths_per_metre; }
+
+/// What the shared part knows: the bristle's deflection, its weight, and how far the patch may go.
+void note(Patch& p) noexcept {
+  const auto& m = p.material();
+  p.part = p.zeta > 0.0 ? 1.0 : 0.0;
+  p.part_sum[0] = std::llrint(coulomb(p).bent[0] * fixed_per_length);
+  p.part_position[0] = p.position[0];
+  p.newtons_per_unit = p.zeta * m.material.bristle_stiffness * m.metres_per_length * length_per_fixed;
+  p.bound = {{p.position[0], p.position[1]}, limit_of(p) - std::abs(coulomb(p).bent[0])};
+  p.record->largest_work = 1;
+}
+
+double apply_coulomb_load(Patch& p, double normal_load_n) noexcept {
+  // Sticking moved the bristle without a word to the model.
+  coulomb(p).bent[0] += to_lengths(difference(p.position[0], p.part_position[0]));
+  p.normal_load = normal_load_n;
+  p.zeta = p.material().material.bristles_in_contact(normal_load_n);
+  note(p);
+  note_contact(p);
+  return 0.0;
+}
+
+void advance_coulomb(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  const double reached = coulomb(p).bent[0] + to_lengths(difference(step.advance.to[0], p.part_position[0])) +
+                         (step.advance.all ? step.scaled[0] : 0.0);
+  const double bent = std::clamp(reached, -limit_of(p), limit_of(p));
+  sums.end[0] = bent * fixed_per_length;
+  sums.visited = 1;
+  if (!step.advance.commit) return;
+  p.position[0] = step.advance.to[0];
+  p.position[1] = step.advance.to[1];
+  coulomb(p).bent[0] = bent;
+  note(p);
+}
+
+void reset_coulomb(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
+  p.record->options.seed = seed;
+  p.record->options.key = key;
+  coulomb(p).bent[0] = 0.0;
+  p.part_position[0] = p.position[0];
+  apply_coulomb_load(p, 0.0);
+}
+
+const ContactModel coulomb_model = [] {
+  ContactModel m{};
+  m.name = "coulomb";
+  m.apply_load = &apply_coulomb_load;
+  m.advance = &advance_coulomb;
+  m.reset = &reset_coulomb;
+  m.set_detail = [](Patch&, std::uint32_t) noexcept { return bristle::Status::ok; };
+  m.copy = [](const Patch& from, Patch& to, std::byte* memory) noexcept {
+    std::memcpy(memory, from.record, from.record->bytes);
+    auto& record = *reinterpret_cast<Coulomb*>(memory);
+    place_columns(record, column_memory(&record));
+    to = from;
+    to.record = &record;
+  };
+  m.stored_energy = [](const Patch&) noexcept { return 0.0; };
+  m.hash = [](const Patch& p) noexcept {
+    Hasher hasher;
+    hasher.add(deflection_sum(p, 0));
+    return hasher.value();
+  };
+  m.describe = [](const Patch&, PatchInfo& info) noexcept { info.kernel = "coulomb"; };
+  m.read_bristles = [](const Patch&, std::size_t, Span<double>, Span<double>, Span<double>) noexcept {};
+  m.signature = [](const Patch& p) noexcept { return p.material().hash; };
+  m.saved_size = [](const Patch&) noexcept { return sizeof(double); };
+  m.save = [](const Patch& p, ByteWriter& write) noexcept { write(deflection_sum(p, 0)); };
+  m.find_fault = [](const Patch&, const Patch&, ByteReader read) noexcept -> const char* {
+    double bent = 0.0;
+    read(bent);
+    return std::abs(bent) < 1e3 ? nullptr : "bent";
+  };
+  m.restore = [](Patch& p, std::uint32_t, ByteReader read) noexcept {
+    read(coulomb(p).bent[0]);
+    note(p);
+    note_contact(p);
+  };
+  return m;
+}();
+
+bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
+  const auto material = compile_material(plain_material(bristle_test::uniform, bristle::SnapRule::keep));
+  Coulomb made;
+  auto* record = make_record<Coulomb>(material, column_bytes(made));
+  record->options = bristle::PatchOptions{}.with_axes(1).with_max_normal_load(load);
+  place_columns(*record, column_memory(record));
+  record->bent[0] = 0.0;
+  Patch p;
+  p.record = record;
+  p.model = &coulomb_model;
+  p.axes = 1;
+  p.lengths_per_metre = material->lengths_per_metre;
+  note(p);
+  note_contact(p);
+  return BatchAccess::add(batch, p);
+}
+
+/// The mean coefficient of plain_material is 1 N per bristle and metre: at a load of 3 N the force is 3 bent.
+double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
+  bristle::Motion in;
+  in.id = id;
+  in.displacement[0] = dx;
+  in.normal_load = load;
+  bristle::Response out;
+  batch.step(tick, {&in, 1}, {&out, 1});
+  REQUIRE(out.status == bristle::Status::ok);
+  return out.end[0];
+}
+
+}  // namespace
+
+TEST_CASE("A second contact model is stepped, tried, saved and restored by the batch", "[contact model]") {
+  bristle::PatchBatch batch;
+  const bristle::PatchId id = add_coulomb(batch, 3.0);
+  // Beside a brush, whose steps it must not disturb.
+  const bristle::PatchId brush = batch.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
+                                           bristle_test::plain_options(40, 1));
+  CHECK(batch.patch_count() == 2);
+  CHECK(std::string(batch.info(id).kernel) == "coulomb");
+  CHECK(force_after(batch, id, 0.0, 3.0) == 0.0);
+  CHECK(force_after(batch, id, 0.4 * dbar, 3.0) == Approx(-3.0 * 0.4 * dbar));
+  CHECK(force_after(batch, id, 0.0, 3.0) == Approx(-3.0 * 0.4 * dbar));
+  CHECK(force_after(batch, brush, 0.2 * dbar, 40.0) == Approx(-40.0 * 0.2 * dbar).epsilon(1e-5));
+
+  // A trial, under the present load and under another, changes nothing.
+  bristle::Motion trial;
+  trial.id = id;
+  trial.displacement[0] = 5.0 * dbar;
+  for (const double load : {3.0, 2.0}) {
+    trial.normal_load = load;
+    CHECK(batch.find_force(tick, trial).end[0] == Approx(-load * dbar));
+  }
+  std::vector<std::byte> saved(batch.state_size());
+  REQUIRE(batch.save_state(saved) == saved.size());
+  const std::uint64_t hash = batch.state_hash();
+
+  CHECK(force_after(batch, id, 2.0 * dbar, 3.0) == Approx(-3.0 * dbar));
+  CHECK(force_after(batch, id, -0.5 * dbar, 3.0) == Approx(-3.0 * 0.5 * dbar));
+  CHECK(force_after(batch, id, -1e6 * dbar, 3.0) == Approx(3.0 * dbar));
+  CHECK(batch.state_hash() != hash);
+  batch.restore_state(saved);
+  CHECK(batch.state_hash() == hash);
+  CHECK(force_after(batch, id, 0.1 * dbar, 3.0) == Approx(-3.0 * 0.5 * dbar));
+  REQUIRE(batch.reset(id));
+  CHECK(force_after(batch, id, 0.1 * dbar, 3.0) == Approx(-3.0 * 0.1 * dbar));
+  batch.remove(id);
+  CHECK(batch.patch_count() == 1);
+}
+
+TEST_CASE("A state of one contact model is refused by a patch of another", "[contact model]") {
+  bristle::PatchBatch coulombs, brushes;
+  add_coulomb(coulombs, 3.0);
+  brushes.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
+              bristle_test::plain_options(3, 1));
+  std::vector<std::byte> saved(coulombs.state_size());
+  REQUIRE(coulombs.save_state(saved) == saved.size());
+  CHECK_THROWS_WITH(brushes.restore_state(saved), Catch::Contains("another material or other options"));
+}
+
+TEST_CASE("A slot that has had its last generation is not used again", "[contact model]") {
+  SlotList slots;
+  const SlotList::Slot first = slots.take();
+  CHECK(first.number == 0);
+  CHECK(first.generation == 1);
+  slots.give_back(0);
+  CHECK(slots.take().generation == 2);
+  slots.set_generation(0, SlotList::last_generation - 1);
+  slots.give_back(0);
+  const SlotList::Slot last = slots.take();
+  CHECK(last.number == 0);
+  CHECK(last.generation == SlotList::last_generation);
+  slots.give_back(0);
+  const SlotList::Slot other = slots.take();
+  CHECK(other.number == 1);
+  CHECK(other.generation == 1);
+}
+
+TEST_CASE("Every slot lies in one place of one chunk", "[contact model]") {
+  std::uint32_t slot = 0;
+  for (int chunk = 0; chunk < 12; ++chunk) {
+    CHECK(PatchPool::first_of(chunk) == slot);
+    CHECK(PatchPool::chunk_of(slot) == chunk);
+    slot += PatchPool::slots_of(chunk);
+    CHECK(PatchPool::chunk_of(slot - 1) == chunk);
+  }
+}

@@ -1,0 +1,124 @@
+// A material that changes while the patch slides goes on where it was: draws, overload. And what keys the
+// phase of a step that is too long to have one.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+constexpr std::uint32_t n = 1500;
+
+/// Deflections and snap lengths of a patch's bristles.
+struct Columns {
+  std::vector<double> x, y, length;
+
+  Columns(const PatchBatch& batch, PatchId id) : x(n), y(n), length(n) {
+    REQUIRE(batch.read_bristles(id, {x.data(), n}, {y.data(), n}, {length.data(), n}) == n);
+  }
+  bool operator==(const Columns&) const = default;
+};
+
+/// A patch whose material changes, and one whose does not. Only the lubricant is another, which no bristle
+/// feels.
+struct ChangedAndNot {
+  PatchBatch batch;
+  PatchId changed, same;
+  Material before, after;
+
+  explicit ChangedAndNot(SnapRule rule)
+      : before(plain_material(SnapLength::lognormal(dbar, 0.3), rule)), after(before) {
+    after.viscous_friction = 0.25;
+    changed = batch.add(before, plain_options(n));
+    same = batch.add(before, plain_options(n));
+    batch.warm_up();
+  }
+  /// Their elastic forces.
+  void step(double dx, double dy, double load, Response (&out)[2]) {
+    const Motion motions[2] = {{changed, {dx, dy}, load}, {same, {dx, dy}, load}};
+    batch.step(tick, {motions, 2}, {out, 2});
+  }
+  void check_columns() { CHECK(Columns(batch, changed) == Columns(batch, same)); }
+};
+
+}  // namespace
+
+TEST_CASE("A live change of the lubricant leaves deflections, lengths and draws as they were", "[load]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    ChangedAndNot twins(rule);
+    Response out[2];
+    for (int k = 0; k < 40; ++k) {
+      if (k == 20) {
+        twins.batch.set_material(twins.changed, twins.after);
+        twins.check_columns();
+      }
+      twins.step(1.7 * dbar, 0.4 * dbar, n, out);
+      // The change writes the deflections down, so from here on they are rounded otherwise.
+      for (int axis = 0; axis < 2; ++axis)
+        CHECK(out[0].elastic[axis] == Approx(out[1].elastic[axis]).epsilon(1e-5));
+    }
+    // Lengths are drawn, not rounded: the same draws make the same lengths, but where rounding moved a snap.
+    const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
+    int others = 0;
+    for (std::uint32_t i = 0; i < n; ++i) others += a.length[i] != b.length[i];
+    CHECK(others < 15);
+  }
+}
+
+TEST_CASE("A live change of the lubricant keeps the overload", "[load]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    ChangedAndNot twins(rule);
+    Response out[2];
+    for (int k = 0; k < 12; ++k) {
+      if (k == 6) twins.batch.set_material(twins.changed, twins.after);
+      twins.step(0.2 * dbar, 0.0, 3.0 * n, out);
+      CHECK(has(out[0].status, Status::overload));
+      CHECK(out[0].elastic[0] == Approx(out[1].elastic[0]).epsilon(1e-5));
+      if (k == 6)  // by hand: three times what the bent representatives give
+        CHECK(twins.batch.info(twins.changed).active == n);
+    }
+    // Columns bent by the same way: had the overload been forgotten, a third of it would be left.
+    const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
+    double sum_a = 0.0, sum_b = 0.0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      sum_a += a.x[i];
+      sum_b += b.x[i];
+    }
+    CHECK(sum_a == Approx(sum_b).epsilon(1e-5));
+    CHECK(-out[0].elastic[0] == Approx(3.0 * sum_a).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("The phase of a step too long to have one is another for another seed", "[extremes]") {
+  for (Precision precision : precisions()) {
+    const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep);
+    const PatchOptions options = plain_options(n).with_precision(precision);
+    PatchBatch batch;
+    const PatchId ids[3] = {batch.add(material, PatchOptions(options).with_seed(5)),
+                            batch.add(material, PatchOptions(options).with_seed(6)),
+                            batch.add(material, PatchOptions(options).with_seed(5))};
+    const double way = dbar * 0x1p43;  // no bit of a double is left for the place within a snap length
+    std::vector<Motion> motions;
+    for (PatchId id : ids) motions.push_back({id, {way, 0.0}, static_cast<double>(n)});
+    std::vector<Response> out(3);
+    batch.step(tick, {motions.data(), 3}, {out.data(), 3});
+    const Columns one(batch, ids[0]), other(batch, ids[1]), again(batch, ids[2]);
+    CHECK(one == again);
+    int alike = 0;
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const double phase = one.x[i] / one.length[i];
+      alike += std::abs(phase - other.x[i] / other.length[i]) < 1e-3;
+      sum += phase;
+      CHECK(phase >= 0.0);
+      CHECK(phase <= 1.0);
+    }
+    CHECK(sum / n == Approx(0.5).margin(4.0 / std::sqrt(12.0 * n)));  // uniform: mean 1/2, 4 standard errors
+    CHECK(alike < 25);                                                // of 1500, 3 by chance
+  }
+}

@@ -1,0 +1,107 @@
+// Skipping in patches of several groups of blocks (more than 16,384 bristles), where the patch's own bound
+// comes from groups that were last visited at different places: the same bits as visiting every bristle.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+constexpr std::uint32_t many = 50000;  // 196 blocks, 4 groups
+
+/// Two batches that must never differ: one skips, one visits every bristle in every step.
+struct Twins {
+  PatchBatch lazy;
+  PatchBatch eager{BatchOptions{}.with_eager(true)};
+  PatchId id;
+  std::uint64_t visited_lazy = 0, visited_eager = 0;
+  int wrong = 0;
+
+  Twins(const SnapLength& law, SnapRule rule) {
+    const PatchOptions options = plain_options(many).with_outputs(Outputs::energy);
+    id = lazy.add(plain_material(law, rule), options);
+    eager.add(plain_material(law, rule), options);
+  }
+  void step(double dx, double dy) {
+    const Motion motion{id, {dx, dy}, static_cast<double>(many)};
+    Response a, b;
+    visited_lazy += lazy.step(tick, {&motion, 1}, {&a, 1}).bristles_visited;
+    visited_eager += eager.step(tick, {&motion, 1}, {&b, 1}).bristles_visited;
+    wrong +=
+        a.end[0] != b.end[0] || a.end[1] != b.end[1] || a.snaps != b.snaps || a.dissipated != b.dissipated;
+  }
+  void set_detail(std::uint32_t bristles) {
+    REQUIRE(lazy.set_detail(id, bristles) == Status::ok);
+    REQUIRE(eager.set_detail(id, bristles) == Status::ok);
+  }
+  void check() {
+    CHECK(wrong == 0);
+    CHECK(lazy.state_hash() == eager.state_hash());
+    if (!is_scalar(lazy)) CHECK(visited_lazy < visited_eager / 2);  // else nothing was skipped
+  }
+};
+
+/// Slides that scatter the deflections, then small steps along `angle` and back, turning by `turn` at each.
+void move_about(Twins& twins, double angle, double turn, int steps) {
+  std::mt19937 random(3);
+  const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
+  double there = 0.0;
+  for (int k = 0; k < steps; ++k) {
+    if (k % 100 == 0) {  // deflections are scattered anew
+      twins.step(2.7 * dbar * std::cos(angle + 1.0), 2.7 * dbar * std::sin(angle + 1.0));
+      there = 0.0;
+    }
+    const double way =
+        dbar * std::pow(10.0, -6.0 + 4.0 * unit()) * (there > 0.0 && unit() < 0.3 ? -1.0 : 1.0);
+    there += way;
+    twins.step(way * std::cos(angle), way * std::sin(angle));
+    angle += turn;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Several groups of blocks are skipped with the same bits, whatever the direction", "[skipping]") {
+  constexpr double half_turn = 3.141592653589793;
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (double angle : {0.0, 0.5 * half_turn, half_turn, -0.5 * half_turn, 0.8}) {
+      INFO((rule == SnapRule::keep ? "keep" : "redraw") << ", along " << angle);
+      Twins twins(SnapLength::lognormal(dbar, 0.3), rule);
+      move_about(twins, angle, 0.0, 800);
+      twins.check();
+    }
+    INFO((rule == SnapRule::keep ? "keep" : "redraw") << ", turning");
+    Twins turning(SnapLength::lognormal(dbar, 0.3), rule);
+    move_about(turning, 0.0, 0.05, 2000);
+    turning.check();
+  }
+}
+
+TEST_CASE("A change of detail forgets how far the patch could go without a snap", "[skipping]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    INFO((rule == SnapRule::keep ? "keep" : "redraw"));
+    Twins twins(SnapLength::lognormal(dbar, 0.3), rule);
+    std::mt19937 random(5);
+    for (int round = 0; round < 60; ++round) {
+      twins.set_detail(round % 2 == 0 ? many / 4 : many);
+      const double angle = static_cast<double>(random() % 628) / 100.0;
+      // A slide of another length each time, then small steps: every group learns its bound.
+      const double slide = dbar * (0.2 + 0.05 * (round % 40));
+      twins.step(slide * std::cos(angle), slide * std::sin(angle));
+      for (int k = 0; k < 4; ++k) twins.step(1e-7 * dbar, 1e-7 * dbar);
+      // More or fewer of them, and on by less than the old bounds may have allowed.
+      twins.set_detail(round % 2 == 0 ? many : many / 4);
+      for (int k = 0; k < 12; ++k) {
+        const double way = dbar * 1e-6 * std::pow(2.5, k);
+        twins.step(way * std::cos(angle), way * std::sin(angle));
+      }
+    }
+    CHECK(twins.wrong == 0);
+    CHECK(twins.lazy.state_hash() == twins.eager.state_hash());
+  }
+}

@@ -1,0 +1,107 @@
+// The tables of a bristle-accuracy-1 report.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/report_tables.hpp"
+
+namespace cli {
+namespace {
+
+JsonColumn error_column(const char* header, const char* key,
+                        JsonColumn::Where where = JsonColumn::everywhere) {
+  return {header, [key](const Json& row) { return Cell(percent_text(row.at("error").at(key))); }, where};
+}
+
+// Numbers of a feature that was measured, else "-".
+template <class Text>
+JsonColumn measured_column(const char* header, Text text) {
+  return {header,
+          [text](const Json& row) { return Cell(row.contains("saves") ? text(row) : std::string("-")); }};
+}
+
+std::string whole_percent(const Json& share) {
+  return fmt::format("{:.0f}", std::round(100.0 * share.get<double>()) + 0.0);
+}
+
+std::string two_places(const Json& value, const char* sign) {
+  return value.is_null() ? "-"
+                         : fmt::format(fmt::runtime(std::string("{:") + sign + ".2f}"), value.get<double>());
+}
+
+}  // namespace
+
+std::string setting_bristles(const Json& setting) {
+  if (setting.at("as_scene").get<bool>()) return "as it is";
+  return count_text(setting.at("bristles").get<unsigned long long>());
+}
+
+Table settings_table(const Json& accuracy, Medium medium, bool front_only) {
+  constexpr auto terminal = JsonColumn::terminal_only;
+  static const std::vector<JsonColumn> columns = {
+      {"bristles", [](const Json& s) { return Cell(setting_bristles(s)); }},
+      {"dt", [](const Json& s) { return Cell(time_text(s.at("dt_s").get<double>())); }},
+      text_column("<rule", "step_rule"),
+      text_column("<precision", "precision"),
+      text_column("<sampling", "sampling"),
+      text_column("<force", "force"),
+      error_column("error rms %", "rms"),
+      error_column("+-", "rms_standard_error", terminal),
+      error_column("max %", "max"),
+      error_column("energy %", "energy"),
+      number_column("us a scene step", "scene_step_s", 1e6),
+      {"us a step", [](const Json& s) { return Cell(number_text(s.at("step_s").at("median"), 1e6)); },
+       terminal},
+      {"quartiles", [](const Json& s) { return Cell(range_text(s.at("step_s").at("quartiles"), 1e6)); },
+       terminal},
+      number_column("ns a bristle", "ns_per_bristle"),
+      {"<front", [](const Json& s) { return Cell(s.at("pareto").get<bool>() ? "*" : ""); }, terminal}};
+  Json rows = Json::array();
+  for (const Json& setting : accuracy.at("settings")) {
+    if (!front_only || setting.at("pareto").get<bool>()) rows.push_back(setting);
+  }
+  return tabulate(rows, columns, medium);
+}
+
+Table slopes_table(const Json& accuracy, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<patch", "patch"),
+      text_column("<error against", "against"),
+      {"slope", [](const Json& row) { return Cell(two_places(row.at("slope"), "+")); }},
+      {"+-", [](const Json& row) { return Cell(two_places(row.at("standard_error"), "")); }},
+      number_column("points", "points"),
+      text_column("<theory", "theory")};
+  return tabulate(accuracy.at("slopes"), columns, medium);
+}
+
+Table scene_features_table(const Json& accuracy, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<feature", "feature"),
+      text_column("<here", "state"),
+      measured_column("saves %", [](const Json& row) { return whole_percent(row.at("saves")); }),
+      measured_column("quartiles",
+                      [](const Json& row) {
+                        const Json& quartiles = row.at("quartiles");
+                        return whole_percent(quartiles.at(0)) + " to " + whole_percent(quartiles.at(1));
+                      }),
+      measured_column("error with %", [](const Json& row) { return percent_text(row.at("error_with")); }),
+      measured_column("without %", [](const Json& row) { return percent_text(row.at("error_without")); }),
+      text_column("<so", "advice")};
+  return tabulate(accuracy.at("features"), columns, medium);
+}
+
+Table shedding_table(const Json& accuracy) {
+  static const std::vector<JsonColumn> columns = {
+      {"<bristles left, half of the time",
+       [](const Json& row) {
+         const double share = row.at("share").get<double>();
+         return Cell(share == 1.0 ? "all" : fmt::format("1/{:.0f}", 1.0 / share));
+       }},
+      error_column("error rms %", "rms"),
+      error_column("max %", "max"),
+      number_column("us a step", "step_s", 1e6)};
+  return tabulate(accuracy.at("shedding"), columns);
+}
+
+}  // namespace cli

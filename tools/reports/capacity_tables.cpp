@@ -1,0 +1,143 @@
+// The tables of a bristle-capacity-1 report.
+#include <fmt/format.h>
+
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/report_tables.hpp"
+
+namespace cli {
+namespace {
+
+std::string ns_text(const Json& value) {
+  if (value.is_null()) return "-";
+  const double ns = value.get<double>();
+  return ns < 0.001 ? "< 0.001" : fmt::format("{:.{}f}", ns, ns < 10.0 ? 3 : 1);
+}
+
+std::string two_places(const Json& value) { return fmt::format("{:.2f}", value.get<double>()); }
+std::string three_digits(const Json& value) { return number_text(value); }
+
+JsonColumn ns_column(const char* header = "ns per bristle") {
+  return {header, [](const Json& row) { return Cell(ns_text(row.at("ns_per_bristle"))); }};
+}
+
+// bristle itself, which the other rows of its group are compared with.
+bool is_ours(const Json& row) { return text_of(row, "loop").starts_with("bristle"); }
+
+// Points line up on a terminal; the page has room for a third digit.
+JsonColumn quartile_column(std::string (*text)(const Json&), JsonColumn::Where where) {
+  return {"quartiles",
+          [text](const Json& row) {
+            if (row.contains("loop") && is_ours(row)) return Cell("");
+            return Cell(text(row.at("quartiles").at(0)) + " to " + text(row.at("quartiles").at(1)));
+          },
+          where};
+}
+
+// Streaming is a limit, not a rival.
+Cell faster(const Json& row) {
+  if (is_ours(row)) return "";
+  if (row.at("time_over_bristle").get<double>() >= 1.0) return "bristle";
+  if (text_of(row, "loop").starts_with("streaming")) return "the limit";
+  return {"the other loop", CellStyle::bad};
+}
+
+// Of a row where anything fits: a figure, else "-".
+template <class Figure>
+JsonColumn fit_column(const char* header, Figure figure) {
+  return {header, [figure](const Json& row) {
+            return Cell(row.at("bristles").get<double>() == 0.0 ? std::string("-") : figure(row));
+          }};
+}
+
+JsonColumn fit_time_column(const char* header, const char* key) {
+  return fit_column(
+      header, [key](const Json& row) { return time_text(row.at("at_capacity").at(key).get<double>()); });
+}
+
+}  // namespace
+
+std::string bristles_that_fit(const Json& row) {
+  // Reports of older builds do not say.
+  if (row.value("unconfirmed", false)) return "not confirmed: machine too busy";
+  const auto bristles = row.at("bristles").get<unsigned long long>();
+  if (bristles == 0) return "fewer than 900";
+  return (row.at("more_would_fit").get<bool>() ? "> " : "") + count_text(bristles);
+}
+
+Table targets_table(const Json& capacity, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<target", "name"),
+      number_column("measured", "measured"),
+      text_column("<", "unit"),
+      {"spread", [](const Json& row) { return Cell(range_text(row.at("spread"))); }},
+      {"limit",
+       [](const Json& row) {
+         return Cell((row.at("at_least").get<bool>() ? ">= " : "<= ") + number_text(row.at("limit")));
+       }},
+      {"<",
+       [](const Json& row) {
+         return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
+       }},
+      text_column("<what", "what")};
+  return tabulate(capacity.at("targets"), columns, medium);
+}
+
+Table capacities_table(const Json& capacity, Medium medium) {
+  const double papers = capacity.at("paper").at("bristles").get<double>();
+  const std::vector<JsonColumn> columns = {
+      text_column("<motion", "motion"),
+      text_column("<kernel", "kernel"),
+      text_column("<layout", "layout"),
+      number_column("threads", "threads"),
+      {"bristles that fit", [](const Json& row) { return Cell(bristles_that_fit(row)); }},
+      fit_column("x 900",
+                 [papers](const Json& row) {
+                   return count_text(
+                       static_cast<unsigned long long>(row.at("bristles").get<double>() / papers));
+                 }),
+      fit_column("ns per bristle",
+                 [](const Json& row) { return ns_text(row.at("at_capacity").at("ns_per_bristle")); }),
+      fit_column("in cache",
+                 [](const Json& row) { return ns_text(row.at("in_cache").at("ns_per_bristle")); }),
+      fit_time_column("p50", "p50_s"),
+      fit_time_column("p99", "p99_s"),
+      fit_time_column("max", "max_s")};
+  Table table = tabulate(capacity.at("capacities"), columns, medium);
+  table.add_first(
+      {"the paper (2004)", "1 GHz Pentium III", "one patch", "1", "900", "1", "-", "-", "-", "-", "-"});
+  return table;
+}
+
+Table comparisons_table(const Json& capacity, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      {"bristles",
+       [](const Json& row) { return Cell(count_text(row.at("bristles").get<unsigned long long>())); }},
+      text_column("<motion", "motion"),
+      text_column("<loop", "loop"),
+      ns_column(),
+      {"a step us",
+       [](const Json& row) {
+         return Cell(number_text(row.at("ns_per_bristle"), 1e-3 * row.at("bristles").get<double>()));
+       }},
+      {"time / bristle's",
+       [](const Json& row) { return Cell(is_ours(row) ? "1" : two_places(row.at("time_over_bristle"))); }},
+      quartile_column(two_places, JsonColumn::terminal_only),
+      quartile_column(three_digits, JsonColumn::page_only),
+      {"<faster", faster, JsonColumn::page_only}};
+  return tabulate(capacity.at("comparisons"), columns, medium, 2);
+}
+
+Table kernel_features_table(const Json& capacity, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<motion", "motion"),
+      text_column("<feature", "feature"),
+      text_column("<kernel", "kernel"),
+      number_column("bytes per bristle", "bytes_per_bristle"),
+      ns_column(),
+      {"time / least", [](const Json& row) { return Cell(two_places(row.at("time_over_least"))); }},
+      quartile_column(two_places, JsonColumn::terminal_only),
+      quartile_column(three_digits, JsonColumn::page_only)};
+  return tabulate(capacity.at("features"), columns, medium, 1);
+}
+
+}  // namespace cli

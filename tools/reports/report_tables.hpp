@@ -1,0 +1,42 @@
+// The tables that terminal and page have in common, each declared once over the rows of a JSON report.
+// nlohmann::json::exception where a report lacks something.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/reports/table.hpp"
+
+namespace cli {
+
+using Json = nlohmann::ordered_json;
+using JsonColumn = Column<Json>;
+
+std::string text_of(const Json& json, const char* key);
+/// A column of texts as they are, and one of numbers with three digits.
+JsonColumn text_column(std::string header, const char* key);
+JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
+
+// bristle-capacity-1
+Table targets_table(const Json& capacity, Medium medium);
+Table capacities_table(const Json& capacity, Medium medium);
+Table comparisons_table(const Json& capacity, Medium medium);
+Table kernel_features_table(const Json& capacity, Medium medium);
+/// "> 1,234"; of a row that has none, why.
+std::string bristles_that_fit(const Json& row);
+
+// bristle-accuracy-1
+Table settings_table(const Json& accuracy, Medium medium, bool front_only);
+Table slopes_table(const Json& accuracy, Medium medium);
+Table scene_features_table(const Json& accuracy, Medium medium);
+Table shedding_table(const Json& accuracy);
+std::string setting_bristles(const Json& setting);
+
+// bristle-stability-1
+Table maps_table(const Json& stability, Medium medium);
+Table varied_table(const Json& stability, Medium medium);
+/// One row per k and way, one column per scheme.
+Table stops_table(const Json& stability);
+
+}  // namespace cli

@@ -1,0 +1,101 @@
+// One table of figures and its renderers: text for a terminal, CSV for programs, HTML for the page. Its
+// columns may be declared once over the rows of a JSON report, so that terminal and page show the same facts.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace cli {
+
+enum class CellStyle { plain, good, bad };
+
+struct Cell {
+  std::string text;
+  CellStyle style = CellStyle::plain;  ///< shown by the page only
+  Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
+  Cell(const char* t) : text(t) {}
+};
+
+/// Names to the left, numbers to the right.
+class Table {
+ public:
+  /// A header that begins with '<' asks for left alignment.
+  explicit Table(std::vector<std::string> headers);
+
+  void add(std::vector<Cell> row);
+  /// Above all others.
+  void add_first(std::vector<Cell> row);
+  /// A line of text across all columns.
+  void add_note(std::string text);
+  bool empty() const { return rows_.empty(); }
+
+  std::string text() const;
+  /// Escaped.
+  std::string html() const;
+  /// RFC 4180, but for lines that end in \n; without notes.
+  std::string csv() const;
+
+ private:
+  struct Row {
+    std::vector<Cell> cells;
+    bool is_note = false;
+  };
+  std::string text_line(const std::vector<Cell>& cells, const std::vector<std::size_t>& width) const;
+
+  std::vector<Cell> headers_;
+  std::vector<bool> left_;
+  std::vector<Row> rows_;
+};
+
+enum class Medium { terminal, page };
+
+/// A column over rows of some kind: rows of a JSON report, or a struct.
+template <class Row>
+struct Column {
+  enum Where { everywhere, terminal_only, page_only };
+  std::string header;
+  std::function<Cell(const Row&)> cell;
+  Where where = everywhere;
+};
+
+/// `group` leading cells stay empty where they all repeat those of the row before; `after_row(table, row)`
+/// may add notes.
+template <class Row, class Rows>
+Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, Medium medium = Medium::terminal,
+               std::size_t group = 0,
+               const std::type_identity_t<std::function<void(Table&, const Row&)>>& after_row = {}) {
+  std::vector<const Column<Row>*> shown;
+  std::vector<std::string> headers, last;
+  for (const Column<Row>& column : columns) {
+    if (column.where == (medium == Medium::page ? Column<Row>::terminal_only : Column<Row>::page_only))
+      continue;
+    shown.push_back(&column);
+    headers.push_back(column.header);
+  }
+  Table table(headers);
+  for (const auto& row : rows) {
+    std::vector<Cell> cells;
+    std::vector<std::string> first;
+    for (const Column<Row>* column : shown) {
+      cells.push_back(column->cell(row));
+      if (first.size() < group) first.push_back(cells.back().text);
+    }
+    if (first == last) {
+      for (std::size_t i = 0; i < group; ++i) cells[i].text.clear();
+    }
+    last = std::move(first);
+    table.add(std::move(cells));
+    if (after_row) after_row(table, row);
+  }
+  return table;
+}
+
+/// Safe between tags and in quoted attributes. Control characters, which HTML forbids, become U+FFFD.
+std::string escape_html(std::string_view text);
+
+}  // namespace cli
