@@ -73,6 +73,8 @@ static_assert(same_value<BRISTLE_RULE_KEEP, SnapRule::keep> &&
               same_value<BRISTLE_PRECISION_DOUBLE, Precision::double_> &&
               same_value<BRISTLE_STEP_LITERAL, StepRule::literal> &&
               same_value<BRISTLE_SAMPLING_RANDOM, Sampling::random>);
+static_assert(same_value<BRISTLE_POPULATION_REPRESENTATIVES, Population::representatives> &&
+              same_value<BRISTLE_POPULATION_INFINITE, Population::infinite>);
 static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_REPEATED_ID, Status::repeated_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
@@ -210,7 +212,9 @@ BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRIST
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
                BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
                BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
-               BRISTLE_CHOICE(step_rule, StepRule::literal), BRISTLE_CHOICE(sampling, Sampling::random));
+               BRISTLE_CHOICE(step_rule, StepRule::literal), BRISTLE_CHOICE(sampling, Sampling::random),
+               BRISTLE_CHOICE(population, Population::infinite), BRISTLE_FIELD(cohorts),
+               BRISTLE_FIELD(resolution));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(bristles_visited));

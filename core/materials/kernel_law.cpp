@@ -148,7 +148,7 @@ std::uint64_t hash_material(const Material& m) {
 }  // namespace
 
 std::shared_ptr<const CompiledMaterial> compile_material(const Material& material) {
-  material.validate_for_representatives();
+  material.validate();
   auto compiled = std::make_shared<CompiledMaterial>();
   CompiledMaterial& c = *compiled;
   c.material = material;
@@ -168,6 +168,8 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   // The laws' own limits (cv of the lognormal, largest over mean of a table) see to it.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (!c.redraw) return compiled;
+  // For Population::infinite alone (Material::validate_for_representatives).
+  if (length.cv() > widest_redraw_cv) return compiled;
 
   KernelLaw& law = c.law;
   law.shortest = c.shortest;
@@ -220,6 +222,12 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   fill_renewal_constants(length, per_metre, law);
   assert_law(c);
   return compiled;
+}
+
+const SurvivalTable& CompiledMaterial::survival() const {
+  std::call_once(survival_made_,
+                 [this] { survival_ = make_survival_table(material.snap_length, lengths_per_metre); });
+  return survival_;
 }
 
 }  // namespace bristle::detail

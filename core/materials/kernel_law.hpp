@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "bristle/material.hpp"
 #include "core/kernel_table.hpp"
+#include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
 
@@ -25,9 +27,16 @@ struct CompiledMaterial {
 
   std::vector<double> table, biased_table;
 
+  /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
+  const SurvivalTable& survival() const;
+
   CompiledMaterial() = default;
   CompiledMaterial(const CompiledMaterial&) = delete;
   CompiledMaterial& operator=(const CompiledMaterial&) = delete;
+
+ private:
+  mutable std::once_flag survival_made_;
+  mutable SurvivalTable survival_;
 };
 
 /// Throws bristle::Error when the material is out of range.

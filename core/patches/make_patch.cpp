@@ -1,5 +1,6 @@
 // Which contact model a patch gets.
 #include "core/common/range_check.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
@@ -12,6 +13,8 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
   if (options.bristles > max_bristles_per_patch)
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
+  if (options.population == Population::infinite)
+    return make_cohorts(std::move(material), options, kernels, weight);
   return make_representatives(std::move(material), options, kernels, weight);
 }
 

@@ -15,6 +15,8 @@ void define_options(py::module_& module) {
                                                {"literal", bristle::StepRule::literal}};
   const Names<bristle::Sampling> samplings = {{"stratified", bristle::Sampling::stratified},
                                               {"random", bristle::Sampling::random}};
+  const Names<bristle::Population> populations = {
+      {"representatives", bristle::Population::representatives}, {"infinite", bristle::Population::infinite}};
   KeywordClass<PatchOptions>(
       module, "PatchOptions",
       "How a patch is simulated. What it does not ask for is neither computed nor stored.")
@@ -33,9 +35,15 @@ void define_options(py::module_& module) {
                    "\"stratified\" or \"random\" snap lengths.")
       .field("seed", &PatchOptions::seed, "Shifts stratified snap lengths, keys what is drawn at random.")
       .field("key", &PatchOptions::key, "The caller's own 64-bit name of the contact.")
+      .named_field("population", &PatchOptions::population, populations,
+                   "\"representatives\", or \"infinite\": a list of cohorts, without noise.")
+      .field("cohorts", &PatchOptions::cohorts, "Infinite: most cohorts, 8 to 512; 0 = automatic.")
+      .field("resolution", &PatchOptions::resolution,
+             "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")
       .done(
           "PatchOptions(*, max_normal_load=1.0, bristles=0, axes=2, outputs='end', precision='single', "
-          "step_rule='exact', sampling='stratified', seed=1, key=0)");
+          "step_rule='exact', sampling='stratified', seed=1, key=0, population='representatives', "
+          "cohorts=0, resolution=0.0)");
 }
 
 }  // namespace bristle_python

@@ -217,6 +217,9 @@ enum { BRISTLE_STEP_EXACT = 0, BRISTLE_STEP_LITERAL = 1 };
 /** bristle::Sampling. */
 enum { BRISTLE_SAMPLING_STRATIFIED = 0, BRISTLE_SAMPLING_RANDOM = 1 };
 
+/** bristle::Population */
+enum { BRISTLE_POPULATION_REPRESENTATIVES = 0, BRISTLE_POPULATION_INFINITE = 1 };
+
 /** bristle::PatchOptions. */
 typedef struct bristle_patch_options {
   size_t struct_size;
@@ -229,7 +232,10 @@ typedef struct bristle_patch_options {
   uint32_t precision; /**< BRISTLE_PRECISION_... */
   uint32_t step_rule; /**< BRISTLE_STEP_... */
   uint32_t sampling;  /**< BRISTLE_SAMPLING_... */
-  uint32_t reserved;  /**< 0 */
+  uint32_t population; /**< BRISTLE_POPULATION_... */
+  uint32_t cohorts;    /**< infinite: most cohorts, 8 to 512; 0 = automatic */
+  uint32_t reserved;   /**< 0 */
+  double resolution;   /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
 } bristle_patch_options;
 
 /** Input of one patch for one step: bristle::Motion. All zero is a patch at rest out of contact. */

@@ -29,6 +29,13 @@ enum class Sampling : unsigned char {
   random       ///< drawn one by one, independent: error of order n^-1/2; for comparison
 };
 
+/// What stands for the bristles of a patch.
+enum class Population : unsigned char {
+  representatives,  ///< n bristles, each with its deflection and snap length. The default.
+  infinite          ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw and
+                    ///< StepRule::exact; computes in double whatever `precision` says
+};
+
 /// What a patch computes in addition to the force at the end of a step. Combine with |.
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
@@ -54,6 +61,10 @@ struct PatchOptions {
   Sampling sampling = Sampling::stratified;
   std::uint32_t seed = 1;  ///< shifts the stratified snap lengths, keys random draws
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
+  Population population = Population::representatives;
+  std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
+  double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error falls
+                              ///< with its square, time grows with it; 0 = automatic (8)
 
   PatchOptions& with_max_normal_load(double newtons) {
     max_normal_load = newtons;
@@ -85,6 +96,18 @@ struct PatchOptions {
   }
   PatchOptions& with_seed(std::uint32_t value) {
     seed = value;
+    return *this;
+  }
+  PatchOptions& with_population(Population value) {
+    population = value;
+    return *this;
+  }
+  PatchOptions& with_cohorts(std::uint32_t count) {
+    cohorts = count;
+    return *this;
+  }
+  PatchOptions& with_resolution(double pieces) {
+    resolution = pieces;
     return *this;
   }
   PatchOptions& with_key(std::uint64_t value) {
@@ -144,7 +167,8 @@ struct Response {
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t bristles = 0;      ///< n, representatives allocated
+  std::uint32_t bristles = 0;      ///< n, representatives allocated; Population::infinite: the resolution,
+                                   ///< rounded up
   std::uint32_t detail = 0;        ///< representatives in use, at most n: see PatchBatch::set_detail
   double weight = 0.0;             ///< w = zeta_max / detail, physical bristles per representative
   double active = 0.0;             ///< representatives in contact, with the fraction

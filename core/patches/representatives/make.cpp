@@ -212,6 +212,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
 
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight) {
+  material->material.validate_for_representatives();
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels.f64, weight);

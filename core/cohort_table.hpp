@@ -1,0 +1,110 @@
+// The seam between core and kernels for the infinite brush: plain structs of raw pointers and a table of
+// functions, as in kernel_table.hpp. The equations are in core/patches/COHORTS.md.
+//
+// Lengths are scaled (kernel_table.hpp). Places of cohorts are doubles, counted from a base that follows the
+// patch, so that they stay short; positions of the patch are fixed point. Masses are whole numbers of a fixed
+// unit, held in doubles: their sums are exact in any order.
+#pragma once
+
+#include <cstdint>
+
+#include "core/kernel_table.hpp"
+
+namespace bristle::detail {
+
+constexpr std::uint32_t cohort_lanes = 8;  ///< logical lanes of a row, on every instruction set
+constexpr std::uint32_t most_cohorts = 512;
+
+/// Columns of a row of 8 cohorts, 64 bytes each: one cohort is a lane of a row.
+enum CohortColumn : std::uint32_t {
+  cohort_x,      ///< where the bristles were last straight, scaled, from CohortState::base
+  cohort_y,      ///< 0 with one axis
+  cohort_reach,  ///< R, the farthest they have been bent since: those left are stronger
+  cohort_fresh,  ///< u, mass they would have if none had snapped; the mass is floor(u S(R))
+  cohort_left,   ///< S(R), share of a fresh population that is stronger than R
+  cohort_moment, ///< E[delta; delta < R], scaled: moment of those that have snapped
+  cohort_low,    ///< ranks (order of coming into contact, units of mass) are spread evenly over [low, high)
+  cohort_high,
+  cohort_columns
+};
+constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< doubles of a row
+constexpr double unused_reach = 8192.0;  ///< R of a lane that holds no cohort: nothing is bent so far
+
+/// Survival function of a law, linear between nodes. Cells are 1/128 of (x + 1/16) wide: cell number by the
+/// upper bits of x + 1/16.
+struct alignas(32) SurvivalCell {
+  double survival;  ///< S at `start`
+  double slope;     ///< of S, never above 0
+  double moment;    ///< E[delta; delta < start]
+  double start;     ///< scaled
+};
+constexpr double survival_offset = 0.0625;
+constexpr int survival_shift = 52 - 7;             ///< mantissa bits that number the cells of an octave: 7
+constexpr std::uint64_t survival_first = 1019u << 7;  ///< upper bits of survival_offset
+
+struct CohortLaw {
+  const SurvivalCell* cells;
+  double end;      ///< S(end) = 0; longer arguments are taken as `end`
+  double sure;     ///< S(sure) = 1 to the last unit of mass: a cohort's R is at least this
+  double mean;     ///< scaled
+  double piece;    ///< longest piece of path taken at once, scaled
+  double forget;   ///< straight path after which a patch has forgotten how it began, scaled
+  double negligible;  ///< share of a patch's mass: a cohort that has less snaps as a whole
+  double slow;     ///< from this distance on pieces of a long step may grow with it, scaled
+};
+
+constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
+
+/// What changes in a patch beside its rows.
+struct CohortState {
+  std::int64_t base[2] = {0, 0};      ///< from which places count: whole scaled lengths
+  double mass = 0.0;                  ///< of all cohorts, whole units
+  double moment[2] = {0.0, 0.0};      ///< sum of mass x place
+  double direction[2] = {0.0, 0.0};   ///< of the straight slide that the patch is in
+  double run = 0.0;                   ///< its length so far, scaled
+  /// Cohorts that may still grow: [0] of bristles that snapped, [1] of those that came into contact. Each
+  /// takes in what is born within a piece of `begin`.
+  double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
+  std::uint32_t open[2] = {no_cohort, no_cohort};
+  std::uint32_t count = 0;
+  std::uint32_t capacity = 0;  ///< at least 8
+  /// What a move tells: bristles snap no nearer than this to where it ended; below 0 = not known. No state.
+  double slack = -1.0;
+};
+
+/// A straight move, positions from the base.
+struct CohortMove {
+  double from[2], to[2];
+  double direction[2];
+  double length;  ///< scaled, > 0
+};
+
+/// Sums of one move, in units of mass.
+struct CohortTotals {
+  double integral[2];  ///< of the sum of mass x deflection, over the path
+  double lost;         ///< twice the energy lost: mass x length^2
+  double snapped;      ///< mass that snapped
+  std::uint32_t pieces;
+  std::uint32_t merges;
+};
+
+struct CohortKernels {
+  const char* name;
+  /// Advances a patch along a move, cut in pieces; index: axes - 1. Changes rows and state but for base,
+  /// direction and run.
+  void (*move[2])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
+  /// Merges the cheapest pairs, so that at least one more cohort has room. Returns twice the energy lost.
+  double (*make_room)(const CohortLaw&, CohortState&, double* rows, const double at[2]);
+  /// Mass above the rank `cut`, and its density there (mass per rank): for the load.
+  void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
+  /// Bristles come into contact straight at `at`. Returns twice the energy that joining others loses.
+  double (*enter)(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass, double low,
+                  double high, bool joins);
+  /// Fresh lengths for cohort i of the mass floor(u), bent so far. Returns the mass that is stronger.
+  double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
+};
+
+/// Kernels of the instruction set of this name; null = not in this build.
+const CohortKernels* find_cohort_kernels(const char* name) noexcept;
+
+}  // namespace bristle::detail

@@ -1,0 +1,62 @@
+#include "core/materials/survival_table.hpp"
+
+#include <algorithm>
+
+#include "core/materials/elementary.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr double negligible_share = 0x1p-47;  // of bristles: less than half a unit of mass
+
+double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
+
+/// Path after which a long slide has forgotten how it began: waves of the renewal equation die out as
+/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and few bristles may be older.
+double find_forgetting_path(const SurvivalTable& table, const SnapLength& law) {
+  const bool jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  const double waves = table.mean * (jumps ? 25.0 : 9.2) / (19.7 * square(law.cv()));
+  double older = 0.0;
+  for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
+    const SurvivalCell& cell = table.cells[k];
+    const double width = table.cells[k + 1].start - cell.start;
+    older += width * (cell.survival + 0.5 * cell.slope * width);
+    if (older > 1e-4 * table.mean) return cell.start + waves;
+  }
+  return waves;
+}
+
+}  // namespace
+
+SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
+  SurvivalTable table;
+  const double metres = 1.0 / per_metre;
+  const double longest = law.longest() * per_metre;
+  const bool sharp = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  const double shortest = sharp ? law.first_parameter() * per_metre : 0.0;
+  double survival = 1.0;
+  for (std::size_t k = 0;; ++k) {
+    // The corners at the shortest and the longest length are nodes too: no cohort's R is below the first
+    // (CohortLaw::sure), and no argument above the last is looked up.
+    const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
+    const double next = std::min(node(k + 1), longest);
+    double after = next == longest ? 0.0 : std::min(law.survival(next * metres), survival);
+    if (start == shortest) table.sure = shortest;
+    if (1.0 - after < negligible_share) {
+      after = 1.0;
+      table.sure = next;
+    }
+    const double width = next - start;
+    table.cells.push_back({survival, (after - survival) / width, table.mean, start});
+    table.mean += (survival - after) * 0.5 * (start + next);
+    table.square += (survival - after) * (start * start + start * next + next * next) / 3.0;
+    survival = after;
+    table.end = next;
+    if (survival == 0.0) break;
+  }
+  table.cells.push_back({0.0, 0.0, table.mean, table.end});
+  table.forget = find_forgetting_path(table, law);
+  return table;
+}
+
+}  // namespace bristle::detail

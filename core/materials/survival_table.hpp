@@ -1,0 +1,25 @@
+// The survival function of a snap-length law as the table that cohorts read (core/cohort_table.hpp).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "bristle/snap_length.hpp"
+#include "core/cohort_table.hpp"
+
+namespace bristle::detail {
+
+struct SurvivalTable {
+  std::vector<SurvivalCell> cells;
+  double end = 0.0;     ///< S(end) = 0
+  double sure = 0.0;    ///< S(sure) = 1 to 2^-47
+  double mean = 0.0;    ///< of the law as tabulated
+  double square = 0.0;  ///< E[delta^2] of the law as tabulated: the kinetic force is square / (2 mean)
+  double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
+};
+
+/// Lengths times `per_metre` are scaled. S at the nodes is that of the law, straight in between: at most
+/// h^2 / 8 |S''| apart, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of S is cut by h).
+SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
+
+}  // namespace bristle::detail

@@ -1,0 +1,103 @@
+// The contact model of infinitely many bristles: a list of cohorts (core/patches/COHORTS.md). What happens to
+// them along a path is in kernels/.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/cohort_table.hpp"
+#include "core/materials/survival_table.hpp"
+#include "core/patches/columns.hpp"
+#include "core/patches/contact_model.hpp"
+
+namespace bristle::detail {
+
+constexpr double default_resolution = 8.0;         ///< pieces per mean snap length
+constexpr double highest_resolution = 128.0;
+constexpr std::uint32_t default_cohorts = 64;      ///< capacity at the default resolution
+constexpr double least_cohort_spread = 0.05;       ///< cv below which a brush snaps too much in step
+constexpr double full_mass = 70368744177664.0;     ///< 2^46 units of mass: the highest load
+/// The shared part counts in this many units of mass: Patch::whole is 256 at the highest load, what a step
+/// costs in bristles.
+constexpr double mass_per_count = 274877906944.0;  // 2^38
+
+/// The infinite brush of one patch. CohortState: mass and cohorts; zeta and overload are in Patch.
+struct Cohorts : PatchRecord, CohortState {
+  CohortLaw law{};
+  const CohortKernels* kernels = nullptr;
+  std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
+  double snap_rest = 0.0;            ///< bristles that snapped and are not reported yet: less than one
+  std::uint32_t pieces = 0;          ///< resolution, rounded up: what PatchInfo::bristles says
+  std::uint32_t detail = 0;          ///< of these in use
+  double* rows = nullptr;            ///< of 8 cohorts, 8 columns each
+
+  template <class Self, class Visit>
+  static void columns(Self& r, Visit&& visit) {
+    visit(r.rows, ColumnRule{"rows", r.capacity * cohort_columns, Filler::zero, true});
+  }
+  std::uint32_t used_numbers() const noexcept {
+    return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
+  }
+  double zeta_max() const noexcept { return full_weight; }
+  double units_per_bristle() const noexcept { return full_mass / full_weight; }
+};
+
+inline Cohorts& cohorts(const Patch& p) noexcept { return static_cast<Cohorts&>(*p.record); }
+
+inline double& entry(double* rows, std::uint32_t i, CohortColumn column) noexcept {
+  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
+}
+inline double entry(const double* rows, std::uint32_t i, CohortColumn column) noexcept {
+  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
+}
+double mass_of(const double* rows, std::uint32_t i) noexcept;
+/// u of a cohort of whole mass m: floor(u S) is m again, half a unit from the next.
+inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
+
+/// Where the patch is, from the base of its cohorts' places.
+inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
+  return to_lengths(difference(p.position[axis], s.base[axis]));
+}
+
+// --------------------------------------------------------------------------------------- rows (state.cpp)
+
+void clear_lane(double* rows, std::uint32_t i) noexcept;
+/// Out of contact: no cohort.
+void clear_cohorts(Cohorts& r) noexcept;
+/// The last cohort takes the place of cohort i.
+void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept;
+/// Those without mass.
+void remove_empty(CohortState& s, double* rows) noexcept;
+/// Sum of mass x place, over the cohorts one by one.
+void find_moment(CohortState& s, const double* rows) noexcept;
+/// Sum of mass x |z|^2.
+double cohort_squares(const Patch& p) noexcept;
+/// Energy of a unit of mass x length^2, J.
+double joules_per_unit(const Patch& p) noexcept;
+/// Sum of deflections in the shared part's units, rounded.
+Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
+/// The shared part's count, sums and unit of force after cohorts, load or material changed outside a step.
+void note_cohorts(Patch& p) noexcept;
+void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
+
+// --------------------------------------------------------------------------- make, load, step, material, state
+
+void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
+double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
+void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
+void take_over_cohorts(Patch& to, Patch& from) noexcept;
+double find_cohort_energy(const Patch& p) noexcept;
+std::uint64_t hash_cohorts(const Patch& p) noexcept;
+void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<double> zy,
+                  Span<double> delta) noexcept;
+std::uint64_t cohort_signature(const Patch& p) noexcept;
+std::size_t saved_cohorts_size(const Patch& p) noexcept;
+void save_cohorts(const Patch& p, ByteWriter& write) noexcept;
+const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
+void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
+
+/// Throws bristle::Error.
+Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                   const KernelTable& kernels, double zeta_max);
+
+}  // namespace bristle::detail

@@ -1,0 +1,140 @@
+// Load on an infinite brush: bristles that come last leave first.
+#include <algorithm>
+#include <cmath>
+
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// The rank above which `wanted` of the mass lies: Newton on a sum that is linear piece by piece, between
+/// bounds that close in.
+double find_cut(const Cohorts& r, double first, double wanted) noexcept {
+  double low = 0.0;
+  double high = r.mass;
+  double cut = first;
+  for (int i = 0; i < 100; ++i) {
+    double mass, density;
+    r.kernels->mass_above(r, r.rows, cut, &mass, &density);
+    const double excess = mass - wanted;
+    if (std::abs(excess) < 0.5) break;
+    (excess > 0.0 ? low : high) = cut;
+    double next = density > 0.0 ? cut + excess / density : low;
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (next == cut) break;
+    cut = next;
+  }
+  return cut;
+}
+
+/// Mass that cohort i keeps when all above the rank `cut` leaves; its ranks end at `all` from then on.
+double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcept {
+  double& low = entry(rows, i, cohort_low);
+  double& high = entry(rows, i, cohort_high);
+  double kept = mass_of(rows, i);
+  if (high > cut) {
+    kept = std::floor(kept * std::clamp((cut - low) / (high - low), 0.0, 1.0) + 0.5);
+    high = std::max(cut, low);
+  }
+  if (high > all) {
+    low = std::max(0.0, low - (high - all));
+    high = all;
+  }
+  if (high - low < 0.5) low = std::max(0.0, high - 0.5);
+  if (high - low < 0.5) high = low + 0.5;
+  return kept;
+}
+
+/// Load falls. What it loses of the sum of mass x |z|^2 is counted in `lost`.
+void shed(Patch& p, double mass_now, double& lost) noexcept {
+  Cohorts& r = cohorts(p);
+  if (mass_now == 0.0) {
+    lost += cohort_squares(p);
+    clear_cohorts(r);
+    return;
+  }
+  const double at[2] = {place(p, r, 0), place(p, r, 1)};
+  const double cut = find_cut(r, mass_now, r.mass - mass_now);
+  double all_kept = 0.0;
+  double most_kept = -1.0;
+  std::uint32_t largest = 0;
+  for (std::uint32_t i = 0; i < r.count; ++i) {
+    const double before = mass_of(r.rows, i);
+    const double kept = cut_cohort(r.rows, i, cut, mass_now);
+    all_kept += kept;
+    if (kept > most_kept) {
+      most_kept = kept;
+      largest = i;
+    }
+    if (kept == before) continue;
+    const double zx = at[0] - entry(r.rows, i, cohort_x);
+    const double zy = at[1] - entry(r.rows, i, cohort_y);
+    lost += (before - kept) * (zx * zx + zy * zy);
+    entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;
+  }
+  // Each was rounded: what is missing or too much, a few units, is made up by the largest.
+  if (all_kept != mass_now)
+    entry(r.rows, largest, cohort_fresh) =
+        fresh_mass(most_kept + (mass_now - all_kept), entry(r.rows, largest, cohort_left));
+  remove_empty(r, r.rows);
+  r.mass = mass_now;
+  find_moment(r, r.rows);
+}
+
+/// Load rises: bristles come into contact straight, after all others.
+void admit(Patch& p, double mass_now, double& lost) noexcept {
+  Cohorts& r = cohorts(p);
+  const double at[2] = {place(p, r, 0), place(p, r, 1)};
+  const double low = r.mass;
+  const double entered = mass_now - low;
+  r.mass = mass_now;
+  const double dx = at[0] - r.begin[1][0];
+  const double dy = at[1] - r.begin[1][1];
+  const bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= r.law.piece * r.law.piece;
+  if (!joins && r.count == r.capacity) lost += r.kernels->make_room(r.law, r, r.rows, at);
+  lost += r.kernels->enter(r.law, r, r.rows, at, entered, low, mass_now, joins);
+  for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
+}
+
+/// Load above the highest rises: the same bristles carry it, and no force changes at rest.
+void scale_deflections(Patch& p, double factor) noexcept {
+  Cohorts& r = cohorts(p);
+  const double at[2] = {place(p, r, 0), place(p, r, 1)};
+  for (std::uint32_t i = 0; i < r.count; ++i)
+    for (int axis = 0; axis < 2; ++axis) {
+      double& x = entry(r.rows, i, axis == 0 ? cohort_x : cohort_y);
+      x = at[axis] - (at[axis] - x) * factor;
+    }
+  find_moment(r, r.rows);
+}
+
+}  // namespace
+
+double apply_cohort_load(Patch& p, double normal_load_n) noexcept {
+  Cohorts& r = cohorts(p);
+  p.normal_load = normal_load_n;
+  p.zeta = p.material().material.bristles_in_contact(normal_load_n);
+  const double share = p.zeta / r.zeta_max();
+  // The maximum itself is no overload, whatever rounding made of it.
+  const double overload = share > 1.0 + 1e-14 ? share : 1.0;
+  const double mass = std::floor(std::min(share, 1.0) * full_mass + 0.5);
+  const double joules = joules_per_unit(p);
+  double lost = 0.0;
+  if (mass < r.mass)
+    shed(p, mass, lost);
+  else if (mass > r.mass)
+    admit(p, mass, lost);
+  double loss = joules * lost;
+  if (overload != p.overload) {
+    const double before = joules * cohort_squares(p);
+    if (overload > p.overload) scale_deflections(p, p.overload / overload);
+    p.overload = overload;
+    loss += before - joules_per_unit(p) * cohort_squares(p);
+  }
+  r.run = 0.0;
+  p.bound.reach = -1.0;
+  note_cohorts(p);
+  return loss;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,179 @@
+// Making an infinite brush, and making it anew.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/common/range_check.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr const char* where = "PatchOptions with population infinite";
+
+std::uint32_t prepare(Patch&, PatchStep&) noexcept { return 1; }
+void run(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t, Totals&) noexcept {}
+/// One thread steps a list this short.
+void finish(Patch& p, const PatchStep& step, const Totals&, StepSums& sums) noexcept {
+  PatchStep own = step;
+  advance_cohorts(p, own, sums);
+}
+
+Patch make_shared_part(Cohorts& r, const ContactModel& model) noexcept {
+  Patch p;
+  p.record = &r;
+  p.model = &model;
+  p.axes = static_cast<std::uint8_t>(r.options.axes);
+  p.outputs = r.options.outputs;
+  p.lengths_per_metre = r.material->lengths_per_metre;
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(r.bytes / 64, 40));
+  return p;
+}
+
+void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
+  Cohorts& r = cohorts(p);
+  r.options.seed = seed;
+  r.options.key = key;
+  const std::uint32_t capacity = r.capacity;
+  static_cast<CohortState&>(r) = CohortState{};
+  r.capacity = capacity;
+  r.slid_to[0] = r.slid_to[1] = 0;
+  r.snap_rest = 0.0;
+  clear_cohorts(r);
+  set_pieces(r, r.pieces);
+  const Patch before = p;
+  p = make_shared_part(r, *before.model);
+  p.generation = before.generation;
+  p.last_step = before.last_step;
+  p.skips = before.skips;
+  note_cohorts(p);
+}
+
+void copy(const Patch& from, Patch& to, std::byte* memory) noexcept {
+  const Cohorts& original = cohorts(from);
+  std::memcpy(memory, static_cast<const void*>(&original), sizeof original);
+  auto& made = *reinterpret_cast<Cohorts*>(memory);
+  place_columns(made, column_memory(&made));
+  std::memcpy(made.rows, original.rows, original.used_numbers() * sizeof(double));
+  for (std::uint32_t i = original.used_numbers() / cohort_columns; i < made.capacity; ++i)
+    clear_lane(made.rows, i);
+  to = from;
+  to.record = &made;
+}
+
+Status set_detail(Patch& p, std::uint32_t detail) noexcept {
+  Cohorts& r = cohorts(p);
+  if (detail == 0 || detail > r.pieces) return Status::bad_input;
+  set_pieces(r, detail);
+  return Status::ok;
+}
+
+void describe(const Patch& p, PatchInfo& info) noexcept {
+  static constexpr const char* names[8] = {
+      "1 axis, infinite, end, double",         "2 axes, infinite, end, double",
+      "1 axis, infinite, end + mean, double",  "2 axes, infinite, end + mean, double",
+      "1 axis, infinite, end, energy, double", "2 axes, infinite, end, energy, double",
+      "1 axis, infinite, end + mean, energy, double", "2 axes, infinite, end + mean, energy, double"};
+  const Cohorts& r = cohorts(p);
+  info.bristles = r.pieces;
+  info.detail = r.detail;
+  info.weight = 0.0;
+  info.max_normal_load = p.material().material.load_on_bristles(r.zeta_max());
+  info.active = r.mass / full_mass * r.detail;
+  info.bytes_per_bristle = static_cast<std::uint32_t>(r.bytes / r.pieces);
+  info.kernel = names[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
+                      (has(p.outputs, Outputs::energy) ? 4u : 0u)];
+}
+
+constexpr ContactModel cohorts_model = {"cohorts",
+                                        &apply_cohort_load,
+                                        &advance_cohorts,
+                                        &prepare,
+                                        &run,
+                                        &finish,
+                                        &reset,
+                                        &take_over_cohorts,
+                                        &set_detail,
+                                        &copy,
+                                        &find_cohort_energy,
+                                        &hash_cohorts,
+                                        &describe,
+                                        &read_cohorts,
+                                        &cohort_signature,
+                                        &saved_cohorts_size,
+                                        &save_cohorts,
+                                        &find_cohort_fault,
+                                        &restore_cohorts};
+
+void check(const Material& material, const PatchOptions& options) {
+  if (material.snap_rule != SnapRule::redraw)
+    throw Error(std::string(where) +
+                ": the material has SnapRule::keep, whose bristles never forget their phases; infinite needs "
+                "SnapRule::redraw (or use Population::representatives)");
+  const double cv = material.snap_length.cv();
+  if (cv < least_cohort_spread)
+    refuse(where, "snap_length.cv", cv,
+           "at least 0.05: bristles of nearly one length snap in step (or use Population::representatives)");
+  if (options.step_rule != StepRule::exact)
+    throw Error(std::string(where) +
+                ": step_rule = literal is for bristles; infinite needs StepRule::exact (or use "
+                "Population::representatives)");
+  if (options.resolution != 0.0)
+    require_within(where, "resolution", options.resolution, 1.0, highest_resolution,
+                   "pieces per mean snap length; 0 = automatic");
+  if (options.cohorts != 0)
+    require_within(where, "cohorts", options.cohorts, 8, most_cohorts, "(0 = automatic)");
+}
+
+}  // namespace
+
+void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
+  r.detail = detail;
+  const double resolution = r.options.resolution * (static_cast<double>(detail) / r.pieces);
+  const double mean = r.law.mean;
+  // A narrow law needs finer pieces: what snaps in one of them is a larger share.
+  const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
+  r.law.piece = mean * share;
+  r.law.slow = 2.0 * mean;
+  r.law.negligible = 0x1p-10 * share * share * share;
+}
+
+Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                   const KernelTable& kernels, double zeta_max) {
+  check(material->material, options);
+  Cohorts made;
+  made.kernels = find_cohort_kernels(kernels.name);
+  if (made.kernels == nullptr)
+    throw Error(std::string(where) + ": this build of bristle has no such kernels; build it with BRISTLE_MINIMAL=OFF");
+  const SurvivalTable& table = material->survival();
+  made.material = material.get();
+  made.options = options;
+  if (options.resolution == 0.0) made.options.resolution = default_resolution;
+  made.pieces = static_cast<std::uint32_t>(std::ceil(made.options.resolution));
+  made.options.bristles = made.pieces;
+  made.first_seed = options.seed;
+  made.full_weight =
+      zeta_max > 0.0 ? zeta_max : material->material.bristles_in_contact(options.max_normal_load);
+  made.largest_work = static_cast<std::uint32_t>(full_mass / mass_per_count);
+  made.law.cells = table.cells.data();
+  made.law.end = table.end;
+  made.law.sure = table.sure;
+  made.law.mean = table.mean;
+  made.law.forget = table.forget;
+  set_pieces(made, made.pieces);
+  double capacity = options.cohorts;
+  if (options.cohorts == 0) capacity = std::clamp(default_cohorts / 8.0 * made.law.mean / made.law.piece, 24.0, 256.0);
+  made.capacity = (static_cast<std::uint32_t>(capacity) + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
+  made.options.cohorts = made.capacity;
+
+  auto* r = make_record<Cohorts>(std::move(material), column_bytes(made));
+  made.bytes = r->bytes;
+  *r = made;
+  place_columns(*r, column_memory(r));
+  clear_cohorts(*r);
+  Patch p = make_shared_part(*r, cohorts_model);
+  note_cohorts(p);
+  return p;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,258 @@
+// What an infinite brush is, from outside: energy, hash, bytes; and the bookkeeping of its rows.
+#include <algorithm>
+#include <cmath>
+
+#include "core/common/hashing.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
+
+/// What is saved beside the shared part and the rows.
+template <class Io, class Record, class NotedAt>
+void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
+  io(r.mass);
+  io(r.run);
+  io(r.snap_rest);
+  for (int axis = 0; axis < 2; ++axis) {
+    io(r.base[axis]);
+    io(r.moment[axis]);
+    io(r.direction[axis]);
+    io(r.slid_to[axis]);
+    io(r.begin[0][axis]);
+    io(r.begin[1][axis]);
+    io(r.open[axis]);
+    io(noted[axis]);
+  }
+  io(r.count);
+  io(r.detail);
+}
+constexpr std::size_t cohort_fields_size = 3 * 8 + 2 * (7 * 8 + 4) + 2 * 4;
+
+bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
+
+/// Reads what a column holds of cohort i.
+double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcept {
+  rows.skip((i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes) * sizeof(double));
+  double value = 0.0;
+  rows(value);
+  return value;
+}
+
+const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
+  const double longest = r.law.end * (1.0 + 1e-3);
+  double mass = 0.0;
+  for (std::uint32_t i = 0; i < saved.count; ++i) {
+    const auto read = [&](CohortColumn column) { return read_entry(rows, i, column); };
+    const double zx = at[0] - read(cohort_x);
+    const double zy = at[1] - read(cohort_y);
+    if (!within(zx, -longest, longest) || !within(zy, -longest, longest)) return "a cohort's place";
+    if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
+    if (!within(read(cohort_left), 1e-30, 1.0)) return "a cohort's survival";
+    if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
+    const double m = std::floor(read(cohort_fresh) * read(cohort_left));
+    if (!within(m, 0.0, saved.mass)) return "a cohort's mass";
+    if (!within(read(cohort_low), 0.0, full_mass) || !within(read(cohort_high), read(cohort_low) + 0.25, 2.0 * full_mass))
+      return "a cohort's ranks";
+    mass += m;
+  }
+  return mass == saved.mass ? nullptr : "mass";
+}
+
+}  // namespace
+
+double mass_of(const double* rows, std::uint32_t i) noexcept {
+  return std::floor(entry(rows, i, cohort_fresh) * entry(rows, i, cohort_left));
+}
+
+void clear_lane(double* rows, std::uint32_t i) noexcept {
+  for (std::uint32_t c = 0; c < cohort_columns; ++c) entry(rows, i, static_cast<CohortColumn>(c)) = 0.0;
+  entry(rows, i, cohort_reach) = unused_reach;
+}
+
+void clear_cohorts(Cohorts& r) noexcept {
+  for (std::uint32_t i = 0; i < r.capacity; ++i) clear_lane(r.rows, i);
+  r.count = 0;
+  r.open[0] = r.open[1] = no_cohort;
+  r.mass = r.moment[0] = r.moment[1] = 0.0;
+}
+
+void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept {
+  const std::uint32_t last = --s.count;
+  for (std::uint32_t& open : s.open)
+    if (open == i)
+      open = no_cohort;
+    else if (open == last)
+      open = i;
+  if (i != last)
+    for (std::uint32_t c = 0; c < cohort_columns; ++c) {
+      const auto column = static_cast<CohortColumn>(c);
+      entry(rows, i, column) = entry(rows, last, column);
+    }
+  clear_lane(rows, last);
+}
+
+void remove_empty(CohortState& s, double* rows) noexcept {
+  for (std::uint32_t i = s.count; i-- > 0;)
+    if (entry(rows, i, cohort_fresh) == 0.0) remove_cohort(s, rows, i);
+}
+
+void find_moment(CohortState& s, const double* rows) noexcept {
+  double x = 0.0;
+  double y = 0.0;
+  for (std::uint32_t i = 0; i < s.count; ++i) {
+    const double mass = mass_of(rows, i);
+    x += mass * entry(rows, i, cohort_x);
+    y += mass * entry(rows, i, cohort_y);
+  }
+  s.moment[0] = x;
+  s.moment[1] = y;
+}
+
+double cohort_squares(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  const double at[2] = {place(p, r, 0), place(p, r, 1)};
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < r.count; ++i) {
+    const double zx = at[0] - entry(r.rows, i, cohort_x);
+    const double zy = p.axes == 2 ? at[1] - entry(r.rows, i, cohort_y) : 0.0;
+    sum += mass_of(r.rows, i) * (zx * zx + zy * zy);
+  }
+  return sum;
+}
+
+double joules_per_unit(const Patch& p) noexcept {
+  const CompiledMaterial& m = p.material();
+  return 0.5 * m.material.bristle_stiffness * p.overload * m.metres_per_length * m.metres_per_length /
+         cohorts(p).units_per_bristle();
+}
+
+Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
+  const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
+  if (std::abs(sum) < 9e18) return std::llrint(sum);
+  return static_cast<Int128>(sum);
+}
+
+/// The sum of deflections as it was found where the patch was at `noted`, and carried along since.
+void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
+  const Cohorts& r = cohorts(p);
+  const double at = to_lengths(difference(noted, r.base[axis]));
+  p.sum[axis] = axis < p.axes ? deflections_at(r, at, axis) : 0;
+  p.sum[axis] += Int128{p.whole} * difference(p.position[axis], noted);
+  p.part_sum[axis] = 0;
+  p.part_position[axis] = noted;
+}
+
+void note_cohorts(Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  const CompiledMaterial& m = p.material();
+  const double counts = r.mass / mass_per_count;
+  p.whole = static_cast<std::uint32_t>(counts);
+  p.part = counts - p.whole;
+  for (int axis = 0; axis < 2; ++axis) note_sum(p, axis, p.position[axis]);
+  p.newtons_per_unit = m.material.bristle_stiffness * p.overload * m.metres_per_length * length_per_fixed *
+                       (mass_per_count / r.units_per_bristle());
+  note_contact(p);
+}
+
+double find_cohort_energy(const Patch& p) noexcept { return joules_per_unit(p) * cohort_squares(p); }
+
+std::uint64_t hash_cohorts(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  for (double x : {r.zeta_max(), r.mass, p.overload, r.run, r.law.piece, r.snap_rest}) hasher.add(x);
+  for (int axis = 0; axis < 2; ++axis) {
+    hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.base[axis])));
+    hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.slid_to[axis])));
+    hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], p.part_position[axis])));
+    for (double x : {r.moment[axis], r.direction[axis], r.begin[0][axis], r.begin[1][axis]}) hasher.add(x);
+    hasher.add(std::uint64_t{r.open[axis]});
+  }
+  for (std::uint32_t i = 0; i < r.count; ++i)
+    for (std::uint32_t c = 0; c < cohort_columns; ++c)
+      hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
+  return hasher.value();
+}
+
+void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<double> zy,
+                  Span<double> delta) noexcept {
+  const Cohorts& r = cohorts(p);
+  const double metres = p.material().metres_per_length;
+  // Cohorts in the order of their rows, spread by mass over the number asked for.
+  std::uint32_t at = 0;
+  double passed = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double wanted = (static_cast<double>(i) + 0.5) / static_cast<double>(count) * r.mass;
+    while (at + 1 < r.count && passed + mass_of(r.rows, at) < wanted) passed += mass_of(r.rows, at++);
+    const bool in = at < r.count;
+    if (!zx.empty()) zx[i] = in ? (place(p, r, 0) - entry(r.rows, at, cohort_x)) * metres : 0.0;
+    if (!zy.empty()) zy[i] = in && p.axes == 2 ? (place(p, r, 1) - entry(r.rows, at, cohort_y)) * metres : 0.0;
+    if (!delta.empty()) delta[i] = (in ? entry(r.rows, at, cohort_reach) : 0.0) * metres;
+  }
+}
+
+std::uint64_t cohort_signature(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  for (double x : {r.zeta_max(), r.options.max_normal_load, r.options.resolution}) hasher.add(x);
+  hasher.add(std::uint64_t{r.capacity} << 32 | r.first_seed);
+  hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
+  return hasher.value();
+}
+
+std::size_t saved_cohorts_size(const Patch& p) noexcept {
+  return cohort_fields_size + std::size_t{cohorts(p).capacity} * cohort_columns * sizeof(double);
+}
+
+void save_cohorts(const Patch& p, ByteWriter& write) noexcept {
+  const Cohorts& r = cohorts(p);
+  cohort_fields(write, r, p.part_position);
+  write.column(r.rows, r.used_numbers());
+  write.zeros<double>(r.capacity * cohort_columns - r.used_numbers());
+}
+
+const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
+  const Cohorts& r = cohorts(p);
+  Cohorts saved;
+  std::int64_t noted[2];
+  cohort_fields(read, saved, noted);
+  const double share = contact.zeta / r.zeta_max();
+  if (!(contact.overload == (share > 1.0 + 1e-14 ? share : 1.0))) return "overload";
+  if (saved.mass != std::floor(std::min(share, 1.0) * full_mass + 0.5)) return "mass";
+  if (saved.count > r.capacity) return "count";
+  if (saved.detail < 1 || saved.detail > r.pieces) return "detail";
+  if (!within(saved.run, 0.0, r.law.forget)) return "run";
+  if (!within(saved.snap_rest, 0.0, 1.0)) return "snap_rest";
+  double at[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    at[axis] = to_lengths(difference(contact.position[axis], saved.base[axis]));
+    if (!within(at[axis], -1e4, 1e4)) return "base";
+    if (!within(to_lengths(difference(contact.position[axis], noted[axis])), -1e4, 1e4)) return "noted place";
+    const double farthest = full_mass * 2e4;
+    if (!within(saved.moment[axis], -farthest, farthest)) return "moment";
+    if (!within(saved.direction[axis], -1.0, 1.0)) return "direction";
+    for (const auto& begin : saved.begin)
+      if (!within(begin[axis], -1e12, 1e12)) return "begin";
+    if (saved.open[axis] != no_cohort && saved.open[axis] >= saved.count) return "open";
+  }
+  return find_row_fault(r, at, saved, read);
+}
+
+void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
+  Cohorts& r = cohorts(p);
+  r.options.seed = seed;
+  std::int64_t noted[2];
+  cohort_fields(read, r, noted);
+  set_pieces(r, r.detail);
+  read.column(r.rows, r.capacity * cohort_columns);
+  for (std::uint32_t i = r.count; i < r.capacity; ++i) clear_lane(r.rows, i);
+  p.bound.reach = -1.0;
+  note_cohorts(p);
+  for (int axis = 0; axis < 2; ++axis) note_sum(p, axis, noted[axis]);
+}
+
+}  // namespace bristle::detail

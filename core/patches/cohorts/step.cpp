@@ -1,0 +1,149 @@
+// A step of the infinite brush between the shared part and the kernels.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr double farthest_base = 16.0;  // scaled: from the base, before it follows the patch
+constexpr double straight = 0x1p-12;    // sine of the angle within which a slide counts as straight
+constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
+
+std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+/// How far a straight slide has come that this step goes on with; 0 = it begins.
+double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
+  const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
+  const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
+  const bool goes_on = std::abs(across) <= straight && along > 0.0 && p.position[0] == r.slid_to[0] &&
+                       p.position[1] == r.slid_to[1];
+  return goes_on ? r.run : 0.0;
+}
+
+/// A step along which bristles may snap: what it does to cohorts, and where it ends.
+struct Slide {
+  CohortMove move{};
+  std::int64_t to[2];
+  double run = 0.0;      ///< of the straight slide that it goes on with
+  double carried = 0.0;  ///< path along which the patch is carried as it stands
+};
+
+Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
+  Slide slide;
+  slide.run = find_run(p, r, a);
+  const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0));
+  slide.carried = a.length - followed;
+  slide.move.length = followed;
+  for (int axis = 0; axis < 2; ++axis) {
+    slide.move.direction[axis] = a.direction[axis];
+    slide.move.from[axis] = place(p, r, axis);
+    slide.to[axis] = a.to[axis];
+    if (slide.carried > 0.0)
+      slide.to[axis] =
+          sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
+    slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
+  }
+  return slide;
+}
+
+/// Places count from near the patch again. `to` is where it is.
+void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    if (std::abs(to[axis]) <= farthest_base) continue;
+    const double shift = std::floor(to[axis]);
+    to[axis] -= shift;
+    s.base[axis] = sum_of(s.base[axis], std::llrint(shift * fixed_per_length));
+    s.moment[axis] -= shift * s.mass;
+    for (auto& begin : s.begin) begin[axis] -= shift;
+    for (std::uint32_t i = 0; i < s.count; ++i) entry(rows, i, axis == 0 ? cohort_x : cohort_y) -= shift;
+  }
+}
+
+/// What the carried part adds: the force that there is, over its length.
+void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
+  const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
+  for (int axis = 0; axis < 2; ++axis) {
+    const double work = far * (s.mass * slide.move.to[axis] - s.moment[axis]);
+    t.integral[axis] += work;
+    t.lost += 2.0 * work * slide.move.direction[axis];
+  }
+  t.snapped += s.mass * (far / r.law.mean);
+}
+
+void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const CohortTotals& t,
+                StepSums& sums) noexcept {
+  const bool mean = has(p.outputs, Outputs::mean);
+  const double length = slide.move.length + std::min(slide.carried, 1e140);
+  for (int axis = 0; axis < p.axes; ++axis) {
+    sums.end[axis] = to_double(deflections_at(s, slide.move.to[axis], axis));
+    if (mean) sums.twice_mean[axis] = 2.0 * (t.integral[axis] / length) * (fixed_per_length / mass_per_count);
+  }
+}
+
+/// Whole bristles are reported; the rest waits in the record.
+std::uint64_t count_snaps(double snapped, double& rest) noexcept {
+  const double all = std::min(snapped + rest, 9e18);
+  const double whole = std::floor(all);
+  rest = all - whole;
+  return static_cast<std::uint64_t>(whole);
+}
+
+}  // namespace
+
+void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  Cohorts& r = cohorts(p);
+  const Advance& a = step.advance;
+  const bool commit = a.commit != 0;
+  Slide slide = find_slide(p, r, a);
+  CohortTotals totals{};
+
+  // A trial works on a copy: only the rows in use, and one more for what is born.
+  CohortState trial;
+  alignas(64) double trial_rows[most_cohorts * cohort_columns];
+  CohortState* state = &r;
+  double* rows = r.rows;
+  if (!commit) {
+    trial = r;
+    state = &trial;
+    rows = trial_rows;
+    const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
+    std::memcpy(trial_rows, r.rows, numbers * sizeof(double));
+    // A trial may bear more cohorts than that row holds.
+    for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(trial_rows, i);
+  }
+
+  if (slide.move.length > 0.0) {
+    r.kernels->move[p.axes - 1](r.law, *state, rows, slide.move, totals);
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
+      if (commit) p.bound = {{a.to[0], a.to[1]}, state->slack - bound_margin};
+      hold(p, a, sums);
+      sums.visited = r.count;
+      return;
+    }
+  }
+  if (slide.carried > 0.0) carry(r, *state, slide, totals);
+  follow(*state, rows, slide.move.to);
+  write_sums(p, *state, slide, totals, sums);
+  sums.visited = r.count;
+  double rest = r.snap_rest;
+  if (has(p.outputs, Outputs::energy)) {
+    sums.dissipated = std::min(joules_per_unit(p) * totals.lost, highest_energy);
+    sums.snaps = count_snaps(totals.snapped / r.units_per_bristle(), rest);
+  }
+  if (!commit) return;
+  r.snap_rest = rest;
+  r.run = std::min(slide.run + a.length, r.law.forget);
+  for (int axis = 0; axis < 2; ++axis) {
+    if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
+    p.position[axis] = r.slid_to[axis] = slide.to[axis];
+    note_sum(p, axis, slide.to[axis]);
+  }
+  p.bound.reach = -1.0;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,311 @@
+// Cohort by cohort, shared by the vector kernels and the scalar reference: what is born, joined, merged and
+// removed. The pass over all cohorts and the search for the cheapest pair are in cohort_step.hpp (vectors)
+// and cohort_reference.cpp.
+#pragma once
+
+#include "scalar_lanes.hpp"
+#include "core/cohort_table.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr double unlimited_cost = 1e300;
+constexpr double merge_margin = 8.0;         ///< pairs that cost so much more are merged in the same search
+constexpr std::uint32_t merged_at_once = 4;   ///< one pair for so many cohorts at most
+
+inline double& cohort(double* rows, std::uint32_t i, CohortColumn column) {
+  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
+}
+inline double cohort(const double* rows, std::uint32_t i, CohortColumn column) {
+  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
+}
+inline double mass_of(const double* rows, std::uint32_t i) {
+  return whole_part(cohort(rows, i, cohort_fresh) * cohort(rows, i, cohort_left));
+}
+/// u of a cohort of whole mass m of which the share S is left: floor(u S) is m again, half a unit from the
+/// next.
+inline double fresh_mass(double mass, double left) { return (mass + 0.5) / left; }
+
+/// Share of a law stronger than x, and E[delta; delta < x].
+struct Survival {
+  double left, moment;
+};
+inline Survival survival_at(const CohortLaw& law, double x) {
+  x = least(x, law.end);
+  const SurvivalCell& cell =
+      law.cells[(bits_of_number(x + survival_offset) >> survival_shift) - survival_first];
+  const double left = cell.survival + cell.slope * (x - cell.start);
+  return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
+}
+
+/// A lane that holds no cohort: it never snaps and weighs nothing.
+inline void clear_lane(double* rows, std::uint32_t i) {
+  for (std::uint32_t c = 0; c < cohort_columns; ++c) cohort(rows, i, static_cast<CohortColumn>(c)) = 0.0;
+  cohort(rows, i, cohort_reach) = unused_reach;
+}
+
+/// The last cohort takes the place of cohort i.
+inline void remove_cohort(CohortState& s, double* rows, std::uint32_t i) {
+  const std::uint32_t last = --s.count;
+  for (std::uint32_t& open : s.open)
+    if (open == i)
+      open = no_cohort;
+    else if (open == last)
+      open = i;
+  if (i != last)
+    for (std::uint32_t c = 0; c < cohort_columns; ++c)
+      cohort(rows, i, static_cast<CohortColumn>(c)) = cohort(rows, last, static_cast<CohortColumn>(c));
+  clear_lane(rows, last);
+}
+
+inline void remove_empty(CohortState& s, double* rows) {
+  for (std::uint32_t i = s.count; i-- > 0;)
+    if (cohort(rows, i, cohort_fresh) == 0.0) remove_cohort(s, rows, i);
+}
+
+/// Ranks [low, high) of a mixture: equal mean and variance, inside [0, all).
+struct Ranks {
+  double low, high;
+};
+/// `mean` of the ranks and `square`, the mean of their squares.
+inline Ranks ranks_of(double mean, double square, double all) {
+  const double half = root(most(3.0 * (square - mean * mean), 0.25));
+  return {most(mean - half, 0.0), least(mean + half, all)};
+}
+inline double rank_mean(double low, double high) { return (low + high) * 0.5; }
+inline double rank_square(double low, double high) {
+  return (low * low + low * high + high * high) * (1.0 / 3.0);
+}
+
+/// A cohort that is not in the rows yet.
+struct Newborn {
+  double mass, x, y, reach;
+  double rank_mean, rank_square;
+};
+
+/// Cohort i and a newborn become one: mass, first moment and the mean R are kept. Returns twice the energy
+/// lost. `to` is where the patch is: R is at least the deflection.
+inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
+                   const Newborn& n, const double to[2]) {
+  const double m = mass_of(rows, i);
+  const double all = m + n.mass;
+  const double share = n.mass / all;
+  double& x = cohort(rows, i, cohort_x);
+  double& y = cohort(rows, i, cohort_y);
+  double& reach = cohort(rows, i, cohort_reach);
+  const double dx = n.x - x;
+  const double dy = n.y - y;
+  x += share * dx;
+  y += share * dy;
+  const double zx = to[0] - x;
+  const double zy = to[1] - y;
+  const double mean = reach + share * (n.reach - reach);
+  reach = most(mean, root(zx * zx + zy * zy));
+  const Survival at = survival_at(law, reach);
+  cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
+  cohort(rows, i, cohort_left) = at.left;
+  cohort(rows, i, cohort_moment) = at.moment;
+  double& low = cohort(rows, i, cohort_low);
+  double& high = cohort(rows, i, cohort_high);
+  const double of_ranks = rank_mean(low, high);
+  const double of_squares = rank_square(low, high);
+  const Ranks ranks = ranks_of(of_ranks + share * (n.rank_mean - of_ranks),
+                               of_squares + share * (n.rank_square - of_squares), s.mass);
+  low = ranks.low;
+  high = ranks.high;
+  return m * share * (dx * dx + dy * dy);
+}
+
+inline void append(const CohortLaw& law, CohortState& s, double* rows, const Newborn& n) {
+  const std::uint32_t i = s.count++;
+  const Survival at = survival_at(law, n.reach);
+  cohort(rows, i, cohort_x) = n.x;
+  cohort(rows, i, cohort_y) = n.y;
+  cohort(rows, i, cohort_reach) = n.reach;
+  cohort(rows, i, cohort_fresh) = fresh_mass(n.mass, at.left);
+  cohort(rows, i, cohort_left) = at.left;
+  cohort(rows, i, cohort_moment) = at.moment;
+  const Ranks ranks = ranks_of(n.rank_mean, n.rank_square, s.mass);
+  cohort(rows, i, cohort_low) = ranks.low;
+  cohort(rows, i, cohort_high) = ranks.high;
+}
+
+/// What a pass over all cohorts sums for the piece of path that it ends: over the mass that snapped, with gap
+/// the path left after the snap and z the deflection that there would be at the end without it.
+struct PieceSums {
+  double lost;      ///< mass
+  double gap;       ///< mass x gap
+  double gap_gap;   ///< mass x gap^2
+  double gap_x, gap_y;  ///< mass x gap x z
+  double squares;   ///< mass x |z|^2
+  double ranks, rank_squares;
+  double x, y;      ///< of the mass that is left: mass x place
+};
+
+/// Mass that snapped along a piece starts anew at its mean place. Its own weakest may have snapped again since
+/// (a law with S < 1 that early): they are counted as one group. Books energy and path integral. `at` is
+/// the end of the piece.
+inline Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& a, const double at[2],
+                    CohortTotals& t) {
+  const double gap = p.gap / p.lost;
+  const Survival s = survival_at(law, gap);
+  const double again = p.lost * (1.0 - s.left);
+  double mean_gap = gap;
+  double gap_gap = p.gap_gap;
+  if (again > 0.0) {
+    const double length = least(s.moment / (1.0 - s.left), gap);
+    const double left = gap - length;
+    mean_gap = gap - (1.0 - s.left) * length;
+    gap_gap -= again * (gap * gap - (length * length + left * left));
+  }
+  // Without snaps the integral would be that of the survivors: less what the lost would have added after
+  // their snap, and what they add as newborn.
+  t.integral[0] += a.direction[0] * (0.5 * (p.gap_gap + gap_gap)) - p.gap_x;
+  t.integral[1] += a.direction[1] * (0.5 * (p.gap_gap + gap_gap)) - p.gap_y;
+  const double along = a.direction[0] * p.gap_x + a.direction[1] * p.gap_y;
+  t.lost += (p.squares - 2.0 * along + p.gap_gap) + (gap_gap - p.lost * (mean_gap * mean_gap));
+  t.snapped += p.lost + again;
+  return {p.lost,
+          at[0] - mean_gap * a.direction[0],
+          at[1] - mean_gap * a.direction[1],
+          most(mean_gap, law.sure),
+          p.ranks / p.lost,
+          p.rank_squares / p.lost};
+}
+
+/// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
+inline double next_piece(const CohortLaw& law, double done, double length) {
+  const double left = length - done;
+  const double wide = least(done, left);
+  const double piece = wide > law.slow ? law.piece * least(wide / law.slow, 4.0) : law.piece;
+  // What is left near the end is cut evenly. A fifth more is no reason for two pieces.
+  if (left > 2.0 * piece) return piece;
+  return left > 1.2 * piece ? 0.5 * left : left;
+}
+
+/// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2).
+struct Partner {
+  double cost;
+  std::uint32_t i, j;
+};
+
+/// Two cohorts become one, in the place of the first: mass, first moment, mean R, mean and variance of rank
+/// are kept. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
+inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
+                    std::uint32_t j, const double at[2]) {
+  const double low = cohort(rows, j, cohort_low);
+  const double high = cohort(rows, j, cohort_high);
+  return join(law, s, rows, i,
+              {mass_of(rows, j), cohort(rows, j, cohort_x), cohort(rows, j, cohort_y),
+               cohort(rows, j, cohort_reach), rank_mean(low, high), rank_square(low, high)},
+              at);
+}
+
+/// Merges the cheapest pair, and with it others that cost little more: the search is what takes time.
+/// Engine::find_partner finds the cheapest partner j > i of cohort i.
+template <class Engine>
+double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2]) {
+  alignas(64) double masses[most_cohorts];
+  Partner partners[most_cohorts];
+  const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
+  for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
+  for (std::uint32_t i = 0; i + 1 < s.count; ++i) partners[i] = Engine::find_partner(rows, masses, s.count, i);
+
+  double cheapest = unlimited_cost;
+  for (std::uint32_t i = 0; i + 1 < s.count; ++i) cheapest = least(cheapest, partners[i].cost);
+  bool used[most_cohorts] = {};
+  double lost = 0.0;
+  std::uint32_t left = s.count / merged_at_once;
+  for (std::uint32_t i = 0; i + 1 < s.count && left > 0; ++i) {
+    const Partner& pair = partners[i];
+    if (used[i] || used[pair.j] || pair.cost > cheapest * merge_margin) continue;
+    used[i] = used[pair.j] = true;
+    lost += merge(law, s, rows, i, pair.j, at);
+    for (std::uint32_t& open : s.open)
+      if (open == i || open == pair.j) open = no_cohort;
+    cohort(rows, pair.j, cohort_fresh) = 0.0;
+    --left;
+  }
+  remove_empty(s, rows);
+  return lost;
+}
+
+/// Advances a patch along a straight move. Engine holds the loops over all cohorts.
+template <class Engine, int axes>
+void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
+  // Deflections are convex along a line: what is not beyond its reach at the end never was.
+  if (a.length > 1.2 * law.piece) {
+    s.slack = Engine::template find_slack<axes>(s, rows, a.to);
+    if (s.slack >= 0.0) return;
+  }
+  double from[2] = {a.from[0], a.from[1]};
+  double done = 0.0;
+  for (bool last = false; !last;) {
+    const double length = next_piece(law, done, a.length);
+    last = length == a.length - done;
+    done += length;
+    double at[2] = {a.to[0], a.to[1]};
+    if (!last)
+      for (int axis = 0; axis < axes; ++axis) at[axis] = a.from[axis] + a.direction[axis] * done;
+    PieceSums sums{};
+    const bool bent = Engine::template bend_all<axes>(law, s, rows, a, length, at, sums);
+    if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
+      s.slack = Engine::template find_slack<axes>(s, rows, at);
+      return;
+    }
+    s.slack = -1.0;
+    ++t.pieces;
+    for (int axis = 0; axis < axes; ++axis)
+      t.integral[axis] += length * (s.mass * ((from[axis] + at[axis]) * 0.5) - s.moment[axis]);
+    if (sums.lost > 0.0) {
+      const Newborn newborn = bear(law, sums, a, at, t);
+      s.moment[0] = sums.x + newborn.mass * newborn.x;
+      s.moment[1] = sums.y + newborn.mass * newborn.y;
+      remove_empty(s, rows);
+      const double bx = at[0] - s.begin[0][0];
+      const double by = at[1] - s.begin[0][1];
+      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
+        t.lost += join(law, s, rows, s.open[0], newborn, at);
+      } else {
+        if (s.count == s.capacity) {
+          t.lost += make_room<Engine>(law, s, rows, at);
+          ++t.merges;
+        }
+        s.open[0] = s.count;
+        for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = from[axis];
+        append(law, s, rows, newborn);
+      }
+    }
+    from[0] = at[0];
+    from[1] = at[1];
+  }
+}
+
+/// Bristles come into contact straight, at `at`, with the ranks [low, high): they join those that came last,
+/// or are a cohort of their own, for which there is room. Returns twice the energy lost.
+inline double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass,
+                    double low, double high, bool joins) {
+  const Newborn n{mass, at[0], at[1], law.sure, rank_mean(low, high), rank_square(low, high)};
+  s.slack = -1.0;
+  if (joins) return join(law, s, rows, s.open[1], n, at);
+  s.open[1] = s.count;
+  for (int axis = 0; axis < 2; ++axis) s.begin[1][axis] = at[axis];
+  append(law, s, rows, n);
+  return 0.0;
+}
+
+/// Cohort i, bent so far, gets fresh lengths of the law: those left are stronger. Returns their mass.
+inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double bent) {
+  const double reach = most(bent, law.sure);
+  const Survival at = survival_at(law, reach);
+  const double mass = whole_part(cohort(rows, i, cohort_fresh));
+  const double kept = least(whole_part((mass + 0.5) * at.left), mass);
+  cohort(rows, i, cohort_reach) = reach;
+  cohort(rows, i, cohort_left) = at.left;
+  cohort(rows, i, cohort_moment) = at.moment;
+  cohort(rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, at.left) : 0.0;
+  return kept;
+}
+
+}  // namespace
+}  // namespace bristle::detail

@@ -1,0 +1,268 @@
+// The infinite brush for vectors: the loops over all cohorts, eight logical lanes at a time. The physics is
+// told in cohort_reference.cpp, in the same order of operations; births and merges are in cohort_parts.hpp.
+#pragma once
+
+#include "lanes.hpp"
+#include "cohort_parts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+using Vector = Lanes<double>;
+constexpr std::uint32_t vector_size = static_cast<std::uint32_t>(Vector::size);
+constexpr std::uint32_t row_parts = cohort_lanes / vector_size;
+
+/// A number per logical lane of a row of cohorts.
+struct LaneSum {
+  Vector part[row_parts];
+
+  LaneSum() {
+    for (Vector& x : part) x = Vector(0.0);
+  }
+  double total() const {
+    Vector sum[row_parts];
+    for (std::uint32_t k = 0; k < row_parts; ++k) sum[k] = part[k];
+    for (std::uint32_t half = row_parts / 2; half > 0; half /= 2)
+      for (std::uint32_t k = 0; k < half; ++k) sum[k] = sum[k] + sum[k + half];
+    return fold_lanes<vector_size, double>(sum[0]);
+  }
+};
+
+/// Columns of the table cells of a vector of arguments.
+struct Cells {
+  Vector survival, slope, moment, start;
+};
+
+using Two [[gnu::vector_size(16)]] = double;
+using Four [[gnu::vector_size(32)]] = double;
+
+#if defined(BRISTLE_ISA_AVX512) || defined(BRISTLE_ISA_AVX2)
+struct FourCells {
+  Four survival, slope, moment, start;
+};
+/// Four cells, turned.
+inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
+  Four cell[4];
+  for (int k = 0; k < 4; ++k) std::memcpy(&cell[k], cells + number[k], sizeof(Four));
+  const Four a = __builtin_shufflevector(cell[0], cell[1], 0, 4, 2, 6);
+  const Four b = __builtin_shufflevector(cell[0], cell[1], 1, 5, 3, 7);
+  const Four c = __builtin_shufflevector(cell[2], cell[3], 0, 4, 2, 6);
+  const Four d = __builtin_shufflevector(cell[2], cell[3], 1, 5, 3, 7);
+  return {__builtin_shufflevector(a, c, 0, 1, 4, 5), __builtin_shufflevector(b, d, 0, 1, 4, 5),
+          __builtin_shufflevector(a, c, 2, 3, 6, 7), __builtin_shufflevector(b, d, 2, 3, 6, 7)};
+}
+#endif
+
+inline Cells look_up_cells(const SurvivalCell* cells, const std::uint64_t* number) {
+#if defined(BRISTLE_ISA_AVX512)
+  const FourCells low = turn(cells, number);
+  const FourCells high = turn(cells, number + 4);
+  const auto both = [](Four a, Four b) {
+    return Vector(__builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7));
+  };
+  return {both(low.survival, high.survival), both(low.slope, high.slope), both(low.moment, high.moment),
+          both(low.start, high.start)};
+#elif defined(BRISTLE_ISA_AVX2)
+  const FourCells turned = turn(cells, number);
+  return {Vector(turned.survival), Vector(turned.slope), Vector(turned.moment), Vector(turned.start)};
+#else
+  Two front[2], back[2];
+  for (int k = 0; k < 2; ++k) {
+    std::memcpy(&front[k], &cells[number[k]].survival, sizeof(Two));
+    std::memcpy(&back[k], &cells[number[k]].moment, sizeof(Two));
+  }
+  return {Vector(__builtin_shufflevector(front[0], front[1], 0, 2)),
+          Vector(__builtin_shufflevector(front[0], front[1], 1, 3)),
+          Vector(__builtin_shufflevector(back[0], back[1], 0, 2)),
+          Vector(__builtin_shufflevector(back[0], back[1], 1, 3))};
+#endif
+}
+
+struct SurvivalLanes {
+  Vector left, moment;
+};
+inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
+  x = least<double>(x, Vector(law.end));
+  alignas(64) std::uint64_t number[vector_size];
+  const Bits<double> bits = bits_of<double>(x + Vector(survival_offset));
+  ((bits >> survival_shift) - Bits<double>(survival_first)).store_aligned(number);
+  const Cells cell = look_up_cells(law.cells, number);
+  const Vector left = cell.survival + cell.slope * (x - cell.start);
+  return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * Vector(0.5))};
+}
+
+/// One vector of cohorts: where its columns begin.
+struct VectorPlace {
+  double* columns;
+  Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
+  void put(CohortColumn column, Vector value) const {
+    value.store_aligned(columns + column * cohort_lanes);
+  }
+};
+
+inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
+
+struct VectorSums {
+  LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y;
+};
+
+/// One vector of cohorts at the end of a piece: see bend in cohort_reference.cpp.
+template <int axes>
+inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
+                 const CohortMove& a, double length, const double at[2], VectorSums& sums) {
+  const Vector zero(0.0);
+  const Vector x = place.get(cohort_x);
+  const Vector y = axes == 2 ? place.get(cohort_y) : zero;
+  const Vector zx = Vector(at[0]) - x;
+  const Vector zy = axes == 2 ? Vector(at[1]) - y : zero;
+  const Vector square = axes == 2 ? zx * zx + zy * zy : zx * zx;
+  const Vector bent = root<double>(square);
+  const Vector reach = place.get(cohort_reach);
+  const Vector fresh = place.get(cohort_fresh);
+  const Vector left = place.get(cohort_left);
+  const Vector mass = masses_of(fresh, left);
+  const Mask<double> beyond = bent > reach;
+  if (!any_lane<double>(beyond)) {
+    sums.x.part[k] = sums.x.part[k] + mass * x;
+    if (axes == 2) sums.y.part[k] = sums.y.part[k] + mass * y;
+    return false;
+  }
+  const Vector moment = place.get(cohort_moment);
+  const SurvivalLanes now = survival_at(law, bent);
+  Vector kept = least<double>(whole_part<double>(fresh * now.left), mass);
+  kept = select_lanes<double>(kept < Vector(least_mass), zero, kept);
+  kept = select_lanes<double>(beyond, kept, mass);
+  const Vector lost = mass - kept;
+
+  const Vector share = left - now.left;
+  const Mask<double> some = share > zero;
+  Vector snapped_at = divide<double>(now.moment - moment, select_lanes<double>(some, share, Vector(1.0)));
+  snapped_at = select_lanes<double>(some, snapped_at, bent);
+  snapped_at = least<double>(most<double>(snapped_at, reach), bent);
+  const Vector along = axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1])
+                                 : zx * Vector(a.direction[0]);
+  const Vector across = most<double>(square - along * along, zero);
+  const Vector before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
+  const Vector gap = least<double>(most<double>(along - before, zero), Vector(length));
+
+  const Vector lost_gap = lost * gap;
+  const Vector low = place.get(cohort_low);
+  const Vector high = place.get(cohort_high);
+  const auto add = [k](LaneSum& sum, Vector value) { sum.part[k] = sum.part[k] + value; };
+  add(sums.lost, lost);
+  add(sums.gap, lost_gap);
+  add(sums.gap_gap, lost_gap * gap);
+  add(sums.gap_x, lost_gap * zx);
+  if (axes == 2) add(sums.gap_y, lost_gap * zy);
+  add(sums.squares, lost * square);
+  add(sums.ranks, lost * ((low + high) * Vector(0.5)));
+  add(sums.rank_squares, lost * ((low * low + low * high + high * high) * Vector(1.0 / 3.0)));
+  add(sums.x, kept * x);
+  if (axes == 2) add(sums.y, kept * y);
+
+  place.put(cohort_reach, select_lanes<double>(beyond, bent, reach));
+  place.put(cohort_fresh, select_lanes<double>(beyond & (kept == zero), zero, fresh));
+  place.put(cohort_left, select_lanes<double>(beyond, now.left, left));
+  place.put(cohort_moment, select_lanes<double>(beyond, now.moment, moment));
+  return true;
+}
+
+struct VectorEngine {
+  template <int axes>
+  static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
+                       const double at[2], PieceSums& p) {
+    VectorSums sums;
+    bool bent = false;
+    const double least_mass = s.mass * law.negligible;
+    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
+      for (std::uint32_t k = 0; k < row_parts; ++k)
+        if (bend<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, sums)) bent = true;
+    if (bent)
+      p = {sums.lost.total(),    sums.gap.total(),   sums.gap_gap.total(),
+           sums.gap_x.total(),   sums.gap_y.total(), sums.squares.total(),
+           sums.ranks.total(),   sums.rank_squares.total(),
+           sums.x.total(),       sums.y.total()};
+    return bent;
+  }
+
+  template <int axes>
+  static double find_slack(const CohortState& s, const double* rows, const double at[2]) {
+    Vector slack(unused_reach);
+    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
+      for (std::uint32_t k = 0; k < row_parts; ++k) {
+        const double* const columns = rows + k * vector_size;
+        const Vector zx = Vector(at[0]) - load<double>(columns + cohort_x * cohort_lanes);
+        Vector square = zx * zx;
+        if (axes == 2) {
+          const Vector zy = Vector(at[1]) - load<double>(columns + cohort_y * cohort_lanes);
+          square = square + zy * zy;
+        }
+        slack = least<double>(slack, load<double>(columns + cohort_reach * cohort_lanes) - root<double>(square));
+      }
+    alignas(64) double lane[vector_size];
+    slack.store_aligned(lane);
+    double nearest = lane[0];
+    for (double x : lane) nearest = least(nearest, x);
+    return nearest;
+  }
+
+  static Partner find_partner(const double* rows, const double* masses, std::uint32_t count,
+                              std::uint32_t i) {
+    const Vector x(cohort(rows, i, cohort_x));
+    const Vector y(cohort(rows, i, cohort_y));
+    const Vector reach(cohort(rows, i, cohort_reach));
+    const Vector mass(masses[i]);
+    const Vector last(static_cast<double>(count));
+    const Vector self(static_cast<double>(i));
+    Vector cheapest(unlimited_cost);
+    Vector partner = self;
+    alignas(64) double first_numbers[cohort_lanes] = {0, 1, 2, 3, 4, 5, 6, 7};
+    for (std::uint32_t j = i / vector_size * vector_size; j < count; j += vector_size) {
+      const double* const columns = rows + j / cohort_lanes * cohort_row + j % cohort_lanes;
+      const Vector dx = load<double>(columns + cohort_x * cohort_lanes) - x;
+      const Vector dy = load<double>(columns + cohort_y * cohort_lanes) - y;
+      const Vector dr = load<double>(columns + cohort_reach * cohort_lanes) - reach;
+      const Vector other = load<double>(masses + j);
+      const Vector reduced = divide<double>(mass * other, mass + other);
+      const Vector cost = reduced * ((dx * dx + dy * dy) + dr * dr);
+      const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
+      const Mask<double> better = (cost < cheapest) & (number > self) & (number < last);
+      cheapest = select_lanes<double>(better, cost, cheapest);
+      partner = select_lanes<double>(better, number, partner);
+    }
+    alignas(64) double cost[vector_size], number[vector_size];
+    cheapest.store_aligned(cost);
+    partner.store_aligned(number);
+    Partner best{unlimited_cost, i, i};
+    for (std::uint32_t k = 0; k < vector_size; ++k) {
+      const auto j = static_cast<std::uint32_t>(number[k]);
+      if (cost[k] < best.cost || (cost[k] == best.cost && j < best.j)) best = {cost[k], i, j};
+    }
+    return best;
+  }
+};
+
+void mass_above(const CohortState& s, const double* rows, double cut, double* mass, double* density) {
+  LaneSum masses, densities;
+  const Vector zero(0.0);
+  const Vector rank(cut);
+  for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
+    for (std::uint32_t k = 0; k < row_parts; ++k) {
+      const double* const columns = rows + k * vector_size;
+      const Vector low = load<double>(columns + cohort_low * cohort_lanes);
+      const Vector high = load<double>(columns + cohort_high * cohort_lanes);
+      const Vector m = masses_of(load<double>(columns + cohort_fresh * cohort_lanes),
+                                 load<double>(columns + cohort_left * cohort_lanes));
+      const Vector width = high - low;
+      const Vector per_rank = divide<double>(m, select_lanes<double>(width > zero, width, Vector(1.0)));
+      const Vector above = least<double>(most<double>(high - rank, zero), width);
+      masses.part[k] = masses.part[k] + above * per_rank;
+      densities.part[k] =
+          densities.part[k] + select_lanes<double>((low < rank) & (rank <= high), per_rank, zero);
+    }
+  *mass = masses.total();
+  *density = densities.total();
+}
+
+}  // namespace
+}  // namespace bristle::detail

@@ -1,0 +1,447 @@
+// The infinite brush (Population::infinite): against the reference tables, against itself on every
+// instruction set, and where it is hard.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Population;
+
+namespace {
+
+constexpr double load_n = 1000.0;
+
+PatchOptions infinite_options(double resolution = 0.0, std::uint32_t cohorts = 0, int axes = 2) {
+  return PatchOptions{}
+      .with_max_normal_load(load_n)
+      .with_axes(axes)
+      .with_outputs(Outputs::all)
+      .with_population(Population::infinite)
+      .with_resolution(resolution)
+      .with_cohorts(cohorts);
+}
+
+/// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load: with
+/// plain_material the mean deflection.
+struct Brush {
+  explicit Brush(const SnapLength& law, const PatchOptions& options = infinite_options(),
+                 const BatchOptions& batch = {})
+      : patch(plain_material(law, SnapRule::redraw), options, batch) {}
+
+  void step(double dx, double dy = 0.0) {
+    const double before = patch.energy();
+    response = patch.step(dx * dbar, dy * dbar, load);
+    const double work = -(response.mean[0] * dx + response.mean[1] * dy) * dbar;
+    const double after = patch.energy();
+    const double error = work - (after - before) - response.dissipated - response.contact_loss;
+    imbalance = std::max(imbalance, std::abs(error) / (std::abs(work) + before + after + 1e-30));
+    most_negative = std::min(most_negative, response.dissipated);
+  }
+  double x() const { return -response.elastic[0] / (load * dbar); }
+  double y() const { return -response.elastic[1] / (load * dbar); }
+
+  OnePatch patch;
+  Response response;
+  double load = load_n;
+  double imbalance = 0.0, most_negative = 0.0;
+};
+
+struct Place {
+  double x, y;
+};
+
+std::vector<Place> made_up_path(const std::string& name, int steps) {
+  std::vector<Place> path;
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  const auto normal = [&] { return (flat(generator) + flat(generator) + flat(generator)); };
+  Place at{0.0, 0.0};
+  double angle = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    Place d{0.0, 0.0};
+    const auto moved = [&](auto place) {
+      const Place a = place(i), b = place(i + 1);
+      return Place{b.x - a.x, b.y - a.y};
+    };
+    if (name == "winding") {
+      angle += 0.12 * normal();
+      d = {0.15 * std::cos(angle), 0.15 * std::sin(angle)};
+    } else if (name == "disc") {
+      do d = {0.2 * normal(), 0.2 * normal()};
+      while (std::hypot(at.x + d.x, at.y + d.y) > 2.0);
+    } else if (name == "circle") {
+      d = moved([](int k) { return Place{std::cos(0.1 * k), std::sin(0.1 * k)}; });
+    } else if (name == "figure of eight") {
+      d = moved([](int k) { return Place{2.0 * std::sin(0.05 * k), std::sin(0.1 * k)}; });
+    } else if (name == "tremor") {
+      d = moved([](int k) {
+        return Place{0.7 * std::sin(0.1 * k) + 0.3 * std::sin(0.27 * k), 0.4 * std::sin(0.13 * k)};
+      });
+    }
+    at = {at.x + d.x, at.y + d.y};
+    path.push_back(d);
+  }
+  return path;
+}
+
+/// Largest errors (mean snap lengths) against the tables of one law.
+struct TableErrors {
+  double virgin = 0.0, reversal = 0.0, turn = 0.0;
+  int points = 0;
+  double largest() const { return std::max({virgin, reversal, turn}); }
+};
+
+TableErrors table_errors(const NamedLaw& law, double resolution) {
+  TableErrors e;
+  const PatchOptions options = infinite_options(resolution, 512);
+  const auto of_law = [&law](const Row& row) {
+    return row.at("dist") == law.name && row.at("variant") == std::string("redraw");
+  };
+  {
+    Brush brush(law.law, options);
+    double x = 0.0;
+    for (const Row& row : read_table("virgin_curve.csv")) {
+      if (!of_law(row)) continue;
+      const double to = number(row, "x_over_dbar");
+      brush.step((to - x) * 0.6, (to - x) * 0.8);
+      x = to;
+      e.virgin = std::max(e.virgin, std::abs(brush.x() * 0.6 + brush.y() * 0.8 - number(row, "f_reference")));
+      ++e.points;
+    }
+  }
+  {
+    Brush brush(law.law, options);
+    for (int k = 0; k < 60; ++k) brush.step(0.83);
+    double y = 0.0;
+    for (const Row& row : read_table("reversal_curve.csv")) {
+      if (!of_law(row)) continue;
+      const double to = number(row, "y_over_dbar_after_reversal");
+      brush.step(y - to);
+      y = to;
+      e.reversal = std::max(e.reversal, std::abs(brush.x() - number(row, "f_reference")));
+      ++e.points;
+    }
+  }
+  for (const char* turn : {"90", "180"}) {
+    Brush brush(law.law, options);
+    const double start = 0.4, angle = start + std::stod(turn) * M_PI / 180.0;
+    for (int k = 0; k < 60; ++k) brush.step(0.83 * std::cos(start), 0.83 * std::sin(start));
+    const double ex = std::cos(angle), ey = std::sin(angle);
+    double y = 0.0;
+    for (const Row& row : read_table("turn_2d.csv")) {
+      if (!of_law(row) || row.at("turn_deg") != turn) continue;
+      const double to = number(row, "y_over_dbar_after_turn");
+      brush.step((to - y) * ex, (to - y) * ey);
+      y = to;
+      const double along = brush.x() * ex + brush.y() * ey, across = brush.x() * ey - brush.y() * ex;
+      e.turn = std::max({e.turn, std::abs(along - number(row, "f_parallel_ref")),
+                         std::abs(across - number(row, "f_perp_ref"))});
+      ++e.points;
+    }
+  }
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("The infinite brush follows the tables of every law", "[cohorts][physics]") {
+  for (const NamedLaw& law : reference_laws()) {
+    if (law.law.law() == bristle::SnapLaw::single) continue;
+    for (double resolution : {8.0, 16.0, 32.0}) {
+      const TableErrors e = table_errors(law, resolution);
+      INFO(law.name << ", " << resolution << " pieces: virgin " << e.virgin << ", reversal " << e.reversal
+                    << ", turn " << e.turn);
+      CHECK(e.points > 60);
+      CHECK(e.largest() < 0.0045 * 64.0 / (resolution * resolution));
+    }
+  }
+}
+
+TEST_CASE("The error of the infinite brush falls with the square of the resolution", "[cohorts][physics]") {
+  // Steps of a length: pieces are as long as the resolution allows.
+  for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
+                                SnapLength::lognormal(dbar, 1.0), SnapLength::exponential(dbar)}) {
+    std::mt19937 generator(4);
+    std::uniform_real_distribution<double> flat(-1.0, 1.0);
+    std::vector<Place> path;
+    double angle = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      angle += 1.5 * flat(generator);
+      path.push_back({std::cos(angle), std::sin(angle)});
+    }
+    const auto forces = [&](double resolution) {
+      Brush brush(law, infinite_options(resolution, 512));
+      std::vector<Place> result;
+      for (const Place& d : path) {
+        brush.step(d.x, d.y);
+        result.push_back({brush.x(), brush.y()});
+      }
+      return result;
+    };
+    const std::vector<Place> truth = forces(64.0);
+    std::vector<double> rms;
+    for (double resolution : {4.0, 8.0, 16.0}) {
+      double squares = 0.0;
+      const std::vector<Place> f = forces(resolution);
+      for (std::size_t i = 0; i < f.size(); ++i)
+        squares += std::pow(f[i].x - truth[i].x, 2) + std::pow(f[i].y - truth[i].y, 2);
+      rms.push_back(std::sqrt(squares / static_cast<double>(f.size())));
+    }
+    INFO(to_string(law.law()) << ", cv " << law.cv() << ": " << rms[0] << ", " << rms[1] << ", " << rms[2]);
+    CHECK(0.5 * std::log2(rms[0] / rms[2]) > 1.9);
+  }
+}
+
+TEST_CASE("A load jump under the infinite brush follows the tables", "[cohorts][physics][load]") {
+  const std::vector<Row> summary = read_table("summary.csv");
+  int points = 0;
+  for (const NamedLaw& law : reference_laws()) {
+    if (law.law.law() == bristle::SnapLaw::single) continue;
+    for (const char* jump : {"zeta x2", "zeta x0.5"}) {
+      const bool doubled = std::string(jump) == "zeta x2";
+      const double kinetic =
+          number(find_row(summary, {{"dist", law.name}, {"variant", "redraw"}}), "f_kinetic");
+      Brush brush(law.law, infinite_options(32.0, 512));
+      const double before = doubled ? 0.5 * load_n : load_n;
+      brush.load = before;
+      for (int k = 0; k < 60; ++k) brush.step(0.83);
+      brush.load = doubled ? load_n : 0.5 * load_n;
+      double x = 0.0;
+      for (const Row& row : read_table("load_jump.csv")) {
+        if (row.at("dist") != law.name || row.at("variant") != std::string("redraw") || row.at("jump") != jump)
+          continue;
+        const double to = number(row, "x_over_dbar_after_jump");
+        brush.step(to - x);
+        x = to;
+        INFO(law.name << ", " << jump << ", x = " << to);
+        expect_near(brush.x() * brush.load / (before * kinetic), number(row, "F_over_Fk1_ref"), 2e-3,
+                    "force over the kinetic one before");
+        ++points;
+      }
+      CHECK(brush.imbalance < 1e-12);
+    }
+  }
+  CHECK(points > 20);
+}
+
+TEST_CASE("Energy of the infinite brush balances at every step, and no step gains any", "[cohorts][energy]") {
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  for (const SnapLength& law :
+       {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
+        SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 2.0), SnapLength::normal(dbar, 0.1 * dbar)}) {
+    for (std::uint32_t cohorts : {8u, 32u, 0u}) {
+      INFO(to_string(law.law()) << ", cv " << law.cv() << ", cohorts " << cohorts);
+      Brush brush(law, infinite_options(0.0, cohorts));
+      for (int i = 0; i < 3000; ++i) {
+        const double s = i % 700 < 350 ? 0.08 : i % 97 == 0 ? 9.0 : 0.6;
+        if (i % 3 == 0) brush.load = load_n * (0.5 + 0.4 * flat(generator));
+        if (i % 11 == 0) brush.load = 1.3 * load_n;
+        if (i % 501 == 500) brush.load = 0.0;
+        brush.step(s * (flat(generator) + 0.3), s * flat(generator));
+      }
+      CHECK(brush.imbalance < 1e-12);
+      CHECK(brush.most_negative >= 0.0);
+    }
+  }
+}
+
+TEST_CASE("The infinite brush has the same bits on every instruction set, lazy or eager", "[cohorts][determinism]") {
+  for (int axes : {1, 2}) {
+    for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
+                                  SnapLength::exponential(dbar)}) {
+      for (std::uint32_t cohorts : {8u, 24u, 64u}) {
+        std::vector<std::pair<std::uint64_t, double>> results;
+        for (const auto& isa : bristle::instruction_sets()) {
+          if (!isa.usable) continue;
+          for (bool eager : {false, true}) {
+            std::mt19937 generator(7);
+            std::uniform_real_distribution<double> flat(-1.0, 1.0);
+            OnePatch patch(plain_material(law, SnapRule::redraw), infinite_options(8.0, cohorts, axes),
+                           BatchOptions{}.with_isa(isa.name).with_eager(eager));
+            double sum = 0.0, load = load_n;
+            for (int i = 0; i < 2000; ++i) {
+              const double s = (i % 700 < 350 ? 0.08 : i % 97 == 0 ? 9.0 : 0.6) * dbar;
+              if (i % 5 == 0) load = load_n * (0.5 + 0.4 * flat(generator));
+              const double dx = s * (flat(generator) + 0.3);
+              const double dy = axes == 2 ? s * flat(generator) : 0.0;
+              const Response r = patch.step(i % 900 < 800 ? dx : 0.001 * dx, dy * (i % 900 < 800), load);
+              sum += r.end[0] + 2.0 * r.mean[0] + 3.0 * r.end[1] + r.dissipated * 1e5 + r.contact_loss * 1e5;
+            }
+            results.push_back({patch.hash(), sum});
+          }
+        }
+        INFO(axes << " axes, " << to_string(law.law()) << ", " << cohorts << " cohorts");
+        for (const auto& result : results) {
+          CHECK(result.first == results[0].first);
+          CHECK(result.second == results[0].second);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("A trial of the infinite brush answers what the step then does, and changes nothing", "[cohorts]") {
+  std::mt19937 generator(11);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), infinite_options());
+  double load = load_n;
+  for (int i = 0; i < 1000; ++i) {
+    Motion motion;
+    motion.id = patch.id;
+    motion.displacement[0] = (flat(generator) + 0.2) * (i % 50 == 0 ? 20.0 : 0.3) * dbar;
+    motion.displacement[1] = flat(generator) * 0.2 * dbar;
+    if (i % 7 == 0) load = load_n * (0.6 + 0.5 * flat(generator));
+    motion.normal_load = load;
+    const std::uint64_t before = patch.hash();
+    const Response trial = patch.batch.find_force(tick, motion);
+    CHECK(patch.hash() == before);
+    const Response done = patch.step(motion);
+    for (int axis = 0; axis < 2; ++axis) {
+      CHECK(trial.end[axis] == done.end[axis]);
+      CHECK(trial.mean[axis] == done.mean[axis]);
+    }
+    CHECK(trial.dissipated == done.dissipated);
+    CHECK(trial.contact_loss == done.contact_loss);
+  }
+}
+
+TEST_CASE("A load that rises or wavers at rest changes no force but once", "[cohorts][load]") {
+  std::mt19937 generator(2);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  Brush brush(SnapLength::lognormal(dbar, 0.3));
+  brush.load = 0.5 * load_n;
+  for (int i = 0; i < 40; ++i) brush.step(0.21, 0.05);
+  const double force = brush.response.elastic[0];
+  for (int i = 0; i < 100; ++i) {
+    brush.load += 4.0;
+    brush.step(0.0);
+    expect_near(brush.response.elastic[0], force, 1e-12 * std::abs(force), "force under a rising load");
+  }
+  // Beyond the highest load too.
+  for (int i = 0; i < 50; ++i) {
+    brush.load += 40.0;
+    brush.step(0.0);
+    expect_near(brush.response.elastic[0], force, 1e-11 * std::abs(force), "force under a rising overload");
+  }
+  // On the way down the overload goes first, with its share of the force; then those that came last, straight.
+  const double highest = brush.load;
+  brush.load = 0.5 * load_n;
+  brush.step(0.0);
+  expect_near(brush.response.elastic[0], force * load_n / highest, 1e-9 * std::abs(force),
+              "force when the load is back");
+
+  // 1 % noise: the lowest load so far has shed the last in, once.
+  for (int i = 0; i < 40; ++i) brush.step(0.21, 0.05);
+  const double before = brush.response.elastic[0];
+  double lowest = 0.0;
+  for (int i = 0; i < 100000; ++i) {
+    brush.load = 0.5 * load_n * (1.0 + 0.01 * flat(generator));
+    const Response r = brush.patch.step(0.0, 0.0, brush.load);
+    lowest = std::max(lowest, std::abs(r.elastic[0] / before - 1.0));
+  }
+  CHECK(lowest < 0.011);
+  CHECK(lowest > 0.001);
+}
+
+TEST_CASE("Merging keeps the error of walks that never leave a small region bounded", "[cohorts]") {
+  const SnapLength law = SnapLength::lognormal(dbar, 0.3);
+  const double kinetic = law.moment(2) / (2.0 * law.mean()) / dbar;
+  for (const auto& [name, most] : std::vector<std::pair<std::string, double>>{{"winding", 0.2},
+                                                                              {"disc", 1.0},
+                                                                              {"circle", 1.0},
+                                                                              {"figure of eight", 1.0},
+                                                                              {"tremor", 1.0}}) {
+    const std::vector<Place> path = made_up_path(name, 3000);
+    Brush fine(law, infinite_options(32.0, 512)), brush(law);
+    double squares = 0.0;
+    for (const Place& d : path) {
+      fine.step(d.x, d.y);
+      brush.step(d.x, d.y);
+      squares += std::pow(fine.x() - brush.x(), 2) + std::pow(fine.y() - brush.y(), 2);
+    }
+    const double percent = 100.0 * std::sqrt(squares / 3000.0) / kinetic;
+    INFO(name << ": rms " << percent << " % of kinetic friction");
+    CHECK(percent < most);
+    CHECK(brush.imbalance < 1e-12);
+  }
+}
+
+TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
+  // 2e5 steps of 1e-7 lengths each way: the force is that of the same path in few steps.
+  Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
+  Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
+  for (Brush* b : {&slow, &fast})
+    for (int i = 0; i < 45; ++i) b->step(0.02);
+  for (int i = 0; i < 1000000; ++i) slow.response = slow.patch.step(1e-12, 0.0, load_n);
+  for (int i = 0; i < 10; ++i) fast.step(0.01);
+  expect_near(slow.x(), fast.x(), 2e-5, "force after 0.1 mean lengths of creep");
+}
+
+TEST_CASE("Steps of any length end in the same steady friction, at bounded work", "[cohorts][extreme]") {
+  for (const SnapLength& law :
+       {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::lognormal(dbar, 0.3),
+        SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 2.0)}) {
+    const double kinetic = law.moment(2) / (2.0 * law.mean()) / dbar;
+    for (double step : {1e-3, 0.1, 3.0, 100.0, 1e5, 1e12, 1e200}) {
+      INFO(to_string(law.law()) << ", cv " << law.cv() << ", steps of " << step);
+      Brush brush(law);
+      const int steps = step < 1.0 ? static_cast<int>(30.0 / step) : step < 1e4 ? 40 : 4;
+      for (int i = 0; i < steps; ++i) brush.response = brush.patch.step(step * dbar, 0.0, load_n);
+      if (law.cv() > 1.5 && steps * step < 1e4) continue;  // it has not forgotten its beginning yet
+      expect_near(brush.x(), kinetic, 0.01 * kinetic, "steady friction");
+      if (step > 1.0) expect_near(brush.response.mean[0], brush.response.end[0], 0.01 * kinetic * load_n * dbar, "mean");
+      CHECK(std::isfinite(brush.response.dissipated));
+    }
+  }
+}
+
+TEST_CASE("Saved and restored, an infinite brush goes on with the same bits", "[cohorts][state]") {
+  std::mt19937 generator(9);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
+  OnePatch one(material, infinite_options()), two(material, infinite_options());
+  const auto move = [&](OnePatch& p, double dx, double dy, double load) { return p.step(dx, dy, load); };
+  for (int i = 0; i < 300; ++i) {
+    const double dx = (flat(generator) + 0.2) * dbar, dy = flat(generator) * dbar;
+    const double load = load_n * (0.7 + 0.5 * flat(generator));
+    move(one, i % 4 == 3 ? 1e-4 * dx : dx, dy * (i % 4 != 3), load);
+    if (i % 20 != 19) continue;
+    std::vector<std::byte> state(one.batch.state_size());
+    one.batch.save_state(state);
+    two.batch.restore_state(state);
+    CHECK(one.hash() == two.hash());
+    for (int k = 0; k < 5; ++k) {
+      const double ex = 0.2 * flat(generator) * dbar;
+      const Response a = move(one, ex, 0.0, load), b = move(two, ex, 0.0, load);
+      CHECK(a.end[0] == b.end[0]);
+      CHECK(a.mean[0] == b.mean[0]);
+      CHECK(a.dissipated == b.dissipated);
+      CHECK(one.hash() == two.hash());
+    }
+  }
+}
+
+TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohorts][bad_input]") {
+  PatchBatch batch;
+  const Material redraw = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
+  CHECK_THROWS_WITH(batch.add(plain_material(uniform, SnapRule::keep), infinite_options()),
+                    Catch::Contains("SnapRule::redraw"));
+  CHECK_THROWS_WITH(batch.add(plain_material(SnapLength::single(dbar), SnapRule::redraw), infinite_options()),
+                    Catch::Contains("snap_length.cv = 0") && Catch::Contains("representatives"));
+  CHECK_THROWS_WITH(batch.add(redraw, infinite_options().with_step_rule(StepRule::literal)),
+                    Catch::Contains("StepRule::exact"));
+  CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
+  CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
+  // Wider than bristle by bristle: taken.
+  CHECK_NOTHROW(batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));
+}
