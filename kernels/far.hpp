@@ -15,7 +15,7 @@ namespace {
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// A bristle that snapped, after the path that remained.
-struct Landing {
+struct AfterFarStep {
   double deflection;  ///< along the motion
   double squares;     ///< sum of delta^2 over the snaps after the first
   double count;       ///< of these
@@ -24,12 +24,12 @@ struct Landing {
 
 /// Redraw: `delta` becomes the snap length of the bristle it ends on, `state` its draw state.
 template <class T>
-inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uint32_t& state) {
+inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std::uint32_t& state) {
   const auto next = [&state] {
     state += draw_stride;
     return share_of<double>(mix(state));
   };
-  Landing land{0.0, 0.0, 0.0, 0.0};
+  AfterFarStep land{0.0, 0.0, 0.0, 0.0};
   for (;;) {
     if (rest > law.stationary_from || rest > phase_is_lost) {
       const double u = next();
@@ -38,8 +38,8 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
       double age;
       double met;
       if (memoryless) {
-        age = -law.a * natural_log<double>(u);
-        met = age + most(-law.a * natural_log<double>(v), law.shortest);
+        age = -law.location * natural_log<double>(u);
+        met = age + most(-law.location * natural_log<double>(v), law.shortest);
       } else {
         met = length_met<double>(law, u);
         age = v * met;
@@ -213,7 +213,7 @@ inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance
     lanes.mean[1][lane] += w * (sy + static_cast<double>(y));
   } else {
     std::uint32_t state = patch.draw[i];
-    const Landing land = land_redraw<T>(*patch.law, motion.length - tau, delta, state);
+    const AfterFarStep land = land_redraw<T>(*patch.law, motion.length - tau, delta, state);
     const double r = land.deflection;
     const double part = tau * motion.inverse;
     const double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;

@@ -15,8 +15,8 @@ inline V clamp_length(const KernelLaw& law, V length) {
 /// Q(u) of any law but the uniform: out of line, so that the common case stays short.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
-  const V a(static_cast<T>(law.a));
-  const V b(static_cast<T>(law.b));
+  const V a(static_cast<T>(law.location));
+  const V b(static_cast<T>(law.scale));
   switch (law.kind) {
     case law_exponential:
       return clamp_length<T>(law, V(T(0)) - a * natural_log<T>(share));
@@ -34,7 +34,7 @@ template <class T, class V>
 /// Snap length at the share u of the law, scaled.
 template <class T, class V>
 inline V length_at(const KernelLaw& law, V share) {
-  if (law.kind == law_uniform) return V(static_cast<T>(law.a)) + V(static_cast<T>(law.b)) * share;
+  if (law.kind == law_uniform) return V(static_cast<T>(law.location)) + V(static_cast<T>(law.scale)) * share;
   return other_length<T>(law, share);
 }
 
@@ -42,8 +42,8 @@ inline V length_at(const KernelLaw& law, V share) {
 /// law. Not for the exponential law, whose age and rest are independent.
 template <class T, class V>
 [[gnu::noinline]] V length_met(const KernelLaw& law, V share) {
-  const V a(static_cast<T>(law.biased_a));
-  const V b(static_cast<T>(law.biased_b));
+  const V a(static_cast<T>(law.biased_location));
+  const V b(static_cast<T>(law.biased_scale));
   switch (law.kind) {
     case law_uniform:
       return root(a + b * share);

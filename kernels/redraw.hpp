@@ -1,10 +1,10 @@
 // Redraw: what bristles do after their first snap in a step, when each snap brings a fresh length.
 //
-// A bristle still on its way draws a length and either ends on it or snaps again. Uniform lengths of a
+// A bristle that has path left draws a length and either ends on it or snaps again. Uniform lengths of a
 // step in which many snap once or twice are drawn vector by vector in registers (walk_uniform). Else the
 // bristles of a block go round by round, eight vectors at once, so that the latencies of their draws
-// overlap and no branch depends on a single bristle; vectors with nobody on the way are left out. Long
-// ways are jumped in law (core/MODEL.md, "Jumps").
+// overlap and no branch depends on a single bristle; vectors in which no bristle is still moving are left
+// out. Long ways are jumped in law (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "bundle.hpp"
@@ -17,11 +17,12 @@ namespace {
 /// A place behind a block's own, for the empty vectors of a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
-/// Bristles of one block on their way after the first snap. Of bristles that do not snap it holds `way` only.
+/// Bristles of one block after their first snap, while they have path left. Of bristles that do not snap it
+/// holds `path` only.
 template <class T>
 struct Walk {
   static constexpr std::uint32_t size = block_size + lane_count;
-  alignas(64) T way[size];       ///< of the first pass; the length of the step where the bristle holds
+  alignas(64) T path[size];      ///< of the first pass; the length of the step where the bristle holds
   alignas(64) T landed[size];    ///< deflection along the motion at the end
   alignas(64) T squares[size];   ///< sum of delta^2 over the snaps after the first
   alignas(64) T count[size];     ///< of these
@@ -88,7 +89,7 @@ struct Places {
   }
 };
 
-/// Takes lanes with a long way ahead to its end, or near it, in law. Returns what is left of the ways.
+/// Takes lanes with a long path ahead to its end, or near it, in law. Returns what is left of the paths.
 template <class T, bool sums>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, Walk<T>& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
@@ -107,8 +108,8 @@ template <class T, bool sums>
     Bundle<T> met;
     Bundle<T> age;
     if (memoryless) {
-      age = constant(law.a) * (none - natural_log<T>(u));
-      met = age + most(constant(law.a) * (none - natural_log<T>(v)), constant(law.shortest));
+      age = constant(law.location) * (none - natural_log<T>(u));
+      met = age + most(constant(law.location) * (none - natural_log<T>(v)), constant(law.shortest));
     } else {
       met = length_met<T>(law, u);
       age = v * met;
@@ -178,20 +179,20 @@ template <class T, bool sums>
 
 /// Where bristles are at the end of the step that snapped in it.
 template <class T>
-struct Landed {
+struct AfterSnaps {
   Lanes<T> deflection;  ///< r, along the motion
   Lanes<T> squares;     ///< sum of delta^2 over the snaps after the first
   Lanes<T> count;       ///< of these
 };
 
-/// A vector of bristles on its way, in registers.
+/// A vector of bristles that have path left, in registers.
 template <class T>
 struct Walker {
   Mask<T> open;
   Lanes<T> rest;
   Lanes<T> delta;  ///< becomes the length it ends on
   DrawStates<T> states;
-  Landed<T> land;
+  AfterSnaps<T> land;
 };
 
 /// Walks some vectors side by side, for a law whose draw is short: one chain of draws would wait for itself.
@@ -200,8 +201,8 @@ template <class T, std::uint32_t together>
 [[gnu::always_inline]] inline void walk_uniform(const KernelLaw& law, std::uint32_t rounds,
                                                 Walker<T> (&walkers)[together]) {
   const Lanes<T> none(T(0));
-  const Lanes<T> low(static_cast<T>(law.a));
-  const Lanes<T> span(static_cast<T>(law.b));
+  const Lanes<T> low(static_cast<T>(law.location));
+  const Lanes<T> span(static_cast<T>(law.scale));
   bool more = true;
   for (std::uint32_t n = 0; n < rounds || more; ++n) {
     Mask<T> any = walkers[0].open;
@@ -250,9 +251,9 @@ template <class T, bool sums>
   PlaceList<T> open = places;
   for (std::uint32_t n = 0; n < places.size; ++n) {
     const std::uint32_t i = places.place[n];
-    const Lanes<T> way = load(walk.way + i);
+    const Lanes<T> path = load(walk.path + i);
     const Lanes<T> whole(length);
-    select_lanes(way < whole, whole - way, Lanes<T>(T(-1))).store_aligned(walk.rest + i);
+    select_lanes(path < whole, whole - path, Lanes<T>(T(-1))).store_aligned(walk.rest + i);
     load(columns.delta + i).store_aligned(walk.length + i);
     std::memcpy(walk.state + i, columns.draw + i, Lanes<T>::size * sizeof(std::uint32_t));
     walk.clear(i);

@@ -26,7 +26,7 @@ struct LaneSum {
 
 /// What one bristle does after its first snap.
 template <class T>
-struct After {
+struct AfterSnaps {
   T deflection = 0;  ///< r
   T squares = 0;     ///< sum of delta^2 over its further snaps
   T count = 0;       ///< of these
@@ -35,8 +35,8 @@ struct After {
 
 /// Keep: n = 1 + floor(R / delta) snaps, the rest is bent.
 template <class T>
-After<T> after_keep(T rest, T delta) {
-  After<T> after;
+AfterSnaps<T> after_keep(T rest, T delta) {
+  AfterSnaps<T> after;
   after.count = whole_part(rest / delta);
   after.deflection = least(most(rest - after.count * delta, T(0)), delta);
   after.squares = after.count * (delta * delta);
@@ -45,7 +45,7 @@ After<T> after_keep(T rest, T delta) {
 
 /// Redraw: a fresh length after each snap; far from the first snap, in law.
 template <class T>
-After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& state) {
+AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& state) {
   const auto next = [&state] {
     state += draw_stride;
     return share_of<T>(mix(state));
@@ -53,13 +53,13 @@ After<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& sta
   const T jump_from = static_cast<T>(law.jump_from);
   const T m1 = static_cast<T>(law.mean);
   const T inverse = static_cast<T>(law.inverse_mean);
-  After<T> after;
+  AfterSnaps<T> after;
   for (;;) {
     if (rest > static_cast<T>(law.stationary_from)) {
       const T u = next();
       const T v = next();
       const bool memoryless = law.kind == law_exponential;
-      const T mean = static_cast<T>(law.a);
+      const T mean = static_cast<T>(law.location);
       // The bristle met there is length-biased, its age uniform.
       T met = memoryless ? T(0) : length_met<T>(law, u);
       T age = v * met;
@@ -208,16 +208,16 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           const T aside = start_x * ey - start_y * ex;
           tau = most(root(most(delta * delta - aside * aside, T(0))) - along, T(0));
         }
-        const T way = least(tau, length);  // of the first pass
+        const T path = least(tau, length);  // of the first pass
         BRISTLE_ASSERT(delta > T(0));
-        BRISTLE_ASSERT(way >= T(0) && way <= length);
-        After<T> after;
+        BRISTLE_ASSERT(path >= T(0) && path <= length);
+        AfterSnaps<T> after;
         if (tau < length) {
           squares_sum.add(i, delta * delta * w);
           if constexpr (redraw)
-            after = after_redraw<T>(*patch.law, length - way, delta, state);
+            after = after_redraw<T>(*patch.law, length - path, delta, state);
           else
-            after = after_keep<T>(length - way, delta);
+            after = after_keep<T>(length - path, delta);
           BRISTLE_ASSERT(after.deflection >= T(0) && after.deflection <= delta);
           BRISTLE_ASSERT(after.count >= T(0) && after.squares >= T(0) && after.variance >= T(0));
           next_x = after.deflection * ex;
@@ -226,9 +226,9 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           further.add(i, after.squares * w);
           variance.add(i, after.variance * w * w);
         }
-        along_sum.add(i, ((way * way + after.squares) + after.deflection * after.deflection) * w);
-        passed[0].add(i, start_x * way * w);
-        passed[1].add(i, start_y * way * w);
+        along_sum.add(i, ((path * path + after.squares) + after.deflection * after.deflection) * w);
+        passed[0].add(i, start_x * path * w);
+        passed[1].add(i, start_y * path * w);
       }
       if (advance.commit) {
         patch.zx[i] = next_x;
@@ -245,7 +245,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     const T direction[2] = {ex, ey};
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = stored_sum[axis].total();
-      LaneSum<T> integral;  // twice that of the deflection along the way
+      LaneSum<T> integral;  // twice that of the deflection along the path
       for (std::uint32_t k = 0; k < lane_count; ++k)
         integral.lane[k] = T(2) * passed[axis].lane[k] + direction[axis] * along_sum.lane[k];
       twice_mean[axis] = (integral.total() + advance.direction[axis] * noise) / advance.length;

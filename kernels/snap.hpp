@@ -1,8 +1,8 @@
 // The snap of a bristle, for a vector of them: this is where the physics of a step stands.
 //
 // A step moves the patch by `length` along the unit vector e. A bristle bends along until its deflection
-// reaches its snap length, after a way tau; there it lets go, and what is left of the way bends it again,
-// or snaps it again (core/MODEL.md, section 3, with the symbols).
+// reaches its snap length, after a distance tau; there it lets go, and what is left of the path bends it
+// again, or snaps it again (core/MODEL.md, section 3, with the symbols).
 #pragma once
 
 #include <limits>
@@ -17,7 +17,7 @@ namespace {
 template <class T>
 struct FirstPass {
   Lanes<T> start_x, start_y;
-  Lanes<T> way;  ///< its length
+  Lanes<T> path;  ///< its length
   Mask<T> snaps;
 };
 
@@ -77,9 +77,9 @@ struct BlockMotion {
     const Lanes<T> start_x = load(zx + i) + p0x;
     Lanes<T> start_y(T(0));
     if constexpr (axes == 2) start_y = load(zy + i) + p0y;
-    Lanes<T> way = least(way_to_snap(start_x, start_y, load(delta + i)), length);
-    if constexpr (partial) way = select_lanes(weight > Lanes<T>(T(0)), way, length);
-    return {start_x, start_y, way, way < length};
+    Lanes<T> path = least(way_to_snap(start_x, start_y, load(delta + i)), length);
+    if constexpr (partial) path = select_lanes(weight > Lanes<T>(T(0)), path, length);
+    return {start_x, start_y, path, path < length};
   }
 };
 
@@ -96,7 +96,7 @@ struct BlockOutput {
 template <class T>
 struct RowSums {
   Lanes<T> stored[2];  ///< deflections at the end
-  Lanes<T> passed[2];  ///< start x way of the first pass
+  Lanes<T> passed[2];  ///< start x path of the first pass
   Lanes<T> along;      ///< sum over all passes of their squares
   Lanes<T> squares;    ///< delta^2 over the first snaps
   Lanes<T> further;    ///< delta^2 over the others
@@ -144,22 +144,22 @@ template <class T, int axes, bool mean, bool energy, bool partial>
 inline void add_pass(const BlockMotion<T, axes>& motion, const FirstPass<T>& pass, Lanes<T> delta,
                      const Weights<T, partial>& weights, RowSums<T>& sums) {
   if constexpr (mean) {
-    weights.add(sums.passed[0], pass.start_x * pass.way);
-    if constexpr (axes == 2) weights.add(sums.passed[1], pass.start_y * pass.way);
+    weights.add(sums.passed[0], pass.start_x * pass.path);
+    if constexpr (axes == 2) weights.add(sums.passed[1], pass.start_y * pass.path);
   }
   if constexpr (energy)
-    weights.add(sums.squares, select_lanes(pass.way < motion.length, delta * delta, Lanes<T>(T(0))));
+    weights.add(sums.squares, select_lanes(pass.path < motion.length, delta * delta, Lanes<T>(T(0))));
 }
 
 /// Books what came after it, and writes where the bristles at i have come to. `land` is 0 where none
 /// snapped.
 template <class T, int axes, bool mean, bool energy, bool partial>
-inline void put_landing(const BlockMotion<T, axes>& motion, const BlockOutput<T>& output, std::uint32_t i,
-                        Lanes<T> way, Mask<T> snapped, const Landed<T>& land,
+inline void put_snapped(const BlockMotion<T, axes>& motion, const BlockOutput<T>& output, std::uint32_t i,
+                        Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  if constexpr (mean) weights.add(sums.along, (way * way + land.squares) + r * r);
+  if constexpr (mean) weights.add(sums.along, (path * path + land.squares) + r * r);
   if constexpr (energy) {
     weights.add(sums.further, land.squares);
     sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)) + land.count, none);
@@ -182,15 +182,15 @@ template <class T, int axes, bool mean, bool energy, bool partial>
   const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
 
   // R = H - tau, n = 1 + floor(R / delta), r = R - (n - 1) delta
-  const Lanes<T> rest = motion.length - pass.way;
-  Landed<T> land{rest, none, none};
+  const Lanes<T> rest = motion.length - pass.path;
+  AfterSnaps<T> land{rest, none, none};
   if (again) {
     land.count = whole_part(divide(rest, delta));
     land.deflection = least(positive_part(rest - land.count * delta), delta);
     land.squares = land.count * (delta * delta);
   }
   add_pass<T, axes, mean, energy>(motion, pass, delta, weights, sums);
-  put_landing<T, axes, mean, energy>(motion, output, i, pass.way, pass.snaps, land, weights, sums);
+  put_snapped<T, axes, mean, energy>(motion, output, i, pass.path, pass.snaps, land, weights, sums);
 }
 
 /// Redraw with uniform lengths, where most vectors hold a bristle that snaps: advances the vectors at i,
@@ -202,7 +202,7 @@ template <class T, int axes, bool mean, bool energy, bool partial, std::uint32_t
                                                    std::uint32_t rounds, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
-  Lanes<T> way[together];
+  Lanes<T> path[together];
   Walker<T> walkers[together];
 #pragma GCC unroll 8
   for (std::uint32_t k = 0; k < together; ++k) {
@@ -210,9 +210,9 @@ template <class T, int axes, bool mean, bool energy, bool partial, std::uint32_t
     const Lanes<T> delta = load(motion.delta + at);
     const FirstPass<T> pass = motion.template first_pass<partial>(at, weights.weight);
     add_pass<T, axes, mean, energy>(motion, pass, delta, weights, sums);
-    way[k] = pass.way;
+    path[k] = pass.path;
     walkers[k] = {
-        pass.snaps, motion.length - pass.way, delta, DrawStates<T>(motion.draw + at), {none, none, none}};
+        pass.snaps, motion.length - pass.path, delta, DrawStates<T>(motion.draw + at), {none, none, none}};
   }
   walk_uniform(law, rounds, walkers);
 #pragma GCC unroll 8
@@ -220,7 +220,7 @@ template <class T, int axes, bool mean, bool energy, bool partial, std::uint32_t
     const std::uint32_t at = i + k * lane_count;
     walkers[k].delta.store_aligned(output.delta + at % block_size);
     walkers[k].states.store(output.draw + at % block_size);
-    put_landing<T, axes, mean, energy>(motion, output, at, way[k], way[k] < motion.length, walkers[k].land,
+    put_snapped<T, axes, mean, energy>(motion, output, at, path[k], path[k] < motion.length, walkers[k].land,
                                        weights, sums);
   }
 }
@@ -231,7 +231,7 @@ template <class T, int axes, bool mean, bool energy, bool partial>
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
   const Weights<T, partial> weights(row_weights);
   const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
-  pass.way.store_aligned(walk.way + i % block_size);
+  pass.path.store_aligned(walk.path + i % block_size);
   add_pass<T, axes, mean, energy>(motion, pass, load(motion.delta + i), weights, sums);
   return xsimd::any(pass.snaps);
 }
@@ -243,14 +243,14 @@ template <class T, int axes, bool mean, bool energy, bool partial>
                                               const T* row_weights, const Walk<T>& walk, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const std::uint32_t w = i % block_size;
-  const Lanes<T> way = load(walk.way + w);
-  const Mask<T> snapped = way < motion.length;
+  const Lanes<T> path = load(walk.path + w);
+  const Mask<T> snapped = path < motion.length;
   // A walk holds nothing of bristles that did not snap.
   const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
-  Landed<T> land{walked(walk.landed), none, none};
+  AfterSnaps<T> land{walked(walk.landed), none, none};
   if constexpr (mean || energy) land.squares = walked(walk.squares);
   if constexpr (energy) land.count = walked(walk.count);
-  put_landing<T, axes, mean, energy>(motion, output, i, way, snapped, land, Weights<T, partial>(row_weights),
+  put_snapped<T, axes, mean, energy>(motion, output, i, path, snapped, land, Weights<T, partial>(row_weights),
                                      sums);
 }
 
@@ -261,7 +261,7 @@ inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& wal
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
   const std::uint32_t w = i % block_size;
-  const Mask<T> snapped = load(walk.way + w) < length;
+  const Mask<T> snapped = load(walk.path + w) < length;
   weights.add(squares, select_lanes(snapped, load(walk.squares + w), none));
   Lanes<T> open = select_lanes(snapped, load(walk.variance + w), none);
   if constexpr (partial) open = open * weights.weight;

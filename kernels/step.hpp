@@ -97,7 +97,7 @@ class Stepper {
     return root(x * x + y * y);
   }
 
-  /// Whether the patch ends the step within `reach` of `anchor`: then nothing snaps on the way either,
+  /// Whether the patch ends the step within `reach` of `anchor`: then nothing snaps in between,
   /// because the bristles' circles are convex.
   bool within(const std::int64_t (&anchor)[2], double reach) const {
     return reach >= 0.0 && distance(anchor) < reach;
@@ -171,7 +171,7 @@ class Stepper {
   }
 
   /// Whether any bristle of the block snaps. If none does and bounds are kept, `margin` becomes the
-  /// shortest way from a deflection to its snap length.
+  /// shortest distance from a deflection to its snap length.
   template <bool keep_margin>
   static bool any_snap(const BlockMotion<T, axes>& motion, const Extent& extent, T& margin) {
     const std::uint32_t end = extent.start + extent.full_rows * lane_count;
@@ -203,11 +203,11 @@ class Stepper {
   /// Notes how far the patch may go from here before a bristle of the block snaps.
   void keep_bound(Block& block, T margin, T p1x, T p1y) const {
     constexpr double ulp = std::numeric_limits<T>::epsilon();
-    const auto way = static_cast<double>(margin);
+    const auto path = static_cast<double>(margin);
     // The displacement since the last rewrite is rounded too, here and where the patch will be; the
     // factor is for `reach` itself, a float.
     const double shift = static_cast<double>((p1x < 0 ? -p1x : p1x) + (p1y < 0 ? -p1y : p1y));
-    const double reach = way * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * way);
+    const double reach = path * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * path);
     block.reach = reach > 0.0 ? static_cast<float>(reach) : 0.0f;
     block.anchor[0] = advance.to[0];
     block.anchor[1] = advance.to[1];
@@ -295,7 +295,7 @@ class Stepper {
     const KernelLaw& law = *patch.law;
     if (law.kind != law_uniform || !(advance.length < law.jump_from)) return 0;
     if (advance.length < few_snap * law.mean) return 0;
-    const double draws = advance.length / law.a;
+    const double draws = advance.length / law.location;
     return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;
   }
 
@@ -348,7 +348,7 @@ class Stepper {
       for (std::uint32_t part = 0; part < parts; ++part) stored.part[part] = sums[part].stored[axis];
       block.stored[axis] = tree_sum(stored);
       if constexpr (mean) {
-        // Twice the integral of the deflection along the way.
+        // Twice the integral of the deflection along the path.
         Row<T> integral;
         for (std::uint32_t part = 0; part < parts; ++part)
           integral.part[part] = Lanes<T>(T(2)) * sums[part].passed[axis] + direction[axis] * sums[part].along;

@@ -161,7 +161,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.lengths_per_metre = per_metre;
   c.longest = length.longest() * per_metre;
   c.shortest = shortest_scaled;
-  c.in_phase = length.law() == SnapLaw::single;
+  c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(material);
@@ -179,32 +179,32 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   switch (length.law()) {
     case SnapLaw::uniform:
       law.kind = law_uniform;
-      law.a = first * per_metre;
-      law.b = (second - first) * per_metre;
-      law.biased_a = law.a * law.a;
-      law.biased_b = second * per_metre * second * per_metre - law.biased_a;
+      law.location = first * per_metre;
+      law.scale = (second - first) * per_metre;
+      law.biased_location = law.location * law.location;
+      law.biased_scale = second * per_metre * second * per_metre - law.biased_location;
       // A draw of exactly 0 would never end.
-      law.shortest = std::max(law.a, smallest_share * law.b);
+      law.shortest = std::max(law.location, smallest_share * law.scale);
       break;
     case SnapLaw::normal:
       law.kind = law_normal;
-      law.a = first * per_metre;
-      law.b = second * per_metre;
+      law.location = first * per_metre;
+      law.scale = second * per_metre;
       law.cut_share = normal_cdf(-first / second);
       break;
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
       const double s2 = log(1.0 + second * second);
-      law.a = log(first * per_metre) - 0.5 * s2;
-      law.b = std::sqrt(s2);
-      law.biased_a = law.a + s2;
-      law.biased_b = law.b;
+      law.location = log(first * per_metre) - 0.5 * s2;
+      law.scale = std::sqrt(s2);
+      law.biased_location = law.location + s2;
+      law.biased_scale = law.scale;
       break;
     }
     case SnapLaw::exponential:
       law.kind = law_exponential;
-      law.a = first * per_metre;
-      law.biased_a = law.a;
+      law.location = first * per_metre;
+      law.biased_location = law.location;
       break;
     case SnapLaw::single:
     case SnapLaw::table:

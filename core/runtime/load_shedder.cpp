@@ -16,7 +16,7 @@ using namespace detail;
 namespace {
 
 /// Below this share of the budget a step says little about the time per bristle.
-constexpr double telling_share = 0.05;
+constexpr double least_timed_share = 0.05;
 /// A gift is at most this share of what a patch has, and at least that, or it waits.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
@@ -45,7 +45,7 @@ struct LoadShedder::Impl {
   std::vector<DetailDecision> record;
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
   double rate = 0.0;       ///< s per bristle or its like; 0 = not known yet
-  double last_rate = 0.0;  ///< of the last telling step
+  double last_rate = 0.0;  ///< of the last step long enough to time
   std::uint64_t steps = 0, surveys = 0, late = 0, decided = 0, lost = 0;
   std::uint64_t last_gift = 0;  ///< 0 = none, or taken back
   std::uint64_t last_change = 0, wait = 0;
@@ -100,7 +100,7 @@ struct LoadShedder::Impl {
 
   bool is_here(const Entry& entry) const noexcept { return entry.survey == surveys && entry.active > 0.0; }
 
-  /// A step's time per bristle. Upwards only what two telling steps in a row show, downwards slowly: a step
+  /// A step's time per bristle. Upwards only what two such steps in a row show, downwards slowly: a step
   /// that was disturbed once says nothing, and a quiet second does not let the next slip be late.
   void learn(double time_s, const StepReport& report) noexcept {
     const double units =
@@ -111,8 +111,8 @@ struct LoadShedder::Impl {
       last_rate = seen;
       return;
     }
-    const double telling = telling_share * options.budget_s;
-    if (rate > 0.0 && units * rate < telling && time_s < telling) return;
+    const double least_timed = least_timed_share * options.budget_s;
+    if (rate > 0.0 && units * rate < least_timed && time_s < least_timed) return;
     const double sure = std::min(seen, last_rate);
     last_rate = seen;
     if (sure > rate) rate = sure;

@@ -81,7 +81,7 @@ std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
     // Redraw that ends in law needs no remainder: float holds the step as long as its square.
     a.far = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
-  } else if (m.in_phase && sizeof(T) < sizeof(double) && !p.literal) {
+  } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
     a.far = 1;
   }
   if (p.literal || has(p.outputs, Outputs::energy))
