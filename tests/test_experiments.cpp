@@ -502,3 +502,23 @@ TEST_CASE("A parameter that is unknown, out of range or no number is refused by 
     CHECK_THAT(error.what(), Contains("drift"));
   }
 }
+
+TEST_CASE("The driver of the experiments refuses settings that do not go together and counts models",
+          "[experiment]") {
+  for (const auto& [name, assignment] : {std::pair{"drift", "force_low=0.3"},
+                                         {"break-away", "loads=1,1"},
+                                         {"stribeck", "speeds=1e-3,1e-4"},
+                                         {"friction-lag", "velocity_amplitude=2e-3"}}) {
+    INFO(name);
+    const cli::Experiment& experiment = cli::find_experiment(name);
+    cli::ExperimentInput input{cli::Settings(experiment.parameters), {"coulomb"}};
+    input.settings.set(assignment);
+    CHECK_THROWS_AS(cli::run_experiment(experiment, input), cli::UserError);
+  }
+  const cli::Experiment& turn = cli::find_experiment("turn");
+  std::vector<double> shares;
+  cli::run_experiment(turn, {cli::Settings(turn.parameters), {"coulomb", "dahl"}, [&](double share) {
+                               shares.push_back(share);
+                             }});
+  CHECK(shares == std::vector<double>{0.5, 1.0});
+}
