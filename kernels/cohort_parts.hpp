@@ -3,15 +3,15 @@
 // and cohort_reference.cpp.
 #pragma once
 
-#include "scalar_lanes.hpp"
 #include "core/cohort_table.hpp"
+#include "scalar_lanes.hpp"
 
 namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 8.0;         ///< pairs that cost so much more are merged in the same search
-constexpr std::uint32_t merged_at_once = 4;   ///< one pair for so many cohorts at most
+constexpr double merge_margin = 4.0;         ///< pairs that cost so much more are merged in the same search
+constexpr std::uint32_t merged_at_once = 4;  ///< one pair for so many cohorts at most
 
 inline double& cohort(double* rows, std::uint32_t i, CohortColumn column) {
   return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
@@ -133,18 +133,18 @@ inline void append(const CohortLaw& law, CohortState& s, double* rows, const New
 /// What a pass over all cohorts sums for the piece of path that it ends: over the mass that snapped, with gap
 /// the path left after the snap and z the deflection that there would be at the end without it.
 struct PieceSums {
-  double lost;      ///< mass
-  double gap;       ///< mass x gap
-  double gap_gap;   ///< mass x gap^2
+  double lost;          ///< mass
+  double gap;           ///< mass x gap
+  double gap_gap;       ///< mass x gap^2
   double gap_x, gap_y;  ///< mass x gap x z
-  double squares;   ///< mass x |z|^2
+  double squares;       ///< mass x |z|^2
   double ranks, rank_squares;
-  double x, y;      ///< of the mass that is left: mass x place
+  double x, y;  ///< of the mass that is left: mass x place
 };
 
-/// Mass that snapped along a piece starts anew at its mean place. Its own weakest may have snapped again since
-/// (a law with S < 1 that early): they are counted as one group. Books energy and path integral. `at` is
-/// the end of the piece.
+/// Mass that snapped along a piece starts anew at its mean place. Its own weakest may have snapped again
+/// since (a law with S < 1 that early): they are counted as one group. Books energy and path integral. `at`
+/// is the end of the piece.
 inline Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& a, const double at[2],
                     CohortTotals& t) {
   const double gap = p.gap / p.lost;
@@ -209,7 +209,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  for (std::uint32_t i = 0; i + 1 < s.count; ++i) partners[i] = Engine::find_partner(rows, masses, s.count, i);
+  for (std::uint32_t i = 0; i + 1 < s.count; ++i)
+    partners[i] = Engine::find_partner(rows, masses, s.count, i);
 
   double cheapest = unlimited_cost;
   for (std::uint32_t i = 0; i + 1 < s.count; ++i) cheapest = least(cheapest, partners[i].cost);

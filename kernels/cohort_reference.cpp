@@ -111,8 +111,9 @@ bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMo
   const double least_mass = s.mass * law.negligible;
   for (std::uint32_t i = 0; i < s.count; ++i)
     if (bend<axes>(law, least_mass, rows, i, a, length, at, sums)) bent = true;
-  p = {sums.lost.total(),    sums.gap.total(),   sums.gap_gap.total(),      sums.gap_x.total(), sums.gap_y.total(),
-       sums.squares.total(), sums.ranks.total(), sums.rank_squares.total(), sums.x.total(),     sums.y.total()};
+  p = {sums.lost.total(),  sums.gap.total(),     sums.gap_gap.total(), sums.gap_x.total(),
+       sums.gap_y.total(), sums.squares.total(), sums.ranks.total(),   sums.rank_squares.total(),
+       sums.x.total(),     sums.y.total()};
   return bent;
 }
 

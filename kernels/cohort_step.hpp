@@ -2,8 +2,8 @@
 // told in cohort_reference.cpp, in the same order of operations; births and merges are in cohort_parts.hpp.
 #pragma once
 
-#include "lanes.hpp"
 #include "cohort_parts.hpp"
+#include "lanes.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -95,9 +95,7 @@ inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
 struct VectorPlace {
   double* columns;
   Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
-  void put(CohortColumn column, Vector value) const {
-    value.store_aligned(columns + column * cohort_lanes);
-  }
+  void put(CohortColumn column, Vector value) const { value.store_aligned(columns + column * cohort_lanes); }
 };
 
 inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
@@ -139,8 +137,8 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   Vector snapped_at = divide<double>(now.moment - moment, select_lanes<double>(some, share, Vector(1.0)));
   snapped_at = select_lanes<double>(some, snapped_at, bent);
   snapped_at = least<double>(most<double>(snapped_at, reach), bent);
-  const Vector along = axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1])
-                                 : zx * Vector(a.direction[0]);
+  const Vector along =
+      axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1]) : zx * Vector(a.direction[0]);
   const Vector across = most<double>(square - along * along, zero);
   const Vector before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
   const Vector gap = least<double>(most<double>(along - before, zero), Vector(length));
@@ -178,10 +176,9 @@ struct VectorEngine {
       for (std::uint32_t k = 0; k < row_parts; ++k)
         if (bend<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, sums)) bent = true;
     if (bent)
-      p = {sums.lost.total(),    sums.gap.total(),   sums.gap_gap.total(),
-           sums.gap_x.total(),   sums.gap_y.total(), sums.squares.total(),
-           sums.ranks.total(),   sums.rank_squares.total(),
-           sums.x.total(),       sums.y.total()};
+      p = {sums.lost.total(),  sums.gap.total(),     sums.gap_gap.total(), sums.gap_x.total(),
+           sums.gap_y.total(), sums.squares.total(), sums.ranks.total(),   sums.rank_squares.total(),
+           sums.x.total(),     sums.y.total()};
     return bent;
   }
 
@@ -197,7 +194,8 @@ struct VectorEngine {
           const Vector zy = Vector(at[1]) - load<double>(columns + cohort_y * cohort_lanes);
           square = square + zy * zy;
         }
-        slack = least<double>(slack, load<double>(columns + cohort_reach * cohort_lanes) - root<double>(square));
+        slack =
+            least<double>(slack, load<double>(columns + cohort_reach * cohort_lanes) - root<double>(square));
       }
     alignas(64) double lane[vector_size];
     slack.store_aligned(lane);
