@@ -5,7 +5,7 @@
 #pragma once
 
 #include "core/common/assert.hpp"
-#include "jump.hpp"
+#include "law.hpp"
 #include "scalar_lanes.hpp"
 
 namespace bristle::detail {
@@ -34,25 +34,50 @@ inline Landing land_redraw(const KernelLaw& law, double rest, T& delta, std::uin
     if (rest > law.stationary_from || rest > phase_is_lost) {
       const double u = next();
       const double v = next();
-      const Meeting<double> met = meet<double>(law, u, v, rest);
-      const double jumped = rest - met.age;
-      const LeftOut<double> out = left_out_by_meeting<double>(law, jumped);
-      land.squares += out.squares;
-      land.variance += out.variance;
-      if (jumped > 0.0) land.count += out.count;
-      delta = static_cast<T>(met.length);
-      land.deflection = least(met.age, static_cast<double>(delta));
-      BRISTLE_ASSERT(met.age >= 0.0 && met.length > 0.0 && land.deflection >= 0.0);
+      const bool memoryless = law.kind == law_exponential;
+      double age;
+      double met;
+      if (memoryless) {
+        age = -law.a * natural_log<double>(u);
+        met = age + most(-law.a * natural_log<double>(v), law.shortest);
+      } else {
+        met = length_met<double>(law, u);
+        age = v * met;
+      }
+      met -= most(age - rest, 0.0);
+      age = least(age, rest);
+      const double jumped = rest - age;
+      if (memoryless) {
+        const double x = jumped * law.inverse_mean;
+        const double e = exponential<double>(-least(x, 80.0));
+        const double m2 = law.mean * law.mean;
+        land.squares += most(m2 * (2.0 * (x - 1.0 + e)), 0.0);
+        land.variance += most(m2 * m2 * (8.0 * x - 28.0 + e * (32.0 + x * (16.0 + 8.0 * x) - 4.0 * e)), 0.0);
+      } else {
+        land.squares += most(law.squares_per_length * jumped + law.squares_offset, 0.0);
+        land.variance += most(law.variance_per_length * jumped + law.variance_offset, 0.0);
+      }
+      if (jumped > 0.0) land.count += whole_part(jumped * law.inverse_mean + law.count_offset + 0.5);
+      delta = static_cast<T>(met);
+      land.deflection = least(age, static_cast<double>(delta));
       return land;
     }
     if (rest > law.jump_from) {
-      const Renewals<double> jumped = jump_renewals<double>(law, next(), rest);
-      const LeftOut<double> out = left_out_by_renewals<double>(law, jumped);
-      land.squares += out.squares;
-      land.variance += out.variance;
-      land.count += out.count;
-      BRISTLE_ASSERT(jumped.count >= 1.0);
-      rest -= jumped.distance;
+      const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
+      const double k = whole_part((rest - pad) * law.inverse_mean);
+      BRISTLE_ASSERT(k >= 1.0);
+      const double z = normal_quantile<double>(next());
+      const double s = root(k);
+      const double skewness = law.skewness / s;
+      const double kurtosis = law.kurtosis / k;
+      const double w = z + skewness / 6.0 * (z * z - 1.0) + kurtosis / 24.0 * (z * z * z - 3.0 * z) -
+                       skewness * skewness / 36.0 * (2.0 * z * z * z - 5.0 * z);
+      const double spread = law.deviation * s * w;
+      const double jumped = least(k * law.mean + spread, rest);
+      land.squares += k * law.square_mean + law.square_slope * (jumped - k * law.mean);
+      land.count += k;
+      land.variance += k * law.square_residual;
+      rest -= jumped;
       continue;
     }
     delta = static_cast<T>(length_at<double>(law, next()));

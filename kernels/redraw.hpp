@@ -8,7 +8,6 @@
 #pragma once
 
 #include "bundle.hpp"
-#include "jump.hpp"
 #include "lanes.hpp"
 #include "law.hpp"
 
@@ -94,38 +93,80 @@ template <class T, bool sums>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, Walk<T>& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
   const Bundle<T> none(T(0));
+  const Bundle<T> one(T(1));
   [[maybe_unused]] Bundle<T> squares = none;
   [[maybe_unused]] Bundle<T> count = none;
   [[maybe_unused]] Bundle<T> variance = none;
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
+    // Stationary law: the bristle met is length-biased, its age uniform.
+    const bool memoryless = law.kind == law_exponential;
     const Bundle<T> u = at.draw(far, walk);
     const Bundle<T> v = at.draw(far, walk);
-    const Meeting<Bundle<T>> met = meet<T>(law, u, v, rest);
-    if constexpr (sums) {
-      const Bundle<T> jumped = rest - met.age;
-      const LeftOut<Bundle<T>> out = left_out_by_meeting<T>(law, jumped);
-      squares = select_lanes(far, out.squares, none);
-      variance = select_lanes(far, out.variance, none);
-      count = select_lanes(far & (jumped > none), out.count, none);
+    Bundle<T> met;
+    Bundle<T> age;
+    if (memoryless) {
+      age = constant(law.a) * (none - natural_log<T>(u));
+      met = age + most(constant(law.a) * (none - natural_log<T>(v)), constant(law.shortest));
+    } else {
+      met = length_met<T>(law, u);
+      age = v * met;
     }
-    at.store_to(walk.landed, select_lanes(far, least(met.age, met.length), at.load_from(walk.landed)));
-    at.store_to(walk.length, select_lanes(far, met.length, at.load_from(walk.length)));
+    met = met - positive_part(age - rest);
+    age = least(age, rest);
+    if constexpr (sums) {
+      const Bundle<T> jumped = rest - age;
+      Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
+      Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
+      if (memoryless) {
+        // Exact for any distance.
+        const Bundle<T> x = jumped * constant(law.inverse_mean);
+        const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
+        const Bundle<T> m2 = constant(law.mean * law.mean);
+        more = m2 * (constant(2.0) * (x - one + e));
+        spread = m2 * m2 *
+                 (constant(8.0) * x - constant(28.0) +
+                  e * (constant(32.0) + x * (constant(16.0) + constant(8.0) * x) - constant(4.0) * e));
+      }
+      const Bundle<T> renewals =
+          whole_part(jumped * constant(law.inverse_mean) + constant(law.count_offset + 0.5));
+      squares = select_lanes(far, positive_part(more), none);
+      variance = select_lanes(far, positive_part(spread), none);
+      count = select_lanes(far & (jumped > none), renewals, none);
+    }
+    at.store_to(walk.landed, select_lanes(far, least(age, met), at.load_from(walk.landed)));
+    at.store_to(walk.length, select_lanes(far, met, at.load_from(walk.length)));
     rest = select_lanes(far, constant(-1.0), rest);
   }
   for (;;) {
+    // k renewals at once, their sum by a Cornish-Fisher expansion to the fourth cumulant.
     const BundleMask<T> long_way = rest > constant(law.jump_from);
     if (!any_lane(long_way)) break;
+    const Bundle<T> m1 = constant(law.mean);
+    const Bundle<T> inverse = constant(law.inverse_mean);
+    const Bundle<T> deviation = constant(law.deviation);
     const Bundle<T> safe = select_lanes(long_way, rest, constant(law.jump_from));
-    const Renewals<Bundle<T>> jumped = jump_renewals<T>(law, at.draw(long_way, walk), safe);
+    const Bundle<T> pad = constant(4.5) * deviation * root(safe * inverse);
+    const Bundle<T> k = whole_part((safe - pad) * inverse);
+    const Bundle<T> z = normal_quantile<T>(at.draw(long_way, walk));
+    const Bundle<T> s = root(k);
+    const Bundle<T> skewness = divide(constant(law.skewness), s);
+    const Bundle<T> kurtosis = divide(constant(law.kurtosis), k);
+    const Bundle<T> z2 = z * z;
+    const Bundle<T> z3 = z2 * z;
+    const Bundle<T> w =
+        z + skewness * Bundle<T>(T(1) / T(6)) * (z2 - one) +
+        kurtosis * Bundle<T>(T(1) / T(24)) * (z3 - constant(3.0) * z) -
+        skewness * skewness * Bundle<T>(T(1) / T(36)) * (constant(2.0) * z3 - constant(5.0) * z);
+    const Bundle<T> jumped = least(k * m1 + deviation * s * w, safe);
     if constexpr (sums) {
-      const LeftOut<Bundle<T>> out = left_out_by_renewals<T>(law, jumped);
-      squares = select_lanes(long_way, squares + out.squares, squares);
-      variance = select_lanes(long_way, variance + out.variance, variance);
-      count = select_lanes(long_way, count + out.count, count);
+      const Bundle<T> more = k * constant(law.square_mean) + constant(law.square_slope) * (jumped - k * m1);
+      squares = select_lanes(long_way, squares + more, squares);
+      variance = select_lanes(long_way, variance + k * constant(law.square_residual), variance);
+      count = select_lanes(long_way, count + k, count);
     }
-    rest = select_lanes(long_way, rest - jumped.distance, rest);
+    rest = select_lanes(long_way, rest - jumped, rest);
   }
   if constexpr (sums) {
     at.store_to(walk.squares, at.load_from(walk.squares) + squares);

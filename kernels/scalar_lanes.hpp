@@ -22,8 +22,6 @@ inline float least(float a, float b) { return a < b ? a : b; }
 inline double least(double a, double b) { return a < b ? a : b; }
 inline float most(float a, float b) { return a > b ? a : b; }
 inline double most(double a, double b) { return a > b ? a : b; }
-inline float positive_part(float a) { return most(a, 0.0f); }
-inline double positive_part(double a) { return most(a, 0.0); }
 inline float whole_part(float a) { return __builtin_floorf(a); }
 inline double whole_part(double a) { return __builtin_floor(a); }
 

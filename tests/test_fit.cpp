@@ -18,6 +18,7 @@
 #include "tools/fitting/fit.hpp"
 #include "tools/fitting/mean_brush.hpp"
 #include "tools/fitting/solve.hpp"
+#include "tools/scene/snap_law.hpp"
 
 using Catch::Matchers::Contains;
 using namespace bristle_test;

@@ -13,6 +13,7 @@
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/quantile.hpp"
 #include "tools/scene/scene_stepper.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -114,7 +115,7 @@ Trial redraw_trial(const Scene& scene) {
   }
   if (!t.used) {
     for (SceneMaterial& m : t.with.materials) {
-      if (m.material.snap_length.cv() <= 1.25) m = with_rule(m, SnapRule::redraw);
+      if (m.material.snap_length.cv() <= widest_redraw_cv) m = with_rule(m, SnapRule::redraw);
     }
   }
   t.note = "keep is another model: every bristle keeps its own length";

@@ -12,6 +12,7 @@
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/table.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -220,7 +221,7 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
              "law of the snap length: brush"),
       number_parameter("cv", 0.28867513459481287, "",
                        "standard deviation of the snap length over its mean (uniform, lognormal): brush", 0.0,
-                       1.25),
+                       widest_redraw_cv),
       choice("precision", BRISTLE_WITH_DOUBLE ? "double" : "single", {"single", "double"},
              "of the deflections: brush"),
       choice("decay", "exponential", {"exponential", "gaussian"}, "decay of the damper with speed: brush"),

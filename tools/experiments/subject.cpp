@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/experiments/experiment.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
@@ -13,13 +14,13 @@ constexpr std::array<std::string_view, 8> names = {"coulomb",      "dahl", "lugr
                                                    "maxwell_slip", "gms",  "brush_redraw", "brush_keep"};
 
 bristle::SnapLength snap_length(const Settings& settings) {
+  using bristle::SnapLaw;
   const std::string& law = settings.text("law");
-  const double mean = settings.number("presliding"), cv = settings.number("cv");
-  if (law == "single") return bristle::SnapLength::single(mean);
-  if (law == "exponential") return bristle::SnapLength::exponential(mean);
-  if (law == "lognormal") return bristle::SnapLength::lognormal(mean, cv);
-  const double half_width = std::sqrt(3.0) * cv;
-  return bristle::SnapLength::uniform(mean * (1.0 - half_width), mean * (1.0 + half_width));
+  const SnapLaw family = law == "single"        ? SnapLaw::single
+                         : law == "exponential" ? SnapLaw::exponential
+                         : law == "lognormal"   ? SnapLaw::lognormal
+                                                : SnapLaw::uniform;
+  return make_snap_length(family, settings.number("presliding"), settings.number("cv"));
 }
 
 rivals::Rival make_rival(std::string_view model, const Settings& settings) {

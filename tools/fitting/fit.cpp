@@ -14,6 +14,7 @@
 #include "tools/fitting/model.hpp"
 #include "tools/fitting/solve.hpp"
 #include "tools/reports/progress.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 namespace {

@@ -339,36 +339,6 @@ std::vector<double> keep_force(const std::vector<PathPoint>& path, const SnapLen
 
 }  // namespace
 
-SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
-  switch (family) {
-    case SnapLaw::uniform: {
-      const double half = std::sqrt(3.0) * spread * mean_m;
-      return SnapLength::uniform(std::max(mean_m - half, 0.0), mean_m + half);
-    }
-    case SnapLaw::normal: {
-      const double raised = SnapLength::normal(1.0, spread).mean();  // cutting at 0 raises the mean
-      return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
-    }
-    case SnapLaw::exponential:
-      return SnapLength::exponential(mean_m);
-    default:
-      return SnapLength::lognormal(mean_m, spread);
-  }
-}
-
-double largest_spread(SnapLaw family, SnapRule rule) {
-  switch (family) {
-    case SnapLaw::uniform:
-      return 0.57735;  // the shortest length is 0
-    case SnapLaw::normal:
-      return 1.0;
-    case SnapLaw::exponential:
-      return 1.0;
-    default:
-      return rule == SnapRule::redraw ? 1.25 : 3.0;  // what the library takes
-  }
-}
-
 std::vector<double> mean_brush_force(const std::vector<PathPoint>& path, const SnapLength& law, SnapRule rule,
                                      StartState start) {
   return rule == SnapRule::redraw ? redraw_force(path, law, start) : keep_force(path, law, start);

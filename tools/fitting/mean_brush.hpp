@@ -23,13 +23,6 @@ enum class StartState : unsigned char {
   backward   ///< after a long slide towards -x
 };
 
-/// A law of the family with this mean and spread (standard deviation over mean). lognormal, normal (cut at 0,
-/// the spread that of the uncut law), uniform, exponential (no spread to choose).
-bristle::SnapLength make_snap_length(bristle::SnapLaw family, double mean_m, double spread);
-
-/// Largest spread that make_snap_length and the rule allow.
-double largest_spread(bristle::SnapLaw family, bristle::SnapRule rule);
-
 /// Elastic friction (positive along the motion) at every wanted point, N, for a kinetic coefficient of 1: the
 /// mean deflection over that of steady sliding, times the load. redraw: the renewal equation along the path.
 /// keep: a stratified population; after a long slide its phases are spread evenly, so that it does not return

@@ -1,5 +1,7 @@
 #include "tools/fitting/model.hpp"
 
+#include "tools/scene/snap_law.hpp"
+
 #include <algorithm>
 #include <cmath>
 

@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 
 #include "tools/fitting/solve.hpp"
+#include "tools/scene/snap_law.hpp"
 
 namespace cli {
 

@@ -45,11 +45,6 @@ double fluctuating_bristles(const FitModel& model, const FitPoint& point, const 
 Eigen::MatrixXd population_error(FitModel& model, const FitPoint& point, const Eigen::MatrixXd& jacobian,
                                  double bristles);
 
-/// Mean deflection in steady sliding over the mean snap length.
-inline double kinetic_bend(bristle::SnapRule rule, double cv) {
-  return rule == bristle::SnapRule::keep ? 0.5 : 0.5 * (1.0 + cv * cv);
-}
-
 /// 97.5 % point of Student's law, within 1 %; below one degree of freedom that of one.
 double student_quantile(double degrees_of_freedom);
 

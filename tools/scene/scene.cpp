@@ -13,6 +13,7 @@
 #include "tools/files/toml_table.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/scene/snap_law.hpp"
 #include "tools/scene/waveform.hpp"
 
 namespace cli {
@@ -44,7 +45,8 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
       return bristle::SnapLength::normal(table.number("mean", length), table.number("deviation", length));
     case 3:
       table.allow({"law", "mean", "cv"});
-      return bristle::SnapLength::lognormal(table.number("mean", length), table.number("cv", {0.0, 3.0}));
+      return bristle::SnapLength::lognormal(table.number("mean", length),
+                                            table.number("cv", {0.0, widest_cv}));
     case 4:
       table.allow({"law", "mean"});
       return bristle::SnapLength::exponential(table.number("mean", length));
