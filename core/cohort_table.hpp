@@ -17,13 +17,13 @@ constexpr std::uint32_t most_cohorts = 512;
 
 /// Columns of a row of 8 cohorts, 64 bytes each: one cohort is a lane of a row.
 enum CohortColumn : std::uint32_t {
-  cohort_x,      ///< where the bristles were last straight, scaled, from CohortState::base
-  cohort_y,      ///< 0 with one axis
-  cohort_reach,  ///< R, the farthest they have been bent since: those left are stronger
-  cohort_fresh,  ///< u, mass they would have if none had snapped; the mass is floor(u S(R))
-  cohort_left,   ///< S(R), share of a fresh population that is stronger than R
-  cohort_moment, ///< E[delta; delta < R], scaled: moment of those that have snapped
-  cohort_low,    ///< ranks (order of coming into contact, units of mass) are spread evenly over [low, high)
+  cohort_x,       ///< where the bristles were last straight, scaled, from CohortState::base
+  cohort_y,       ///< 0 with one axis
+  cohort_reach,   ///< R, the farthest they have been bent since: those left are stronger
+  cohort_fresh,   ///< u, mass they would have if none had snapped; the mass is floor(u S(R))
+  cohort_left,    ///< S(R), share of a fresh population that is stronger than R
+  cohort_moment,  ///< E[delta; delta < R], scaled: moment of those that have snapped
+  cohort_low,     ///< ranks (order of coming into contact, units of mass) are spread evenly over [low, high)
   cohort_high,
   cohort_columns
 };
@@ -39,29 +39,29 @@ struct alignas(32) SurvivalCell {
   double start;     ///< scaled
 };
 constexpr double survival_offset = 0.0625;
-constexpr int survival_shift = 52 - 7;             ///< mantissa bits that number the cells of an octave: 7
+constexpr int survival_shift = 52 - 7;                ///< mantissa bits that number the cells of an octave: 7
 constexpr std::uint64_t survival_first = 1019u << 7;  ///< upper bits of survival_offset
 
 struct CohortLaw {
   const SurvivalCell* cells;
-  double end;      ///< S(end) = 0; longer arguments are taken as `end`
-  double sure;     ///< S(sure) = 1 to the last unit of mass: a cohort's R is at least this
-  double mean;     ///< scaled
-  double piece;    ///< longest piece of path taken at once, scaled
-  double forget;   ///< straight path after which a patch has forgotten how it began, scaled
+  double end;         ///< S(end) = 0; longer arguments are taken as `end`
+  double sure;        ///< S(sure) = 1 to the last unit of mass: a cohort's R is at least this
+  double mean;        ///< scaled
+  double piece;       ///< longest piece of path taken at once, scaled
+  double forget;      ///< straight path after which a patch has forgotten how it began, scaled
   double negligible;  ///< share of a patch's mass: a cohort that has less snaps as a whole
-  double slow;     ///< from this distance on pieces of a long step may grow with it, scaled
+  double slow;        ///< from this distance on pieces of a long step may grow with it, scaled
 };
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
 /// What changes in a patch beside its rows.
 struct CohortState {
-  std::int64_t base[2] = {0, 0};      ///< from which places count: whole scaled lengths
-  double mass = 0.0;                  ///< of all cohorts, whole units
-  double moment[2] = {0.0, 0.0};      ///< sum of mass x place
-  double direction[2] = {0.0, 0.0};   ///< of the straight slide that the patch is in
-  double run = 0.0;                   ///< its length so far, scaled
+  std::int64_t base[2] = {0, 0};     ///< from which places count: whole scaled lengths
+  double mass = 0.0;                 ///< of all cohorts, whole units
+  double moment[2] = {0.0, 0.0};     ///< sum of mass x place
+  double direction[2] = {0.0, 0.0};  ///< of the straight slide that the patch is in
+  double run = 0.0;                  ///< its length so far, scaled
   /// Cohorts that may still grow: [0] of bristles that snapped, [1] of those that came into contact. Each
   /// takes in what is born within a piece of `begin`.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};

@@ -10,7 +10,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 8.0;         ///< pairs that cost so much more are merged in the same search
+constexpr double merge_margin = 4.0;         ///< pairs that cost so much more are merged in the same search
 constexpr std::uint32_t merged_at_once = 4;  ///< one pair for so many cohorts at most
 
 inline double& cohort(double* rows, std::uint32_t i, CohortColumn column) {

@@ -15,8 +15,8 @@ void define_options(py::module_& module) {
                                                {"literal", bristle::StepRule::literal}};
   const Names<bristle::Sampling> samplings = {{"stratified", bristle::Sampling::stratified},
                                               {"random", bristle::Sampling::random}};
-  const Names<bristle::Population> populations = {
-      {"representatives", bristle::Population::representatives}, {"infinite", bristle::Population::infinite}};
+  const Names<bristle::Population> populations = {{"representatives", bristle::Population::representatives},
+                                                  {"infinite", bristle::Population::infinite}};
   KeywordClass<PatchOptions>(
       module, "PatchOptions",
       "How a patch is simulated. What it does not ask for is neither computed nor stored.")

@@ -227,11 +227,11 @@ typedef struct bristle_patch_options {
   uint64_t key;           /**< the caller's own name of the contact */
   uint32_t bristles;      /**< representatives; 0 = one per physical bristle, at most 4096 */
   uint32_t seed;
-  int32_t axes;       /**< 1 or 2 */
-  uint32_t outputs;   /**< BRISTLE_OUTPUT_... */
-  uint32_t precision; /**< BRISTLE_PRECISION_... */
-  uint32_t step_rule; /**< BRISTLE_STEP_... */
-  uint32_t sampling;  /**< BRISTLE_SAMPLING_... */
+  int32_t axes;        /**< 1 or 2 */
+  uint32_t outputs;    /**< BRISTLE_OUTPUT_... */
+  uint32_t precision;  /**< BRISTLE_PRECISION_... */
+  uint32_t step_rule;  /**< BRISTLE_STEP_... */
+  uint32_t sampling;   /**< BRISTLE_SAMPLING_... */
   uint32_t population; /**< BRISTLE_POPULATION_... */
   uint32_t cohorts;    /**< infinite: most cohorts, 8 to 512; 0 = automatic */
   uint32_t reserved;   /**< 0 */

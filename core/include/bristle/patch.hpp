@@ -32,8 +32,8 @@ enum class Sampling : unsigned char {
 /// What stands for the bristles of a patch.
 enum class Population : unsigned char {
   representatives,  ///< n bristles, each with its deflection and snap length. The default.
-  infinite          ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw and
-                    ///< StepRule::exact; computes in double whatever `precision` says
+  infinite  ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw and
+            ///< StepRule::exact; computes in double whatever `precision` says
 };
 
 /// What a patch computes in addition to the force at the end of a step. Combine with |.
@@ -63,8 +63,8 @@ struct PatchOptions {
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::representatives;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
-  double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error falls
-                              ///< with its square, time grows with it; 0 = automatic (8)
+  double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error
+                            ///< falls with its square, time grows with it; 0 = automatic (8)
 
   PatchOptions& with_max_normal_load(double newtons) {
     max_normal_load = newtons;

@@ -12,11 +12,11 @@
 
 namespace bristle::detail {
 
-constexpr double default_resolution = 8.0;         ///< pieces per mean snap length
+constexpr double default_resolution = 8.0;  ///< pieces per mean snap length
 constexpr double highest_resolution = 128.0;
-constexpr std::uint32_t default_cohorts = 64;      ///< capacity at the default resolution
-constexpr double least_cohort_spread = 0.05;       ///< cv below which a brush snaps too much in step
-constexpr double full_mass = 70368744177664.0;     ///< 2^46 units of mass: the highest load
+constexpr std::uint32_t default_cohorts = 96;   ///< capacity at the default resolution
+constexpr double least_cohort_spread = 0.05;    ///< cv below which a brush snaps too much in step
+constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass: the highest load
 /// The shared part counts in this many units of mass: Patch::whole is 256 at the highest load, what a step
 /// costs in bristles.
 constexpr double mass_per_count = 274877906944.0;  // 2^38
@@ -80,7 +80,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
 void note_cohorts(Patch& p) noexcept;
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 
-// --------------------------------------------------------------------------- make, load, step, material, state
+// --------------------------------------------------------------------------- make, load, step, material,
+// state
 
 void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;

@@ -69,11 +69,14 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
 }
 
 void describe(const Patch& p, PatchInfo& info) noexcept {
-  static constexpr const char* names[8] = {
-      "1 axis, infinite, end, double",         "2 axes, infinite, end, double",
-      "1 axis, infinite, end + mean, double",  "2 axes, infinite, end + mean, double",
-      "1 axis, infinite, end, energy, double", "2 axes, infinite, end, energy, double",
-      "1 axis, infinite, end + mean, energy, double", "2 axes, infinite, end + mean, energy, double"};
+  static constexpr const char* names[8] = {"1 axis, infinite, end, double",
+                                           "2 axes, infinite, end, double",
+                                           "1 axis, infinite, end + mean, double",
+                                           "2 axes, infinite, end + mean, double",
+                                           "1 axis, infinite, end, energy, double",
+                                           "2 axes, infinite, end, energy, double",
+                                           "1 axis, infinite, end + mean, energy, double",
+                                           "2 axes, infinite, end + mean, energy, double"};
   const Cohorts& r = cohorts(p);
   info.bristles = r.pieces;
   info.detail = r.detail;
@@ -144,7 +147,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   Cohorts made;
   made.kernels = find_cohort_kernels(kernels.name);
   if (made.kernels == nullptr)
-    throw Error(std::string(where) + ": this build of bristle has no such kernels; build it with BRISTLE_MINIMAL=OFF");
+    throw Error(std::string(where) +
+                ": this build of bristle has no such kernels; build it with BRISTLE_MINIMAL=OFF");
   const SurvivalTable& table = material->survival();
   made.material = material.get();
   made.options = options;
@@ -162,7 +166,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.forget = table.forget;
   set_pieces(made, made.pieces);
   double capacity = options.cohorts;
-  if (options.cohorts == 0) capacity = std::clamp(default_cohorts / 8.0 * made.law.mean / made.law.piece, 24.0, 256.0);
+  if (options.cohorts == 0)
+    capacity = std::clamp(default_cohorts / 8.0 * made.law.mean / made.law.piece, 24.0, 256.0);
   made.capacity = (static_cast<std::uint32_t>(capacity) + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   made.options.cohorts = made.capacity;
 

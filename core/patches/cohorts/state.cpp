@@ -54,7 +54,8 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
     const double m = std::floor(read(cohort_fresh) * read(cohort_left));
     if (!within(m, 0.0, saved.mass)) return "a cohort's mass";
-    if (!within(read(cohort_low), 0.0, full_mass) || !within(read(cohort_high), read(cohort_low) + 0.25, 2.0 * full_mass))
+    if (!within(read(cohort_low), 0.0, full_mass) ||
+        !within(read(cohort_high), read(cohort_low) + 0.25, 2.0 * full_mass))
       return "a cohort's ranks";
     mass += m;
   }
@@ -189,7 +190,8 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
     while (at + 1 < r.count && passed + mass_of(r.rows, at) < wanted) passed += mass_of(r.rows, at++);
     const bool in = at < r.count;
     if (!zx.empty()) zx[i] = in ? (place(p, r, 0) - entry(r.rows, at, cohort_x)) * metres : 0.0;
-    if (!zy.empty()) zy[i] = in && p.axes == 2 ? (place(p, r, 1) - entry(r.rows, at, cohort_y)) * metres : 0.0;
+    if (!zy.empty())
+      zy[i] = in && p.axes == 2 ? (place(p, r, 1) - entry(r.rows, at, cohort_y)) * metres : 0.0;
     if (!delta.empty()) delta[i] = (in ? entry(r.rows, at, cohort_reach) : 0.0) * metres;
   }
 }

@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double farthest_base = 16.0;  // scaled: from the base, before it follows the patch
-constexpr double straight = 0x1p-12;    // sine of the angle within which a slide counts as straight
+constexpr double farthest_base = 16.0;    // scaled: from the base, before it follows the patch
+constexpr double straight = 0x1p-12;      // sine of the angle within which a slide counts as straight
 constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
 
 std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
@@ -44,8 +44,7 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
     if (slide.carried > 0.0)
-      slide.to[axis] =
-          sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
+      slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
   return slide;
