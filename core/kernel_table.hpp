@@ -107,11 +107,11 @@ struct Advance {
   double length;                ///< scaled, > 0
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
   std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
-  std::uint32_t all;            ///< 1 = so long that every bristle snaps; the position stays
-  std::uint32_t far;            ///< 1 = remainder in double: a long step, or a single snap length
-  std::uint32_t skip;           ///< 1 = leave out blocks whose bound holds
-  std::uint32_t track;          ///< 1 = renew bounds of blocks in which nothing snaps
-  std::uint32_t commit;         ///< 0 = find only: state unchanged
+  std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position stays
+  std::uint32_t in_double;      ///< 1: remainders in double: a long step, or a single snap length
+  std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are left out
+  std::uint32_t renews_bounds;  ///< 1: also those of blocks in which nothing snaps
+  std::uint32_t commit;         ///< 0: a trial, the state stays as it is
 };
 
 /// Sums over the blocks of a range that changed. Integers: order does not matter. The last, partly

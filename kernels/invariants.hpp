@@ -33,7 +33,8 @@ inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::
   BRISTLE_ASSERT(advance.length > 0.0);
   const double ex = advance.direction[0], ey = advance.direction[1];
   BRISTLE_ASSERT(ex * ex + ey * ey > 0.999999 && ex * ex + ey * ey < 1.000001);
-  BRISTLE_ASSERT(advance.all == 0 || (advance.from[0] == advance.to[0] && advance.from[1] == advance.to[1]));
+  BRISTLE_ASSERT(advance.snaps_all == 0 ||
+                 (advance.from[0] == advance.to[0] && advance.from[1] == advance.to[1]));
   BRISTLE_ASSERT(!redraw || patch.law->shortest > 0.0);
   BRISTLE_ASSERT(!redraw || patch.law->shortest <= patch.law->longest);
   BRISTLE_ASSERT(!redraw ||

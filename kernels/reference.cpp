@@ -158,7 +158,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   double squares = 0.0;
 
   const auto beyond_at = [&](std::uint32_t i) {
-    if (advance.all) return true;
+    if (advance.snaps_all) return true;
     const T x = patch.zx[i] + p1[0];
     const T delta = patch.delta[i];
     if constexpr (axes == 1) return x > delta || -x > delta;
@@ -169,7 +169,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
   if (!any) return;  // nothing is written: the displacement grows by itself
 
-  if (advance.far) {
+  if (advance.in_double) {
     const FarSums far = far_block<T, axes, redraw>(patch, advance, start, end - start, q0, q1);
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = far.stored[axis];

@@ -26,9 +26,9 @@ class Stepper {
     assert_step(patch, advance, first, last, axes, redraw);
     for (std::uint32_t b = first; b < last; b += blocks_per_group) {
       Reach& group = patch.groups[b / blocks_per_group];
-      if (advance.skip && within(group.anchor, group.reach)) continue;
+      if (advance.skips_blocks && within(group.anchor, group.reach)) continue;
       const std::uint32_t end = b + blocks_per_group < last ? b + blocks_per_group : last;
-      const double reach = advance.skip ? run_group(b, end) : run_all(b, end);
+      const double reach = advance.skips_blocks ? run_group(b, end) : run_all(b, end);
       if (!advance.commit) continue;
       group.reach = reach;
       group.anchor[0] = advance.to[0];
@@ -128,16 +128,16 @@ class Stepper {
                                       Lanes<T>(static_cast<T>(q0[1])),
                                       Lanes<T>(p1x),
                                       Lanes<T>(p1y)};
-    if (!advance.all) {
+    if (!advance.snaps_all) {
       T margin = std::numeric_limits<T>::max();
-      const bool any =
-          advance.track ? any_snap<true>(motion, extent, margin) : any_snap<false>(motion, extent, margin);
+      const bool any = advance.renews_bounds ? any_snap<true>(motion, extent, margin)
+                                             : any_snap<false>(motion, extent, margin);
       if (!any) {
-        if (advance.track && advance.commit) keep_bound(block, margin, p1x, p1y);
+        if (advance.renews_bounds && advance.commit) keep_bound(block, margin, p1x, p1y);
         return;
       }
     }
-    const BlockSums sums = advance.far ? rewrite_far(extent, q0, q1) : rewrite(motion, extent);
+    const BlockSums sums = advance.in_double ? rewrite_far(extent, q0, q1) : rewrite(motion, extent);
     record(block, b, sums);
     if (advance.commit) block.reach = -1.0f;
   }

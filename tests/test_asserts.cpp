@@ -12,6 +12,7 @@
 #include "core/common/assert.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/kernel_table.hpp"
+#include "core/runtime/stepping_side.hpp"
 
 using namespace bristle::detail;
 
@@ -50,6 +51,19 @@ Death run_apart(Act act) {
 }  // namespace
 
 #if BRISTLE_ASSERTS
+
+TEST_CASE("A call of the stepping side that begins while another is under way ends the program",
+          "[asserts]") {
+  SteppingSide side;
+  { const SteppingCall one(side); }
+  { const SteppingCall after_it(side); }
+  const Death death = run_apart([&side] {
+    const SteppingCall one(side);
+    const SteppingCall meanwhile(side);
+  });
+  CHECK(death.aborted);
+  CHECK(death.text.find("another_call_is_under_way") != std::string::npos);
+}
 
 TEST_CASE("A failed assert prints its condition, file and line, and aborts", "[asserts]") {
   const int parts = 3;

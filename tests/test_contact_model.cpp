@@ -10,6 +10,7 @@
 #include "core/patches/columns.hpp"
 #include "core/patches/contact_model.hpp"
 #include "core/runtime/batch_access.hpp"
+#include "core/runtime/command_list.hpp"
 #include "core/runtime/patch_pool.hpp"
 #include "scenes.hpp"
 
@@ -60,7 +61,7 @@ double apply_coulomb_load(Patch& p, double normal_load_n) noexcept {
 
 void advance_coulomb(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const double reached = coulomb(p).bent[0] + to_lengths(difference(step.advance.to[0], p.part_position[0])) +
-                         (step.advance.all ? step.scaled[0] : 0.0);
+                         (step.advance.snaps_all ? step.scaled[0] : 0.0);
   const double bent = std::clamp(reached, -limit_of(p), limit_of(p));
   sums.end[0] = bent * fixed_per_length;
   sums.visited = 1;
@@ -212,6 +213,83 @@ TEST_CASE("A slot that has had its last generation is not used again", "[contact
   const SlotList::Slot other = slots.take();
   CHECK(other.number == 1);
   CHECK(other.generation == 1);
+}
+
+TEST_CASE("Taking changes ends with those handed over before, however fast more arrive", "[contact model]") {
+  CommandList commands;
+  for (int i = 0; i < 3; ++i) commands.push(std::make_unique<Command>());
+  const std::uint64_t last = commands.pushed();
+  int taken = 0;
+  while (commands.take(last) != nullptr) {
+    ++taken;
+    commands.push(std::make_unique<Command>());  // a thread that adds without pause
+    REQUIRE(taken <= 3);
+  }
+  CHECK(taken == 3);
+  CHECK(commands.take(commands.pushed()) != nullptr);
+}
+
+TEST_CASE("A trial under another load is what a step then gives, whatever happened since the last trial",
+          "[contact model]") {
+  using bristle::PatchBatch;
+  PatchBatch batch, twin;
+  const auto material = plain_material(bristle_test::uniform, bristle::SnapRule::redraw);
+  const auto stiffer =
+      plain_material(bristle_test::uniform, bristle::SnapRule::redraw).with_bristle_stiffness(2.0);
+  const auto options = bristle_test::plain_options(700, 2);
+  const bristle::PatchId id = batch.add(material, options);
+  REQUIRE(twin.add(material, options) == id);
+  std::vector<std::byte> saved;
+  bristle::Motion trial;
+  trial.id = id;
+  trial.displacement[0] = 0.3 * dbar;
+  trial.normal_load = 511.3;
+
+  const auto step_both = [&](double dx, double load) {
+    bristle::Motion in;
+    in.id = id;
+    in.displacement[0] = dx;
+    in.normal_load = load;
+    bristle::Response out;
+    batch.step(tick, {&in, 1}, {&out, 1});
+    twin.step(tick, {&in, 1}, {&out, 1});
+  };
+  // The twin is never asked: it steps what the other was asked for, from the same state.
+  const auto answers_agree = [&] {
+    const bristle::Response tried = batch.find_force(tick, trial);
+    std::vector<std::byte> before(twin.state_size());
+    twin.save_state(before);
+    bristle::Response stepped;
+    twin.step(tick, {&trial, 1}, {&stepped, 1});
+    twin.restore_state(before);
+    return tried.end[0] == stepped.end[0] && tried.mean[0] == stepped.mean[0] &&
+           tried.contact_loss == stepped.contact_loss && tried.end[0] != 0.0;
+  };
+  step_both(0.7 * dbar, 700.0);
+  CHECK(answers_agree());
+  CHECK(answers_agree());
+  trial.displacement[0] = 0.1 * dbar;
+  CHECK(answers_agree());
+  trial.normal_load = 300.0;
+  CHECK(answers_agree());
+  step_both(0.9 * dbar, 700.0);  // the state changed
+  CHECK(answers_agree());
+  saved.resize(batch.state_size());
+  batch.save_state(saved);
+  step_both(0.4 * dbar, 650.0);
+  CHECK(answers_agree());
+  batch.restore_state(saved);
+  twin.restore_state(saved);
+  CHECK(answers_agree());
+  batch.set_detail(id, 350);
+  twin.set_detail(id, 350);
+  CHECK(answers_agree());
+  batch.set_material(id, stiffer);
+  twin.set_material(id, stiffer);
+  CHECK(answers_agree());
+  batch.reset(id);
+  twin.reset(id);
+  CHECK(answers_agree());
 }
 
 TEST_CASE("Every slot lies in one place of one chunk", "[contact model]") {

@@ -36,7 +36,7 @@ void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) 
     a.direction[0] = rx / norm;
     a.direction[1] = ry / norm;
     a.length = largest * norm;
-    a.all = 1;
+    a.snaps_all = 1;
     step.moves = true;
     return;
   }
@@ -85,7 +85,7 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   step.advance.commit = commit ? 1 : 0;
   step.advance.energy_unit = 1.0;
   find_way(p, step.displacement, step);
-  step.advance.skip = p.skips && !step.advance.all ? 1 : 0;
+  step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;
   return step;
 }
 

@@ -7,8 +7,9 @@
 namespace bristle::detail {
 
 struct PatchStep {
-  Advance advance;  ///< what kernels need; `far`, `energy_unit`, `phase_key` and `track` are the model's part
-  bool moves = false;         ///< false: nothing can snap
+  Advance advance;     ///< what kernels need; `in_double`, `energy_unit`, `phase_key` and `renews_bounds` are
+                       ///< the model's part
+  bool moves = false;  ///< false: nothing can snap
   double contact_loss = 0.0;  ///< J
   double displacement[2];     ///< m
   double velocity[2];         ///< m/s, for dampers
@@ -54,7 +55,7 @@ PatchStep read_motion(const Patch& patch, const Motion& motion, double dt_s, boo
 
 /// Whether the step ends within the patch's bound: then nothing snaps on the way.
 inline bool holds_still(const Patch& p, const PatchStep& step) noexcept {
-  if (p.bound.reach < 0.0 || !step.advance.skip) return false;
+  if (p.bound.reach < 0.0 || !step.advance.skips_blocks) return false;
   const double x = to_lengths(difference(step.advance.to[0], p.bound.anchor[0]));
   const double y = to_lengths(difference(step.advance.to[1], p.bound.anchor[1]));
   return std::sqrt(x * x + y * y) < p.bound.reach;

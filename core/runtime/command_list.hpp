@@ -25,19 +25,26 @@ struct Scratch {
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow };
+  // What every command needs, in one cache line.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
-  Patch patch;      ///< comes with the command; goes back with what it replaced. Its record is the command's
-  Scratch scratch;  ///< when the batch's is too small for this patch
-  std::unique_ptr<PatchChunk> chunk;  ///< of `grow`: chunk number `slot`
-  std::unique_ptr<MoveQueue> queue;   ///< of `grow`, as long as all slots; goes back with the shorter one
-  std::uint64_t number = 0;           ///< set by push
+  std::uint64_t number = 0;  ///< set by push
   std::atomic<Command*> next{nullptr};
+  PatchRecord* removed = nullptr;     ///< goes back with `remove`; the command's
+  Scratch scratch;                    ///< when the batch's is too small for this patch
+  std::unique_ptr<PatchChunk> chunk;  ///< of `grow`: chunk number `slot`
+
+  Patch patch;  ///< comes with `add`; goes back from `replace` with what it replaced. Its record is the
+                ///< command's
+  std::unique_ptr<MoveQueue> queue;  ///< of `grow`, as long as all slots; goes back with the shorter one
 
   Command() = default;
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
-  ~Command() { release(patch.record); }
+  ~Command() {
+    release(removed);
+    release(patch.record);
+  }
 };
 
 class CommandList {

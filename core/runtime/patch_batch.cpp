@@ -179,7 +179,8 @@ struct PatchBatch::Impl {
       if (c->scratch.memory) std::swap(scratch, c->scratch);
       switch (c->kind) {
         case Command::Kind::add:
-          pool.patch(c->slot) = std::exchange(c->patch, Patch{});
+          pool.patch(c->slot) = c->patch;
+          c->patch.record = nullptr;
           ++patches;
           break;
         case Command::Kind::replace: {
@@ -189,10 +190,13 @@ struct PatchBatch::Impl {
           std::swap(p, c->patch);
           break;
         }
-        case Command::Kind::remove:
-          c->patch = std::exchange(pool.patch(c->slot), Patch{});
+        case Command::Kind::remove: {
+          Patch& p = pool.patch(c->slot);
+          c->removed = std::exchange(p.record, nullptr);
+          p.generation = 0;
           --patches;
           break;
+        }
         case Command::Kind::grow:
           pool.put(static_cast<int>(c->slot), std::move(c->chunk));
           std::copy_n(queue->motions.begin(), queue_length, c->queue->motions.begin());

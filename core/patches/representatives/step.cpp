@@ -77,16 +77,16 @@ std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const CompiledMaterial& m = p.material();
   Advance& a = step.advance;
-  if (a.all) {
+  if (a.snaps_all) {
     // Redraw that ends in law needs no remainder: float holds the step as long as its square.
-    a.far = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
+    a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
-    a.far = 1;
+    a.in_double = 1;
   }
   if (p.literal || has(p.outputs, Outputs::energy))
     a.energy_unit = energy_unit(a.length, m.longest, p.literal);
-  a.track = a.skip && p.tracks ? 1 : 0;
+  a.renews_bounds = a.skips_blocks && p.tracks ? 1 : 0;
   return r.active_blocks();
 }
 
