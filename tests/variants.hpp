@@ -30,8 +30,34 @@ inline std::vector<SnapLength> all_laws() {
           SnapLength::table(quantiles)};
 }
 
-/// A patch for every combination of axes, rule, outputs, precision, step rule and law, and large ones that
-/// are split over workers.
+/// The infinite brush for every combination of axes, outputs and law that it takes.
+inline void add_infinite_variants(std::vector<PatchCase>& cases) {
+  for (int axes : {1, 2}) {
+    for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+      for (const SnapLength& law : all_laws()) {
+        if (law.law() == bristle::SnapLaw::single) continue;
+        std::ostringstream name;
+        name << axes << " axes, infinite, outputs " << static_cast<int>(outputs) << ", "
+             << to_string(law.law());
+        const Material material = plain_material(law, SnapRule::redraw)
+                                      .with_bristle_stiffness(80.0)
+                                      .with_bristle_damping(0.01)
+                                      .with_viscous_friction(0.3);
+        const Material later = Material(material).with_bristle_stiffness(95.0).with_snap_length(
+            law.law() == bristle::SnapLaw::uniform ? SnapLength::uniform(0.3 * dbar, 1.1 * dbar) : law);
+        const PatchOptions options = PatchOptions{}
+                                         .with_max_normal_load(2.0)
+                                         .with_population(bristle::Population::infinite)
+                                         .with_axes(axes)
+                                         .with_outputs(outputs);
+        cases.push_back({name.str(), material, later, options});
+      }
+    }
+  }
+}
+
+/// A patch for every combination of axes, rule, outputs, precision, step rule and law, large ones that are
+/// split over workers, and infinite ones.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   std::vector<PatchCase> cases;
   std::uint32_t seed = 100;
@@ -79,6 +105,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
                         .with_seed(seed++);
     cases.push_back(large);
   }
+  if (!BRISTLE_MINIMAL) add_infinite_variants(cases);
   return cases;
 }
 
