@@ -254,7 +254,8 @@ void define_batch(py::module_& module) {
           py::arg("dt"), py::arg("motions"), py::arg("responses") = py::none(),
           "The responses to trial motions, each from the state as it is, which does not change.")
       .def("info", &info_of, py::arg("id"),
-           "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros for an "
+           "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
+           "for an "
            "unknown id.")
       .def(
           "stored_energy",
