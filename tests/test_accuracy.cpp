@@ -194,6 +194,72 @@ TEST_CASE("A reference's error is half the difference of its halves", "[accuracy
   CHECK(reference.floor()[0] == Approx(0.5 * 0.2 / 1.1));  // relative to the second half
 }
 
+// Where bristles are redrawn, several resolutions stand beside the numbers of bristles, and the first line
+// names the cheaper population.
+void check_populations(const json& r, const std::string& table, bool keep) {
+  std::size_t infinite = 0;
+  double coarse = 0.0, fine = 0.0;
+  for (const json& s : r["settings"]) {
+    if (s["population"] != "infinite") {
+      CHECK(s["population"] == "representatives");
+      CHECK(s["resolution"].is_null());
+      continue;
+    }
+    ++infinite;
+    CHECK(s["bristles"].is_null());
+    CHECK(s["ns_per_bristle"].is_null());
+    CHECK(s["error"]["rms_standard_error"] == 0.0);  // no seed, no noise
+    if (s["resolution"] == 2.0) coarse = s["error"]["rms"];
+    if (s["resolution"] == 16.0) fine = s["error"]["rms"];
+  }
+  const json& populations = r["populations"];
+  REQUIRE(populations.size() == 2);
+  CHECK(populations[0]["population"] == "representatives");
+  CHECK(populations[1]["population"] == "infinite");
+  if (keep) {
+    CHECK(infinite == 0);
+    CHECK(populations[1]["found"] == false);
+    CHECK(table.rfind("The infinite brush is not compared: patch 'tip' has a material with rule = \"keep\"",
+                      0) == 0);
+    return;
+  }
+  CHECK(infinite >= 5);
+  CHECK(fine < coarse);
+  REQUIRE(populations[0]["found"] == true);
+  REQUIRE(populations[1]["found"] == true);
+  const double n = populations[0]["scene_step_s"], i = populations[1]["scene_step_s"];
+  const std::string first = i < n ? "the infinite brush, " : "representatives, ";
+  CHECK(table.rfind("Cheapest with at most 2 % rms: " + first, 0) == 0);
+}
+
+TEST_CASE("Either population may be the cheaper one, and neither may reach the error", "[accuracy]") {
+  cli::AccuracyResult result;
+  result.scene_parts = 1;
+  result.recommendation.wanted = 0.01;
+  const auto add = [&](std::uint32_t bristles, double resolution, double error, double cpu_s) {
+    cli::SettingResult s;
+    s.setting.bristles = bristles;
+    s.setting.resolution = resolution;
+    s.errors = {{cli::PatchError{error, error, 0.0, 0.0}}};
+    s.times = {{cpu_s, cpu_s, 1}};
+    result.settings.push_back(s);
+  };
+  cli::compare_populations(result);
+  CHECK_FALSE(result.cheapest[0].found);
+  CHECK_FALSE(result.cheapest[1].found);
+  add(100, 0.0, 0.02, 1e-6);  // too wrong
+  add(0, 2.0, 0.011, 1e-6);
+  add(1000, 0.0, 0.009, 3e-6);
+  add(10'000, 0.0, 0.001, 9e-6);
+  add(0, 4.0, 0.008, 4e-6);
+  add(0, 8.0, 0.002, 5e-6);
+  cli::compare_populations(result);
+  CHECK(result.cheapest[0].setting.bristles == 1000);
+  CHECK(result.cheapest[0].scene_step_s == 3e-6);
+  CHECK(result.cheapest[1].setting.resolution == 4.0);  // it loses, and is named with its own figures
+  CHECK(result.cheapest[1].error == 0.008);
+}
+
 TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its scene meets the error",
           "[accuracy]") {
   if (!BRISTLE_WITH_DOUBLE) return;
@@ -244,14 +310,46 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   // The scene written is the same but for the setting, its comments included, and can be read.
   const std::string text = cli::tuned_scene(before, result, "-");
   const cli::Scene tuned = cli::parse_scene(text, "tuned");
-  CHECK(tuned.patches[0].options.bristles == best["setting"]["bristles"].get<std::uint32_t>());
+  const bool infinite = best["setting"]["population"] == "infinite";
+  if (infinite)
+    CHECK(tuned.patches[0].options.resolution == best["setting"]["resolution"].get<double>());
+  else
+    CHECK(tuned.patches[0].options.bristles == best["setting"]["bristles"].get<std::uint32_t>());
+  CHECK((tuned.patches[0].options.population == bristle::Population::infinite) == infinite);
   CHECK(tuned.dt == Approx(best["setting"]["dt_s"].get<double>()));
   CHECK(text.find("# the only one") != std::string::npos);
   CHECK(text.find("# few") != std::string::npos);
   const std::string rows = cli::accuracy_csv(before, result);
   CHECK(rows.rfind("bristles,dt_s,step_rule", 0) == 0);
   CHECK(static_cast<std::size_t>(std::count(rows.begin(), rows.end(), '\n')) == r["settings"].size() + 2);
-  CHECK(cli::accuracy_table(before, options, result).find("Cheapest setting") != std::string::npos);
+  const std::string table = cli::accuracy_table(before, options, result);
+  CHECK(table.find("Cheapest setting") != std::string::npos);
+  check_populations(r, table, keep);
+}
+
+TEST_CASE("A tuned scene changes its population, and keys of the other one leave no trace", "[accuracy]") {
+  cli::AccuracyResult result;
+  result.reference_dt_s = 1e-3;
+  const bristle_test::TemporaryFolder folder;
+  const std::string head = "[scene]\nname = \"s\"\ndt = 1e-3\nduration = 0.05\n[[material]]\nname = \"m\"\n";
+  const std::string tail = "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n";
+  const std::string tip = "[[patch]]\nname = \"tip\"\nmaterial = \"m\"\nmax_normal_load = 1.0\n";
+  const auto tuned = [&](const std::string& keys) {
+    const std::string file = folder.write("untuned.toml", head + tip + keys + tail);
+    return cli::parse_scene(cli::tuned_scene(cli::read_scene(file), result, "-"), "tuned").patches[0].options;
+  };
+  result.recommendation.setting.resolution = 4.0;
+  bristle::PatchOptions o = tuned("bristles = 100\nstep_rule = \"literal\"\n");
+  CHECK(o.population == bristle::Population::infinite);
+  CHECK(o.resolution == 4.0);
+  CHECK(o.step_rule == bristle::StepRule::exact);
+  result.recommendation.setting = {};
+  result.recommendation.setting.bristles = 76;
+  o = tuned("population = \"infinite\"\nresolution = 12\ncohorts = 64\n");
+  CHECK(o.population == bristle::Population::representatives);
+  CHECK(o.bristles == 76);
+  CHECK(o.resolution == 0.0);
+  CHECK(o.cohorts == 0);
 }
 
 TEST_CASE("A tuned scene can be read however its tables are written, and names in any letters stay",

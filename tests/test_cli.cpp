@@ -423,6 +423,31 @@ TEST_CASE("A scene that is not right is refused in one line with file, line and 
        "bristels",
        {":12: [[patch]] 'tip': unknown key 'bristels'", "bristles"}},
       {"unknown table", &SmallScene::motion, "[[motion]]", "[[movement]]", {":13: unknown key 'movement'"}},
+      {"unknown population",
+       &SmallScene::patch,
+       "bristles = 100",
+       "population = \"finite\"",
+       {":12: [[patch]] 'tip': population is 'finite'", "representatives", "infinite"}},
+      {"resolution below its range",
+       &SmallScene::patch,
+       "bristles = 100",
+       "population = \"infinite\"\nresolution = 0.5",
+       {":13: [[patch]] 'tip': resolution is 0.5", "1", "128"}},
+      {"cohorts above their range",
+       &SmallScene::patch,
+       "bristles = 100",
+       "population = \"infinite\"\ncohorts = 513",
+       {":13: [[patch]] 'tip': cohorts is 513", "8", "512"}},
+      {"resolution of representatives",
+       &SmallScene::patch,
+       "bristles = 100",
+       "resolution = 8",
+       {":12: [[patch]] 'tip': resolution is for population = \"infinite\""}},
+      {"infinite brush with the literal rule",
+       &SmallScene::patch,
+       "bristles = 100",
+       "population = \"infinite\"\nstep_rule = \"literal\"",
+       {":13: [[patch]] 'tip': step_rule is 'literal'", "exact"}},
       {"dt = 0", &SmallScene::scene, "dt = 1e-3", "dt = 0", {":3: [scene] 'small': dt is 0", "more than 0"}},
       {"negative dt", &SmallScene::scene, "dt = 1e-3", "dt = -1.0", {":3:", "dt is -1"}},
       {"no dt", &SmallScene::scene, "dt = 1e-3\n", "", {"[scene] 'small': key 'dt' is missing"}},
@@ -517,6 +542,53 @@ TEST_CASE("A scene that is not right is refused in one line with file, line and 
     if (std::string(c.what) != "missing trace") parts.push_back("bristle: " + path);
     check_refused(folder, "run '" + path + "'", parts);
   }
+}
+
+TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and the run names it", "[cli]") {
+  const Folder folder;
+  SmallScene s;
+  replace(s.patch, "bristles = 100", "population = \"infinite\"");
+  const std::string path = folder.write("infinite.toml", s.text());
+  const json report = run_report(folder, "run '" + path + "'");
+  const json& patch = report["patches"][0];
+  CHECK(patch["population"] == "infinite");
+  CHECK(patch["resolution"] == 8.0);
+  CHECK(patch["bristles"].is_null());
+  CHECK(report["bristles"] == 0);
+  CHECK(patch["coefficient"]["sliding"].get<double>() == Approx(0.40).epsilon(0.005));
+  const Outcome outcome = run_cli(folder, "run '" + path + "'");
+  CHECK_THAT(outcome.out, Contains("1 patch, 1 of infinitely many bristles"));
+  CHECK_THAT(outcome.out, Contains("infinite, resolution 8"));
+  CHECK_THAT(outcome.out, Contains("noise of single bristles"));
+
+  replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nresolution = 16\ncohorts = 128");
+  const json finer = run_report(folder, "run '" + folder.write("finer.toml", s.text()) + "'");
+  CHECK(finer["patches"][0]["resolution"] == 16.0);
+  CHECK(finer["patches"][0]["memory_bytes"] != patch["memory_bytes"]);
+  CHECK(finer["state_hash"] != report["state_hash"]);
+  replace(s.patch, "population = \"infinite\"\nresolution = 16\ncohorts = 128", "bristles = 100");
+  const json representatives = run_report(folder, "run '" + folder.write("n.toml", s.text()) + "'");
+  CHECK(representatives["patches"][0]["population"] == "representatives");
+  CHECK(representatives["patches"][0]["resolution"].is_null());
+  CHECK(representatives["bristles"] == 100);
+}
+
+TEST_CASE("A law too wide for representatives is refused at the material, and infinite takes it",
+          "[cli][bad input]") {
+  const Folder folder;
+  SmallScene s;
+  s.material =
+      "[[material]]\nname = \"wood\"\nsnap_length = { law = \"lognormal\", mean = 1e-5, cv = 2.0 }\n";
+  check_refused(
+      folder, "run '" + folder.write("wide.toml", s.text()) + "'",
+      {":5: [[material]] 'wood': Material: snap_length.cv = 2", "1.25", "keep", "infinite", "'tip'"});
+  replace(s.patch, "bristles = 100", "population = \"infinite\"");
+  CHECK(run_cli(folder, "run '" + folder.write("wide.toml", s.text()) + "'").code == 0);
+  s.material += "rule = \"keep\"\n";
+  check_refused(folder, "run '" + folder.write("wide.toml", s.text()) + "'",
+                {":13: [[patch]] 'tip': population is 'infinite'", "keep", "redraw", "representatives"});
+  replace(s.patch, "population = \"infinite\"", "bristles = 100");
+  CHECK(run_cli(folder, "run '" + folder.write("wide.toml", s.text()) + "'").code == 0);
 }
 
 TEST_CASE("Motion along y on a patch with one axis is refused", "[cli][bad input]") {

@@ -85,6 +85,15 @@ struct Recommendation {
   double least_error = 0.0;  ///< of all settings tried, where none was found
 };
 
+/// The cheapest setting of the ladder that meets the error of the recommendation, with one population.
+struct CheapestOf {
+  bool infinite = false;
+  bool found = false;
+  Setting setting;
+  double error = 0.0;         ///< rms, worst patch
+  double scene_step_s = 0.0;  ///< CPU seconds
+};
+
 struct AccuracyResult {
   std::string isa;
   double reference_dt_s = 0.0;
@@ -104,6 +113,8 @@ struct AccuracyResult {
   std::vector<std::string> not_run;  ///< settings too slow for the time given
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
+  std::string no_infinite;           ///< why the infinite brush is not among the settings; empty: it is
+  std::vector<CheapestOf> cheapest;  ///< representatives, infinite
   std::vector<FeatureResult> features;
   std::vector<ShedResult> shedding;
   double seconds = 0.0;  ///< wall time of it all
@@ -154,6 +165,8 @@ void mark_front(AccuracyStudy& study);
 std::vector<std::size_t> pareto_front(const std::vector<double>& time, const std::vector<double>& error,
                                       double gain = 0.0);
 void recommend(AccuracyStudy& study, double seconds);
+/// After `recommend`.
+void compare_populations(AccuracyResult& result);
 void try_features(AccuracyStudy& study, double seconds);
 void try_shedding(AccuracyStudy& study, double seconds);
 
@@ -164,7 +177,7 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
 double scene_step_s(const AccuracyResult& result, const SettingResult& setting);
 /// Whether a setting gives the force that the scene uses, at every one of its steps.
 bool is_usable(const AccuracyResult& result, const Setting& setting);
-/// Representatives of all patches under a setting.
+/// Representatives of all patches under a setting; none of an infinite patch.
 std::uint64_t total_bristles(const Scene& scene, const Setting& setting);
 
 std::string setting_name(const Setting& setting, double dt_s);

@@ -23,6 +23,11 @@ constexpr double enough_timed_s = 0.2;  // what the machine does meanwhile is th
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
 // More than the single precision that was timed.
 constexpr double double_costs = 2.0;
+// Representatives that take as long as an infinite patch, for each piece of a mean snap length: for the plan
+// only.
+constexpr double bristles_a_piece = 150.0;
+constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
+constexpr double least_infinite_spread = 0.05;  // of snap lengths: Population::infinite takes no less
 
 // Two digits are enough.
 std::uint32_t rounded(double count) {
@@ -93,6 +98,19 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
   }
 }
 
+/// Why a scene cannot be run with the infinite brush; empty where it can.
+std::string infinite_obstacle(const Scene& scene) {
+  for (const ScenePatch& patch : scene.patches) {
+    const bristle::Material& m = scene.materials[patch.material].material;
+    if (m.snap_rule != bristle::SnapRule::redraw)
+      return fmt::format("patch '{}' has a material with rule = \"keep\"", patch.name);
+    if (m.snap_length.cv() < least_infinite_spread)
+      return fmt::format("the snap lengths of patch '{}' spread by less than {}", patch.name,
+                         least_infinite_spread);
+  }
+  return {};
+}
+
 // Forgets the most expensive settings until the rest fits.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
@@ -118,7 +136,9 @@ AccuracyBudget budget(const AccuracyOptions& options) {
 
 double AccuracyStudy::predict(const Setting& setting) const {
   const double steps = static_cast<double>(step_count(cut)) * result.scene_parts / setting.parts;
-  const double n = setting.as_scene ? scene_bristles() : setting.bristles;
+  const double n = setting.as_scene        ? scene_bristles()
+                   : setting.is_infinite() ? bristles_a_piece * setting.resolution
+                                           : setting.bristles;
   const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
   // Making a patch takes a quantile per bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
@@ -130,6 +150,11 @@ std::uint32_t AccuracyStudy::scene_bristles() const {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
     const double all = std::min(m.bristles_in_contact(patch.options.max_normal_load), 4096.0);
+    if (patch.options.population == bristle::Population::infinite) {
+      const double pieces = patch.options.resolution > 0.0 ? patch.options.resolution : 8.0;
+      most = std::max(most, static_cast<std::uint32_t>(bristles_a_piece * pieces));
+      continue;
+    }
     most = std::max(most, patch.options.bristles ? patch.options.bristles : static_cast<std::uint32_t>(all));
   }
   return most;
@@ -244,6 +269,17 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       add(s, paired);
     }
   }
+  study.result.no_infinite = infinite_obstacle(study.scene);
+  for (const double resolution : resolutions) {
+    if (!study.result.no_infinite.empty()) break;
+    Setting s = plain;
+    s.resolution = resolution;
+    for (const std::uint32_t p : parts) {
+      if (quick && p != r.scene_parts) continue;
+      s.parts = p;
+      add(s);
+    }
+  }
   // Three rounds at least, for a median.
   fit_into(ladder, seconds, 3, study);
   return ladder;
@@ -302,6 +338,9 @@ void run_ladder(AccuracyStudy& study, double seconds) {
 
 std::string setting_name(const Setting& s, double dt_s) {
   if (s.as_scene) return "the scene as it is";
+  if (s.is_infinite())
+    return fmt::format("infinite brush at resolution {}, {}, {}", s.resolution, time_text(dt_s),
+                       s.mean ? "mean" : "end");
   return fmt::format("{} bristles, {}, {}, {}, {}, {}", count_text(s.bristles), time_text(dt_s),
                      s.rule == bristle::StepRule::exact ? "exact" : "literal",
                      s.precision == bristle::Precision::single ? "single" : "double",

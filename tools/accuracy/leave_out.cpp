@@ -50,6 +50,10 @@ bool any_patch(const Scene& scene, Test test) {
   return std::any_of(scene.patches.begin(), scene.patches.end(), test);
 }
 
+bool is_infinite(const ScenePatch& patch) {
+  return patch.options.population == bristle::Population::infinite;
+}
+
 Outputs without(Outputs set, Outputs left_out) {
   return static_cast<Outputs>(static_cast<unsigned>(set) & ~static_cast<unsigned>(left_out));
 }
@@ -119,6 +123,8 @@ Trial redraw_trial(const Scene& scene) {
     }
   }
   t.note = "keep is another model: every bristle keeps its own length";
+  if (any_patch(scene, [](const ScenePatch& p) { return is_infinite(p); }))
+    t.needed = "the infinite brush takes no other rule";
   return t;
 }
 
@@ -169,6 +175,10 @@ Trial double_trial(const Scene& scene) {
   Trial t("double precision",
           any_patch(scene, [](const ScenePatch& p) { return p.options.precision == Precision::double_; }),
           scene);
+  if (!any_patch(scene, [](const ScenePatch& p) { return !is_infinite(p); })) {
+    t.used = true;
+    t.needed = "the infinite brush has no other";
+  }
   const bool used = t.used;
   t.with = changed(scene, [used](ScenePatch& p) {
     if (!used) p.options.precision = Precision::double_;

@@ -1,6 +1,7 @@
 // What `bristle accuracy` says: tables for people, JSON for programs, CSV for the plot.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -15,6 +16,8 @@ namespace {
 // People begin to notice a change of force of this size.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
+constexpr double default_resolution = 8.0;  // what 0 stands for
+
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
 
 std::string microseconds(double seconds) { return fmt::format("{:.3g}", 1e6 * seconds); }
@@ -23,17 +26,23 @@ const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
 // Of the setting, or of the first patch where the scene is as it is.
 struct Shown {
-  const char *rule, *precision, *sampling;
+  const char *population, *rule, *precision, *sampling;
+  double resolution;  // of an infinite patch
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
-  return {o.step_rule == bristle::StepRule::exact ? "exact" : "literal",
+  if (o.population == bristle::Population::infinite)
+    return {"infinite", "exact", "double", "-", o.resolution > 0.0 ? o.resolution : default_resolution};
+  return {"representatives", o.step_rule == bristle::StepRule::exact ? "exact" : "literal",
           o.precision == bristle::Precision::single ? "single" : "double",
-          o.sampling == bristle::Sampling::stratified ? "stratified" : "random"};
+          o.sampling == bristle::Sampling::stratified ? "stratified" : "random", 0.0};
 }
 
-double ns_per_bristle(const Scene& scene, const SettingResult& s) {
-  return 1e9 * s.step_s() / static_cast<double>(total_bristles(scene, s.setting));
+// Unset where no patch has bristles to count.
+std::optional<double> ns_per_bristle(const Scene& scene, const SettingResult& s) {
+  const std::uint64_t bristles = total_bristles(scene, s.setting);
+  if (bristles == 0) return std::nullopt;
+  return 1e9 * s.step_s() / static_cast<double>(bristles);
 }
 
 std::vector<const SettingResult*> sorted(const AccuracyResult& r) {
@@ -45,10 +54,43 @@ std::vector<const SettingResult*> sorted(const AccuracyResult& r) {
   return rows;
 }
 
+std::string cheapest_text(const AccuracyResult& r, const CheapestOf& c) {
+  return fmt::format("{}: {} % at {} us a scene step",
+                     setting_name(c.setting, r.reference_dt_s * c.setting.parts), percent(c.error),
+                     microseconds(c.scene_step_s));
+}
+
+// Which population is the cheaper one, before everything else.
+std::string populations_text(const AccuracyResult& r) {
+  const CheapestOf &bristles = r.cheapest[0], &infinite = r.cheapest[1];
+  const std::string wanted = percent(r.recommendation.wanted);
+  if (!r.no_infinite.empty())
+    return fmt::format("The infinite brush is not compared: {}.\n\n", r.no_infinite);
+  if (!bristles.found && !infinite.found)
+    return fmt::format("Neither representatives nor the infinite brush tried has at most {} % rms.\n\n",
+                       wanted);
+  if (!infinite.found)
+    return fmt::format(
+        "Cheapest with at most {} % rms: representatives; no infinite brush tried reaches it.\n"
+        "  {}\n\n",
+        wanted, cheapest_text(r, bristles));
+  if (!bristles.found)
+    return fmt::format(
+        "Cheapest with at most {} % rms: the infinite brush; no number of representatives tried "
+        "reaches it.\n  {}\n\n",
+        wanted, cheapest_text(r, infinite));
+  const bool wins = infinite.scene_step_s < bristles.scene_step_s;
+  const CheapestOf &first = wins ? infinite : bristles, &second = wins ? bristles : infinite;
+  return fmt::format(
+      "Cheapest with at most {} % rms: {}, {:.3g} times cheaper than {}.\n  {}\n  {}\n\n", wanted,
+      wins ? "the infinite brush" : "representatives", second.scene_step_s / first.scene_step_s,
+      wins ? "representatives" : "the infinite brush", cheapest_text(r, first), cheapest_text(r, second));
+}
+
 std::string head(const Scene& scene, const AccuracyResult& r) {
-  std::string text =
-      fmt::format("{}\nscene {}: steps of {}, deadline {}\n", measured_with(conditions(), r.isa), scene.name,
-                  time_text(scene.dt), time_text(scene.deadline));
+  std::string text = populations_text(r) + fmt::format("{}\nscene {}: steps of {}, deadline {}\n",
+                                                       measured_with(conditions(), r.isa), scene.name,
+                                                       time_text(scene.dt), time_text(scene.deadline));
   text += fmt::format(
       "reference: exact rule, {} precision, steps of {}, mean of {} runs of {} bristles a patch\n",
       r.reference_double ? "double" : "single", time_text(r.reference_dt_s), r.reference_runs,
@@ -120,7 +162,9 @@ Json error_json(const PatchError& e) {
 Json setting_fields(const Scene& scene, const AccuracyResult& r, const Setting& s) {
   const Shown show = shown(scene, s);
   return {{"as_scene", s.as_scene},
-          {"bristles", s.as_scene ? Json(nullptr) : Json(s.bristles)},
+          {"population", show.population},
+          {"resolution", show.resolution > 0.0 ? Json(show.resolution) : Json(nullptr)},
+          {"bristles", s.as_scene || s.is_infinite() ? Json(nullptr) : Json(s.bristles)},
           {"dt_s", r.reference_dt_s * s.parts},
           {"step_rule", show.rule},
           {"precision", show.precision},
@@ -135,7 +179,8 @@ Json setting_json(const Scene& scene, const AccuracyResult& r, const SettingResu
   row["runs"] = s.errors.size();
   row["step_s"] = {{"median", s.step_s()}, {"quartiles", {s.step_s(0.25), s.step_s(0.75)}}};
   row["scene_step_s"] = scene_step_s(r, s);
-  row["ns_per_bristle"] = ns_per_bristle(scene, s);
+  const std::optional<double> per_bristle = ns_per_bristle(scene, s);
+  row["ns_per_bristle"] = per_bristle ? Json(*per_bristle) : Json(nullptr);
   row["usable"] = is_usable(r, s.setting);
   row["pareto"] = s.on_front;
   row["patches"] = Json::array();
@@ -165,6 +210,21 @@ Json recommendation_json(const Scene& scene, const AccuracyResult& r) {
   json["share_of_deadline"] = best.confirmed_step_s * parts / scene.deadline;
   json["fragment"] = scene_fragment(scene, r);
   return json;
+}
+
+Json populations_json(const Scene& scene, const AccuracyResult& r) {
+  Json rows = Json::array();
+  for (const CheapestOf& c : r.cheapest) {
+    Json row = {{"population", c.infinite ? "infinite" : "representatives"}, {"found", c.found}};
+    if (c.found) {
+      row["setting"] = setting_fields(scene, r, c.setting);
+      row["error_rms"] = c.error;
+      row["scene_step_s"] = c.scene_step_s;
+    }
+    if (c.infinite && !r.no_infinite.empty()) row["not_compared"] = r.no_infinite;
+    rows.push_back(row);
+  }
+  return rows;
 }
 
 Json report_of(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
@@ -208,6 +268,7 @@ Json report_of(const Scene& scene, const AccuracyOptions& options, const Accurac
                                 {"theory", s.theory}});
   }
   report["recommendation"] = recommendation_json(scene, r);
+  report["populations"] = populations_json(scene, r);
   report["features"] = Json::array();
   for (const FeatureResult& f : r.features) {
     Json row = {{"feature", f.feature}, {"state", f.state}, {"advice", f.advice}};
@@ -232,6 +293,8 @@ std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
   std::uint64_t total = 0;
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
+    if (setting.as_scene ? patch.options.population == bristle::Population::infinite : setting.is_infinite())
+      continue;
     std::uint64_t n = setting.as_scene ? patch.options.bristles : setting.bristles;
     if (n == 0) {
       const double all = std::ceil(m.bristles_in_contact(patch.options.max_normal_load));
@@ -313,10 +376,18 @@ std::string accuracy_csv(const Scene& scene, const AccuracyResult& r) {
       {"step_us_q1", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s(0.25))); }},
       {"step_us_q3", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s(0.75))); }},
       {"scene_step_us", [&](const Row& row) { return Cell(digits(1e6 * scene_step_s(r, row.result))); }},
-      {"ns_per_bristle", [&](const Row& row) { return Cell(digits(ns_per_bristle(scene, row.result))); }},
+      {"ns_per_bristle",
+       [&](const Row& row) {
+         const std::optional<double> ns = ns_per_bristle(scene, row.result);
+         return Cell(ns ? digits(*ns) : std::string());
+       }},
       {"runs", [](const Row& row) { return Cell(std::to_string(row.result.errors.size())); }},
       {"deadline_us", [&](const Row&) { return Cell(fmt::format("{:g}", 1e6 * scene.deadline)); }},
-      {"reference_error", [&](const Row&) { return Cell(fmt::format("{:.3g}", floor)); }}};
+      {"reference_error", [&](const Row&) { return Cell(fmt::format("{:.3g}", floor)); }},
+      {"population", [](const Row& row) { return Cell(row.shown.population); }},
+      {"resolution", [](const Row& row) {
+         return Cell(row.shown.resolution > 0.0 ? fmt::format("{:g}", row.shown.resolution) : std::string());
+       }}};
   std::vector<Row> rows;
   const auto add = [&](const SettingResult& s, bool recommended) {
     rows.push_back({s, recommended, s.worst(), shown(scene, s.setting)});

@@ -168,6 +168,10 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
     o.step_rule = setting.rule;
     o.precision = setting.precision;
     o.sampling = setting.sampling;
+    o.population =
+        setting.is_infinite() ? bristle::Population::infinite : bristle::Population::representatives;
+    o.resolution = setting.resolution;
+    o.cohorts = 0;
     o.outputs = setting.mean || p.is_carried() ? Outputs::mean : Outputs::end;
     if (energy) o.outputs = o.outputs | Outputs::energy;
   }

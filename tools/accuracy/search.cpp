@@ -60,8 +60,9 @@ void find_count_slopes(AccuracyStudy& study, std::size_t p) {
     Points points;
     for (const SettingResult& s : r.settings) {
       const Setting& set = s.setting;
-      if (set.as_scene || set.parts != r.scene_parts || set.rule != bristle::StepRule::exact ||
-          set.precision != bristle::Precision::single || set.mean != r.own_mean || set.sampling != sampling)
+      if (set.as_scene || set.is_infinite() || set.parts != r.scene_parts ||
+          set.rule != bristle::StepRule::exact || set.precision != bristle::Precision::single ||
+          set.mean != r.own_mean || set.sampling != sampling)
         continue;
       points.add(set.bristles, SettingResult::over_runs(s.same_steps, p).rms, floor);
     }
@@ -69,6 +70,14 @@ void find_count_slopes(AccuracyStudy& study, std::size_t p) {
     add_slope(study, p, stratified ? "bristles, stratified" : "bristles, random", points,
               count_theory(m, snaps_slid, sampling));
   }
+  Points pieces;
+  for (const SettingResult& s : r.settings) {
+    if (s.setting.is_infinite() && s.setting.parts == r.scene_parts)
+      pieces.add(s.setting.resolution, SettingResult::over_runs(s.same_steps, p).rms, floor);
+  }
+  if (r.no_infinite.empty())
+    add_slope(study, p, "resolution, infinite brush", pieces,
+              "-2: what snaps within a piece of path is placed to second order");
 }
 
 void find_step_slopes(AccuracyStudy& study, std::size_t p) {
@@ -125,13 +134,13 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
   constexpr double aim = 0.93;  // of the error wanted, so that other seeds meet it too
   Setting best = found.setting;
-  if (best.as_scene) return best;
+  if (best.as_scene || best.is_infinite()) return best;
   double low = 0.0, low_error = 0.0;
   for (const SettingResult& s : study.result.settings) {
     const Setting& like = s.setting;
-    const bool alike = !like.as_scene && like.parts == best.parts && like.rule == best.rule &&
-                       like.precision == best.precision && like.sampling == best.sampling &&
-                       like.mean == best.mean;
+    const bool alike = !like.as_scene && !like.is_infinite() && like.parts == best.parts &&
+                       like.rule == best.rule && like.precision == best.precision &&
+                       like.sampling == best.sampling && like.mean == best.mean;
     if (!alike || like.bristles >= best.bristles || like.bristles < low || s.worst().rms <= wanted) continue;
     low = like.bristles;
     low_error = s.worst().rms;
@@ -300,6 +309,19 @@ void recommend(AccuracyStudy& study, double seconds) {
     }
   }
   to.wanted = wanted.front();
+}
+
+void compare_populations(AccuracyResult& r) {
+  r.cheapest = {CheapestOf{}, CheapestOf{}};
+  r.cheapest[1].infinite = true;
+  for (const SettingResult& s : r.settings) {
+    const double error = s.worst().rms;
+    if (s.setting.as_scene || !is_usable(r, s.setting) || error > r.recommendation.wanted) continue;
+    CheapestOf& to = r.cheapest[s.setting.is_infinite() ? 1 : 0];
+    const double time_s = scene_step_s(r, s);
+    if (to.found && to.scene_step_s <= time_s) continue;
+    to = {s.setting.is_infinite(), true, s.setting, error, time_s};
+  }
 }
 
 }  // namespace cli

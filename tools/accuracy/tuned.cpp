@@ -117,6 +117,16 @@ std::string moved_file(const std::string& file, const std::string& scene, const 
       .string();
 }
 
+// A key that is there gets what it must be; 0 is automatic, and what representatives have.
+void set_population(TomlEditor& editor, const toml::table& patch, const bristle::PatchOptions& o) {
+  const bool infinite = o.population == bristle::Population::infinite;
+  if (infinite || patch.contains("population"))
+    editor.set(patch, "population", infinite ? "\"infinite\"" : "\"representatives\"");
+  if (infinite || patch.contains("resolution"))
+    editor.set(patch, "resolution", fmt::format("{}", o.resolution));
+  if (patch.contains("cohorts")) editor.set(patch, "cohorts", fmt::format("{}", o.cohorts));
+}
+
 }  // namespace
 
 std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
@@ -127,10 +137,15 @@ std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
   }
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     const bristle::PatchOptions o = tuned_options(scene, r, p);
-    text += fmt::format(
-        "[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\nstep_rule = \"{}\"\nsampling = "
-        "\"{}\"\n",
-        scene.patches[p].name, o.bristles, name_of(o.precision), name_of(o.step_rule), name_of(o.sampling));
+    if (o.population == bristle::Population::infinite) {
+      text += fmt::format("[[patch]]\nname = \"{}\"\npopulation = \"infinite\"\nresolution = {}\n",
+                          scene.patches[p].name, o.resolution);
+    } else {
+      text += fmt::format(
+          "[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\nstep_rule = \"{}\"\nsampling = "
+          "\"{}\"\n",
+          scene.patches[p].name, o.bristles, name_of(o.precision), name_of(o.step_rule), name_of(o.sampling));
+    }
     if (p + 1 < scene.patches.size()) text += '\n';
   }
   return text;
@@ -148,6 +163,11 @@ std::string tuned_scene(const Scene& scene, const AccuracyResult& r, const std::
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     const bristle::PatchOptions o = tuned_options(scene, r, p);
     const toml::table& patch = *root["patch"][p].as_table();
+    set_population(editor, patch, o);
+    if (o.population == bristle::Population::infinite) {
+      if (patch.contains("step_rule")) editor.set(patch, "step_rule", quoted(name_of(o.step_rule)));
+      continue;
+    }
     editor.set(patch, "bristles", fmt::format("{}", o.bristles));
     editor.set(patch, "precision", quoted(name_of(o.precision)));
     editor.set(patch, "step_rule", quoted(name_of(o.step_rule)));

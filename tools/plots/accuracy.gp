@@ -5,7 +5,7 @@ if (!exists("png")) png = "accuracy.png"
 if (!exists("title")) title = csv
 
 # Rows by columns: 2 dt, 3 rule, 4 precision, 5 sampling, 7 as the scene, 8 usable, 9 Pareto, 10 recommended, 11 error,
-# 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference. awk, which every system has.
+# 12 its standard error, 19 time of a scene step, 22 deadline, 23 error of the reference, 24 population. awk, which every system has.
 pick(condition) = sprintf("awk -F, 'NR > 1 && (%s) { print $19, 100 * $11, 100 * $12 }' '%s'", condition, csv)
 there(condition) = int(system(pick(condition)." | wc -l")) > 0
 cell(what, row) = real(system(sprintf("awk -F, 'NR == %d { print %s }' '%s'", row, what, csv)))
@@ -20,11 +20,11 @@ x2 = 2.5 * most_x
 y1 = 0.5 * (least_y < floor_error ? least_y : floor_error)
 y2 = 200
 
-array condition[6]
-array name[6]
-array colour[6] = ["#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#000000"]  # Okabe and Ito
-array mark[6] = [7, 6, 8, 4, 2, 5]
-plain = "!$10 && !$7 && $3 == \"exact\" && $5 == \"stratified\""
+array condition[7]
+array name[7]
+array colour[7] = ["#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#000000", "#E69F00"]  # Okabe and Ito
+array mark[7] = [7, 6, 8, 4, 2, 5, 9]
+plain = "!$10 && !$7 && $3 == \"exact\" && $5 == \"stratified\" && $24 != \"infinite\""
 condition[1] = plain." && $8 && $4 == \"single\""
 name[1] = "exact, single, stratified"
 condition[2] = plain." && !$8 && $4 == \"single\""
@@ -37,6 +37,8 @@ condition[5] = "!$10 && !$7 && $3 == \"literal\""
 name[5] = "literal rule of the paper"
 condition[6] = "$7 && !$10"
 name[6] = "the scene as it is"
+condition[7] = "!$10 && !$7 && $24 == \"infinite\""
+name[7] = "infinite brush, resolution 2 to 32"
 
 set terminal pngcairo size 1500,1150 font "DejaVu Sans,17" linewidth 1.8
 set output png
@@ -62,7 +64,7 @@ set label 3 "error of the reference itself" at 1.2 * x1, 1.12 * floor_error left
 
 # Only what was measured: an empty series would be a warning.
 command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: nothing faster is better"'
-do for [i=1:6] {
+do for [i=1:7] {
   if (there(condition[i])) {
     command = command.sprintf(', "< ".pick(condition[%d]) using 1:2:3 with yerrorbars pointtype %d pointsize 1.3 linewidth 0.8 linecolor rgb "%s" title "%s"', i, mark[i], colour[i], name[i])
   }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "core/c_interface/field_count.hpp"
 #include "tools/python/module.hpp"
 
 namespace bristle_python {
@@ -88,12 +89,15 @@ bristle::BatchOptions batch_options(int threads, const char* isa, bool eager, in
 py::dict info_of(Batch& self, std::uint64_t id) {
   const Batch::Turn turn(self);
   const bristle::PatchInfo info = self.batch.info({id});
+  static_assert(bristle::detail::field_count<bristle::PatchInfo> == 10, "each field gets a key below");
   py::dict result;
   result["key"] = info.key;
   result["bristles"] = info.bristles;
+  result["detail"] = info.detail;
   result["weight"] = info.weight;
   result["active"] = info.active;
   result["normal_load"] = info.normal_load;
+  result["max_normal_load"] = info.max_normal_load;
   result["memory_bytes"] = info.memory_bytes;
   result["bytes_per_bristle"] = info.bytes_per_bristle;
   result["kernel"] = info.kernel;
@@ -249,7 +253,10 @@ void define_batch(py::module_& module) {
           },
           py::arg("dt"), py::arg("motions"), py::arg("responses") = py::none(),
           "The responses to trial motions, each from the state as it is, which does not change.")
-      .def("info", &info_of, py::arg("id"), "What a patch is and uses now: a dict. Zeros for an unknown id.")
+      .def("info", &info_of, py::arg("id"),
+           "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
+           "for an "
+           "unknown id.")
       .def(
           "stored_energy",
           [](Batch& self, std::uint64_t id) {

@@ -1,6 +1,6 @@
 # Types of the module, for editors and checkers. Units and meaning: docstrings, help(bristle).
 import enum
-from typing import Any, Optional, Union, overload
+from typing import Any, Optional, TypedDict, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -118,6 +118,9 @@ class PatchOptions:
     sampling: str
     seed: int
     key: int
+    population: str
+    cohorts: int
+    resolution: float
     def __init__(
         self,
         *,
@@ -130,6 +133,9 @@ class PatchOptions:
         sampling: str = ...,
         seed: int = ...,
         key: int = ...,
+        population: str = ...,
+        cohorts: int = ...,
+        resolution: float = ...,
     ) -> None: ...
 
 def motions(ids: ArrayLike, normal_load: ArrayLike = ...) -> np.recarray: ...
@@ -146,6 +152,18 @@ class StepReport:
     def threads(self) -> int: ...
     @property
     def bristles_visited(self) -> int: ...
+
+class _PatchInfo(TypedDict):
+    key: int
+    bristles: int
+    detail: int
+    weight: float
+    active: float
+    normal_load: float
+    max_normal_load: float
+    memory_bytes: int
+    bytes_per_bristle: int
+    kernel: str
 
 class PatchBatch:
     def __init__(
@@ -164,7 +182,7 @@ class PatchBatch:
     def move(self, id: int, dx: float, dy: float, normal_load: float) -> None: ...
     def force(self, id: int) -> np.record: ...
     def find_force(self, dt: float, motions: np.ndarray, responses: Optional[np.ndarray] = ...) -> np.ndarray: ...
-    def info(self, id: int) -> dict[str, Any]: ...
+    def info(self, id: int) -> _PatchInfo: ...
     def stored_energy(self, id: int) -> float: ...
     def state_hash(self, id: Optional[int] = ...) -> int: ...
     def read_bristles(

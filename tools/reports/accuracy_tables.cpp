@@ -34,6 +34,9 @@ std::string two_places(const Json& value, const char* sign) {
 
 std::string setting_bristles(const Json& setting) {
   if (setting.at("as_scene").get<bool>()) return "as it is";
+  // Reports of older versions have representatives only.
+  if (setting.value("population", "") == "infinite")
+    return "infinite, resolution " + number_text(setting.at("resolution"));
   return count_text(setting.at("bristles").get<unsigned long long>());
 }
 

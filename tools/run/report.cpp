@@ -29,6 +29,11 @@ std::string joined(const std::vector<std::string>& texts) {
   return all.empty() ? "nothing" : all;
 }
 
+/// Pieces per mean snap length; the patch knows what 0 (automatic) stands for.
+double resolution_of(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
+  return options.resolution > 0.0 ? options.resolution : info.bristles;
+}
+
 std::string name_of(const ScenePatch& patch) {
   return patch.count == 1 ? patch.name : fmt::format("{} x {}", patch.name, count_text(patch.count));
 }
@@ -39,6 +44,25 @@ constexpr std::size_t rows_shown = 12;
 std::string more_rows(std::size_t rows) {
   return rows > rows_shown ? fmt::format("... and {} more patches: see --json\n", rows - rows_shown)
                            : std::string();
+}
+
+std::string size_text(const RunResult& r, std::size_t patch_count) {
+  std::string text = r.bristles > 0 || r.infinite_patches == 0
+                         ? fmt::format("{} bristles in ", count_text(r.bristles))
+                         : std::string();
+  fmt::format_to(std::back_inserter(text), "{} {}", count_text(patch_count),
+                 patch_count == 1 ? "patch" : "patches");
+  if (r.infinite_patches > 0)
+    fmt::format_to(std::back_inserter(text), ", {} of infinitely many bristles",
+                   count_text(r.infinite_patches));
+  return text + fmt::format(", {} kB", count_text((r.memory_bytes + 1023) / 1024));
+}
+
+/// What stands for the bristles, and how many of it.
+std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
+  if (options.population == bristle::Population::infinite)
+    return fmt::format("infinite, resolution {}", resolution_of(options, info));
+  return fmt::format("{} representatives", count_text(info.bristles));
 }
 
 std::string head(const Scene& scene, const RunOptions& options, const RunResult& r) {
@@ -54,9 +78,7 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
   line("machine", c.cpu);
   const std::size_t patch_count = scene.patch_count();
-  line("size",
-       fmt::format("{} bristles in {} {}, {} kB", count_text(r.bristles), count_text(patch_count),
-                   patch_count == 1 ? "patch" : "patches", count_text((r.memory_bytes + 1023) / 1024)));
+  line("size", size_text(r, patch_count));
   line("steps", fmt::format("{} of {}: {} simulated in {}", count_text(r.steps), time_text(scene.dt),
                             time_text(static_cast<double>(r.steps) * scene.dt), time_text(r.seconds)));
   if (r.steps_before > 0)
@@ -136,11 +158,14 @@ std::string friction_table(const Scene& scene, const RunResult& r) {
 }
 
 std::string feature_table(const Scene& scene, const RunResult& r) {
-  Table table({"<features used", "<kernel", "bytes per bristle", "<left out"});
+  Table table({"<features used", "<population", "<kernel", "bytes", "<left out"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const ScenePatch& patch = scene.patches[p];
-    table.add({name_of(patch), r.patches[p].info.kernel,
-               fmt::format("{}", r.patches[p].info.bytes_per_bristle),
+    const bristle::PatchInfo& info = r.patches[p].info;
+    table.add({name_of(patch), population_text(patch.options, info), info.kernel,
+               patch.options.population == bristle::Population::infinite
+                   ? fmt::format("{} a patch", count_text(info.memory_bytes))
+                   : fmt::format("{} a bristle", info.bytes_per_bristle),
                joined(left_out(patch, scene.materials[patch.material].material))});
   }
   std::string text = table.text() + more_rows(r.patches.size());
@@ -169,13 +194,16 @@ Json statistics_json(const ForceStatistics& f) {
 
 Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material, const PatchResult& r) {
   const bristle::Outputs outputs = scene_patch.options.outputs;
+  const bool infinite = scene_patch.options.population == bristle::Population::infinite;
   Json patch = {{"name", scene_patch.name},
                 {"count", scene_patch.count},
+                {"population", infinite ? "infinite" : "representatives"},
+                {"resolution", infinite ? Json(resolution_of(scene_patch.options, r.info)) : Json(nullptr)},
                 {"kernel", r.info.kernel},
                 {"left_out", left_out(scene_patch, material)},
-                {"bristles", r.info.bristles},
-                {"weight", r.info.weight},
-                {"bytes_per_bristle", r.info.bytes_per_bristle},
+                {"bristles", infinite ? Json(nullptr) : Json(r.info.bristles)},
+                {"weight", infinite ? Json(nullptr) : Json(r.info.weight)},
+                {"bytes_per_bristle", infinite ? Json(nullptr) : Json(r.info.bytes_per_bristle)},
                 {"memory_bytes", r.memory_bytes},
                 {"load", statistics_json(r.load)}};
   Json force = {{"x", statistics_json(r.force[0])}};

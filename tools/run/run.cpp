@@ -172,7 +172,11 @@ void SceneRun::finish() {
     if (result.info.bristles == 0) result.info = info;
     result.memory_bytes += info.memory_bytes;
     result.stored += stepper_.batch().stored_energy(stepper_.motions()[c].id);
-    result_.bristles += info.bristles;
+    const ScenePatch& patch = scene_.patches[stepper_.copies()[c].patch];
+    if (patch.options.population == bristle::Population::infinite)
+      ++result_.infinite_patches;
+    else
+      result_.bristles += info.bristles;
     result_.memory_bytes += info.memory_bytes;
   }
   for (const BodyMotion& body : stepper_.bodies()) {
@@ -308,11 +312,13 @@ void set_rate(Scene& scene, double rate_hz) {
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material) {
   std::vector<std::string> features;
   const bristle::PatchOptions& o = patch.options;
+  const bool infinite = o.population == bristle::Population::infinite;
   if (o.axes == 1) features.emplace_back("second axis");
   if (material.snap_rule == bristle::SnapRule::keep) features.emplace_back("redraw");
+  if (infinite) features.emplace_back("noise of single bristles");
   if (!has(o.outputs, bristle::Outputs::mean)) features.emplace_back("mean force");
   if (!has(o.outputs, bristle::Outputs::energy)) features.emplace_back("energy");
-  if (o.precision == bristle::Precision::single) features.emplace_back("double precision");
+  if (o.precision == bristle::Precision::single && !infinite) features.emplace_back("double precision");
   if (material.bristle_damping == 0.0 || material.stribeck_velocity == 0.0) features.emplace_back("dampers");
   if (material.viscous_friction == 0.0) features.emplace_back("lubricant");
   if (o.step_rule == bristle::StepRule::literal) features.emplace_back("exact events");

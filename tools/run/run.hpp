@@ -76,7 +76,9 @@ struct RunResult {
   bristle::DeadlineMonitor monitor;
   std::string isa;
   int threads = 1;
-  std::uint64_t bristles = 0, memory_bytes = 0;
+  std::uint64_t bristles = 0;          ///< representatives of all patches; none of an infinite patch
+  std::uint64_t infinite_patches = 0;  ///< Population::infinite
+  std::uint64_t memory_bytes = 0;
   std::uint64_t state_hash = 0;
   std::size_t patches_written = 0;  ///< to the force file
   std::vector<PatchResult> patches;

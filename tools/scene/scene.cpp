@@ -92,6 +92,7 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
 SceneMaterial read_material(TomlTable table) {
   SceneMaterial result;
   result.name = table.name();
+  result.where = table.where();
   const bool bristle_parameters = table.has_any({"bristle_stiffness", "bristle_damping", "normal_stiffness",
                                                  "asperity_height_deviation", "snap_length"});
   try {
@@ -147,13 +148,57 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-ScenePatch read_patch(TomlTable table, const Names& materials) {
+/// population, resolution and cohorts, and what does not go with them.
+void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
+  o.population =
+      static_cast<bristle::Population>(table.choice("population", {"representatives", "infinite"}, 0));
+  if (o.population != bristle::Population::infinite) {
+    for (const char* key : {"resolution", "cohorts"})
+      if (table.number(key, any_not_negative, 0.0) > 0.0)
+        table.fail(key, "is for population = \"infinite\"; this patch has representatives");
+    return;
+  }
+  if (material.snap_rule != bristle::SnapRule::redraw) {
+    table.fail("population",
+               "is 'infinite', but the material has rule = \"keep\", whose bristles never forget their "
+               "phases; give the material rule = \"redraw\" or the patch population = \"representatives\"");
+  }
+  if (o.step_rule != bristle::StepRule::exact) {
+    table.fail("step_rule",
+               "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
+  }
+  // 0 is automatic, as where the key is missing.
+  o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
+  if (o.resolution > 0.0 && o.resolution < 1.0)
+    table.fail(
+        "resolution",
+        fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
+  o.cohorts = static_cast<std::uint32_t>(table.integer("cohorts", 0, 512, 0));
+  if (o.cohorts > 0 && o.cohorts < 8)
+    table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
+}
+
+/// A material that its representatives cannot take is the material's fault, and the patch's choice.
+void check_material(const ScenePatch& patch, const SceneMaterial& material) {
+  if (patch.options.population == bristle::Population::infinite) return;
+  try {
+    material.material.validate_for_representatives();
+  } catch (const bristle::Error& error) {
+    throw UserError(
+        fmt::format("{}: {}; so does population = \"infinite\" in the [[patch]]; patch '{}' uses this "
+                    "material with representatives",
+                    material.where, error.what(), patch.name));
+  }
+}
+
+ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<SceneMaterial>& materials) {
   ScenePatch patch;
   patch.name = table.name();
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
-               "sampling", "seed", "count", "priority", "least_bristles"});
-  patch.material = materials.find(table.text("material"), table, "material");
+               "sampling", "seed", "count", "priority", "least_bristles", "population", "resolution",
+               "cohorts"});
+  patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
   o.bristles = static_cast<std::uint32_t>(table.integer("bristles", 0, bristle::max_bristles_per_patch, 0));
@@ -171,6 +216,8 @@ ScenePatch read_patch(TomlTable table, const Names& materials) {
   o.step_rule = static_cast<bristle::StepRule>(table.choice("step_rule", {"exact", "literal"}, 0));
   o.sampling = static_cast<bristle::Sampling>(table.choice("sampling", {"stratified", "random"}, 0));
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
+  read_population(table, materials[patch.material].material, o);
+  check_material(patch, materials[patch.material]);
   patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 1'000'000, 1));
   patch.priority = static_cast<int>(table.integer("priority", -1000, 1000, 0));
   patch.least_bristles =
@@ -395,11 +442,16 @@ void check_all_moved(const Scene& scene) {
   }
 }
 
+/// A cohort of an infinite patch counts as a bristle.
+std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
+  if (options.population == bristle::Population::infinite) return options.cohorts ? options.cohorts : 256;
+  return options.bristles ? options.bristles : 4096;
+}
+
 void check_size(const Scene& scene) {
   std::uint64_t bristles = 0, patches = 0;
   for (const ScenePatch& patch : scene.patches) {
-    const std::uint64_t n = patch.options.bristles ? patch.options.bristles : 4096;
-    bristles += n * patch.count;
+    bristles += most_bristles_of(patch.options) * patch.count;
     patches += patch.count;
   }
   constexpr std::uint64_t most = 1ull << 28;
@@ -477,7 +529,7 @@ Scene parse_scene(const std::string& text, const std::string& path) {
     scene.materials.push_back(std::move(material));
   }
   for (TomlTable& t : table.tables("patch")) {
-    ScenePatch patch = read_patch(t, materials);
+    ScenePatch patch = read_patch(t, materials, scene.materials);
     patches.add(patch.name, t);
     scene.patches.push_back(std::move(patch));
   }

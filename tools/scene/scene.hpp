@@ -18,6 +18,7 @@ struct SceneMaterial {
   std::string name;
   bristle::Material material;
   std::optional<bristle::Coefficients> coefficients;  ///< where the scene gives these
+  std::string where;                                  ///< "file:line: [[material]] 'name'", for messages
 };
 
 /// Prescribed motion, a body, or both never: one of the two moves a patch.
