@@ -187,6 +187,7 @@ struct PatchBatch::Impl {
           FloatModeScope mode;
           Patch& p = pool.patch(c->slot);
           p.model->take_over(c->patch, p);
+          keep_place(c->patch, p);
           std::swap(p, c->patch);
           break;
         }
@@ -254,7 +255,9 @@ struct PatchBatch::Impl {
     if (p == nullptr) return false;
     const FloatModeScope mode;
     trial.of = nullptr;
+    const Patch before = *p;
     p->model->reset(*p, seed, key);
+    keep_place(*p, before);
     pool.note(slot_of(id)).last = Response{};
     return true;
   }

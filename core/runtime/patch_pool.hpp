@@ -21,6 +21,13 @@ constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
 }
 
+/// What a slot keeps when its patch is made anew or gets another material.
+inline void keep_place(Patch& made, const Patch& before) noexcept {
+  made.generation = before.generation;
+  made.last_step = before.last_step;
+  made.skips = before.skips;
+}
+
 /// What move(), step(dt) and force() keep of a slot, apart from what a step reads.
 struct SlotNote {
   std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set

@@ -169,11 +169,7 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.options.key = key;
   change_seed(r, seed);
   fill_columns(r);
-  const Patch before = p;
-  p = make_shared_part(r, *before.model);
-  p.generation = before.generation;
-  p.last_step = before.last_step;
-  p.skips = before.skips;
+  p = make_shared_part(r, *p.model);
   leave_contact<T>(p);
   note_count<T>(p);
 }

@@ -68,9 +68,6 @@ void take_over(Patch& to, Patch& from) noexcept {
     fill_columns(r);
   }
   for (std::uint32_t b = 0; b < old.active_blocks(); ++b) rewrite_block<T>(from, b);
-  to.generation = from.generation;
-  to.last_step = from.last_step;
-  to.skips = from.skips;
   to.pending_snaps = from.pending_snaps;
   to.pending_dissipated = from.pending_dissipated;
   to.pending_loss = from.pending_loss;
