@@ -645,6 +645,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "capacity --targets --csv x.csv", {"--csv", "--targets"});
   check_refused(folder, "capacity --features --quick --csv x.csv", {"--csv", "--features"});
   check_refused(folder, "stability --threads -1", {"--threads"});
+  check_refused(folder, "stability --population finite",
+                {"--population", "finite", "representatives", "infinite"});
   check_refused(folder, "stability --json - --csv -", {"--json -", "--csv -", "stdout"});
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
 }
