@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <bristle/patch_batch.hpp>
@@ -12,6 +13,7 @@ namespace bristle_bench {
 struct SteadyMotion {
   double step = 0.0;            ///< displacement per step over the mean snap length
   bool there_and_back = false;  ///< every other step goes back
+  bool zigzag = false;          ///< every other step goes across, on two axes
 };
 
 /// Brings a scene from rest into its motion: `slides` steps of `slide` mean snap lengths, after which the law
@@ -47,6 +49,11 @@ class SteadyScene {
     sliding_.push_back(moved(settling_.slide));
     motions_[0].push_back(moved(steady.step));
     motions_[1].push_back(moved(steady.there_and_back ? -steady.step : steady.step));
+    if (steady.zigzag) {
+      double* const d = motions_[1].back().displacement;
+      std::swap(d[0], d[1]);
+      d[1] = -d[1];
+    }
     bristles_ += options.bristles;
   }
 

@@ -645,6 +645,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "capacity --targets --csv x.csv", {"--csv", "--targets"});
   check_refused(folder, "capacity --features --quick --csv x.csv", {"--csv", "--features"});
   check_refused(folder, "stability --threads -1", {"--threads"});
+  check_refused(folder, "stability --population finite",
+                {"--population", "finite", "representatives", "infinite"});
   check_refused(folder, "stability --json - --csv -", {"--json -", "--csv -", "stdout"});
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
 }
@@ -696,6 +698,17 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
     }
     if (row["bristles"] > 0 && !row["more_would_fit"])
       CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
+  }
+  if (!BRISTLE_MINIMAL) {
+    // At rest, in tremor, in four straight slides and four in zigzag; one patch and ten thousand.
+    REQUIRE(report["infinite"].size() == 2 * (2 + 4 + 4));
+    for (const json& row : report["infinite"]) {
+      CHECK(row["resolution"] == 8);
+      CHECK((row["patches"] == 1 || row["patches"] == 10'000));
+      CHECK(row["kernel"] == "2 axes, infinite, end, double");
+      CHECK(row["ns_per_patch"] > 0.0);
+      CHECK(row["bytes_per_patch"] > 0);
+    }
   }
   for (const json& row : report["comparisons"]) {
     CHECK(row["ns_per_bristle"] > 0.0);

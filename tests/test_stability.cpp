@@ -118,6 +118,29 @@ TEST_CASE("Simulated loops settle within the linear limit and do not beyond it",
   }
 }
 
+TEST_CASE("A loop on the infinite brush settles within the linear limit and not beyond it", "[stability]") {
+  cli::StabilityOptions options{true, 1, "", ""};
+  options.population = bristle::Population::infinite;
+  const double second = 0.5;
+  for (const Scheme scheme : {Scheme::semi_implicit, Scheme::midpoint, Scheme::hold, Scheme::device}) {
+    const auto limits = cli::stability_limits(scheme, cli::is_device(scheme) ? 0.0 : second,
+                                              cli::is_device(scheme) ? second : 0.0);
+    const double limit = limits.empty() ? 8.0 : limits.back();
+    for (const bool inside : {true, false}) {
+      for (const bool sliding : {false, true}) {
+        CAPTURE(to_string(scheme), inside, sliding);
+        const LoopResult result =
+            cli::run_loop(cli::cell_setup(scheme, limit * (inside ? 0.75 : 1.25), second, sliding, options));
+        CHECK((result.verdict == Verdict::settles) == (inside || cli::is_implicit(scheme)));
+      }
+    }
+  }
+  const cli::RestRow row = cli::rest_on_slope(Scheme::midpoint, 5.0, options.population);
+  CHECK(row.first_second_m > 1e-6);
+  CHECK(row.first_second_m < 15e-6);
+  CHECK(std::abs(row.creep_m) < 1e-12);
+}
+
 TEST_CASE("A damper too strong for the step is not bounded by snaps", "[stability]") {
   const cli::StabilityOptions options{true, 1, "", ""};
   for (const Scheme scheme : {Scheme::explicit_euler, Scheme::semi_implicit, Scheme::hold}) {

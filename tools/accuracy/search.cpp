@@ -238,6 +238,8 @@ double SettingResult::rms_spread() const {
     for (const PatchError& e : run) most = std::max(most, e.rms);
     values.push_back(most);
   }
+  // Without a seed all runs are one: rounding of their mean is no spread.
+  if (std::equal(std::next(values.begin()), values.end(), values.begin())) return 0.0;
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
   double squares = 0.0;

@@ -109,6 +109,10 @@ double step_length(Regime regime) noexcept {
 }
 
 std::string CapacityCase::kernel_name() const {
+  if (is_infinite())
+    return fmt::format("{} {}, infinite, end{}{}, double", axes, axes == 1 ? "axis" : "axes",
+                       has(outputs, Outputs::mean) ? " + mean" : "",
+                       has(outputs, Outputs::energy) ? " + energy" : "");
   return fmt::format("{} {}, {}, end{}{}, {}", axes, axes == 1 ? "axis" : "axes",
                      rule == SnapRule::keep ? "keep" : "redraw", has(outputs, Outputs::mean) ? " + mean" : "",
                      has(outputs, Outputs::energy) ? " + energy" : "",
@@ -154,6 +158,9 @@ void capacity_command(const CapacityOptions& options) {
     const Report report = [&](const std::string& what) { progress.update(0.05, what.c_str()); };
     if (options.features || (everything && !options.quick))
       result.features = measure_features(options, report);
+#if !BRISTLE_MINIMAL
+    if (everything) result.infinite = measure_infinite(options, report);
+#endif
     if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const CapacityCase& c = cases[i];

@@ -49,7 +49,11 @@ struct CapacityCase {
   std::optional<bristle::SnapLength> law = {};  ///< in place of uniform
   bool eager = false;
   int servo_core = -1;
+  bristle::Population population = bristle::Population::representatives;
+  double resolution = 0.0;  ///< of infinite patches; 0: the library's choice
+  bool zigzag = false;      ///< every other step goes across
 
+  bool is_infinite() const noexcept { return population == bristle::Population::infinite; }
   std::string kernel_name() const;  ///< "2 axes, keep, end + mean, single"
   std::string layout_name() const;  ///< "one patch", "patches of 100"
 };
@@ -97,6 +101,17 @@ struct FeatureRow {
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;  ///< time over the least kernel's: median, quartiles
 };
 
+/// Patches of infinitely many bristles in one motion.
+struct InfiniteRow {
+  std::string motion;  ///< "rest", "tremor", "straight", "zigzag"
+  double step = 0.0;   ///< mean snap lengths
+  std::string kernel;
+  std::uint32_t resolution = 0;  ///< pieces of path per mean snap length
+  std::uint64_t patches = 0;
+  std::uint64_t bytes_per_patch = 0;
+  double ns_per_patch = 0.0, ns_low = 0.0, ns_high = 0.0;  ///< of a step: median and quartiles
+};
+
 struct CapacityResult {
   std::string isa;
   std::uint64_t state_hash = 0;  ///< of a fixed scene: where it differs, other things were computed
@@ -105,6 +120,7 @@ struct CapacityResult {
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
   std::vector<FeatureRow> features;
+  std::vector<InfiniteRow> infinite;
 };
 
 /// One of the things that are run in turn, so that what the machine does meanwhile strikes all alike.
@@ -116,6 +132,7 @@ struct Contestant {
 /// A row for each; ratios to the first. capacity_compare.cpp
 std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const std::string& regime,
                                    std::uint64_t bristles, std::uint64_t rounds);
+/// Of infinite patches `bristles` is the number of patches.
 Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
 /// The paper's loop in steady motion, as compiled: <double, 3> and <float, 2>.
@@ -128,6 +145,14 @@ using Report = std::function<void(const std::string& what)>;
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
 /// capacity_features.cpp
 std::vector<FeatureRow> measure_features(const CapacityOptions& options, const Report& report);
+
+/// Steps of infinite patches that slide, mean snap lengths: straight, where a patch that has forgotten the
+/// beginning is carried along as it stands, and in zigzag, where it is not.
+constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 100.0};
+/// capacity_infinite.cpp
+CapacityCase infinite_case(Regime regime, std::optional<double> step = {}, bool zigzag = false);
+std::vector<CapacityCase> infinite_sliding();
+std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
 
 /// Times so many steps of so many bristles.
 using MeasureSteps = std::function<StepTimes(std::uint64_t bristles, std::uint64_t steps)>;

@@ -77,6 +77,17 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                   {"time_over_least", row.ratio},
                                   {"quartiles", {row.ratio_low, row.ratio_high}}});
   }
+  report["infinite"] = Json::array();
+  for (const InfiniteRow& row : result.infinite) {
+    report["infinite"].push_back({{"motion", row.motion},
+                                  {"step_over_mean_snap_length", row.step},
+                                  {"kernel", row.kernel},
+                                  {"resolution", row.resolution},
+                                  {"patches", row.patches},
+                                  {"bytes_per_patch", row.bytes_per_patch},
+                                  {"ns_per_patch", row.ns_per_patch},
+                                  {"quartiles", {row.ns_low, row.ns_high}}});
+  }
   report["comparisons"] = Json::array();
   for (const ComparisonRow& row : result.comparisons) {
     report["comparisons"].push_back({{"bristles", row.bristles},
@@ -121,6 +132,12 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         "holds "
         "the\ncode of its own features only.\n\n" +
         kernel_features_table(report, Medium::terminal).text() + '\n';
+  }
+  if (!result.infinite.empty()) {
+    text +=
+        "Patches of infinitely many bristles, one thread: a step of each, alone (in cache) and among ten "
+        "thousand.\n\n" +
+        infinite_table(report, Medium::terminal).text() + '\n';
   }
   if (!result.targets.empty()) {
     text +=

@@ -30,7 +30,9 @@ bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::strin
 
 CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa)
     : scene_(make_scene(what, isa)) {
-  const std::uint64_t per_patch = what.patch_bristles ? what.patch_bristles : bristles;
+  const std::uint64_t per_patch = what.is_infinite()    ? 1
+                                  : what.patch_bristles ? what.patch_bristles
+                                                        : bristles;
   const std::uint64_t patches = std::max<std::uint64_t>(1, bristles / per_patch);
   const auto material = bristle::Material{}
                             .with_snap_length(what.law.value_or(bristle::SnapLength::uniform(
@@ -44,8 +46,10 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
                    .with_axes(what.axes)
                    .with_outputs(what.outputs)
                    .with_precision(what.precision)
+                   .with_population(what.population)
+                   .with_resolution(what.resolution)
                    .with_seed(static_cast<std::uint32_t>(i + 1)),
-               {what.step.value_or(step_length(what.regime)), what.regime == Regime::tremor});
+               {what.step.value_or(step_length(what.regime)), what.regime == Regime::tremor, what.zigzag});
   }
   scene_.settle();
 }

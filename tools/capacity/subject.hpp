@@ -17,7 +17,8 @@ constexpr double capacity_dt_s = 1e-3;
 
 class CapacitySubject {
  public:
-  /// Settled in its motion. Throws UserError on an instruction set that is not there.
+  /// Settled in its motion. Of infinite patches `bristles` is their number. Throws UserError on an
+  /// instruction set that is not there.
   CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 
   /// One step of the motion; to be timed.

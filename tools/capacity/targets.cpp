@@ -1,6 +1,8 @@
 // The library's speed targets, each measured in one short run of its own. Ratios are taken interleaved.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -29,6 +31,9 @@ using bristle_bench::servo_core;
 constexpr std::uint64_t in_cache = 14'400;
 constexpr std::uint64_t a_million = 1'000'000;
 constexpr std::uint64_t out_of_cache = 4'000'000;
+constexpr std::uint64_t ten_thousand = 10'000;
+// The default keeps the force of the fingertip scene within 1 % (bristle accuracy); half of it does not.
+constexpr double within_a_percent = 8.0;
 
 class Targets {
  public:
@@ -42,6 +47,10 @@ class Targets {
     if (bristle::plain::plain_loops_run_here()) against_plain_loops();
 #endif
     against_streaming();
+    many_patches();
+#if !BRISTLE_MINIMAL
+    infinite_steps();
+#endif
 #if BRISTLE_WITH_TBB
     if (std::thread::hardware_concurrency() >= 2) {
       two_threads();
@@ -110,9 +119,83 @@ class Targets {
     add_ratio("stuck/tremor", settled(tremor), bristle_kernel(eager, a_million, options_.isa), a_million,
               0.01, false,
               "a million bristles, tremor of 0.05 after sliding: time over that of visiting all");
-    CapacityCase resting = rest;
+  }
+
+  /// Copies what the caller writes and reads in a step.
+  static Contestant copy_of_messages(std::uint64_t patches) {
+    struct Messages {
+      explicit Messages(std::uint64_t count) : motions(count), responses(count) {}
+      std::vector<bristle::Motion> motions;
+      std::vector<bristle::Response> responses;
+    };
+    auto from = std::make_shared<Messages>(patches), to = std::make_shared<Messages>(patches);
+    return {"memcpy of the motions and responses",
+            [from, to] {
+              const auto copy = [](auto& into, const auto& source) {
+                std::memcpy(static_cast<void*>(into.data()), source.data(),
+                            source.size() * sizeof source.front());
+              };
+              copy(to->motions, from->motions);
+              copy(to->responses, from->responses);
+              return to->responses.back().end[0];
+            },
+            {}};
+  }
+
+  void many_patches() {
+    CapacityCase resting = make(Regime::rest, SnapRule::keep, Outputs::end);
     resting.patch_bristles = 100;
-    add_time("batch/resting", resting, a_million, 30.0, "us", "10,000 patches of 100, each named, at rest");
+    add_ratio(
+        "batch/resting", bristle_kernel(resting, a_million, options_.isa), copy_of_messages(ten_thousand),
+        ten_thousand, 2.0, false,
+        "10,000 patches of 100, each named, at rest: time over memcpy of the same motions and responses");
+    CapacityCase sliding = make(Regime::sliding, SnapRule::keep, Outputs::mean);
+    sliding.patch_bristles = 100;
+    auto hundred = std::make_shared<CapacitySubject>(sliding, 100 * 100, options_.isa);
+    Contestant in_turn{"the same patches, 100 at a time",
+                       [hundred] {
+                         for (std::uint64_t i = 0; i < ten_thousand / 100; ++i) hundred->step();
+                         return 0.0;
+                       },
+                       {}};
+    add_ratio("batch/out_of_cache", bristle_kernel(sliding, a_million, options_.isa), std::move(in_turn),
+              ten_thousand, 1.6, false,
+              "10,000 patches of 100, all snap: time of a patch over that with 100 patches, in cache");
+  }
+
+  /// One patch beside 900 representatives of which few snap; sliding at the dearest speed.
+  void infinite_steps() {
+    const CapacityCase brush = make(Regime::presliding, SnapRule::keep, Outputs::end);
+    const auto against_900 = [&](const char* name, const CapacityCase& what) {
+      report_(name);
+      return compare({bristle_kernel(brush, 900, options_.isa), bristle_kernel(what, 1, options_.isa)}, name,
+                     1, rounds())
+          .back();
+    };
+    const ComparisonRow stuck = against_900("infinite/sticking", infinite_case(Regime::tremor));
+    rows_.push_back({"infinite/sticking",
+                     "infinite brush, to and fro by 0.05: time over 900 bristles, keep, end, presliding",
+                     stuck.ratio, stuck.ratio_low, stuck.ratio_high, 1.0 / 6.0, false, "x"});
+    const auto dearest_slide = [&](const char* name, auto is_meant) {
+      ComparisonRow worst;
+      worst.ratio = 0.0;
+      CapacityCase dearest;
+      for (const CapacityCase& slide : infinite_sliding()) {
+        if (!is_meant(*slide.step)) continue;
+        const ComparisonRow row = against_900(name, slide);
+        if (row.ratio < worst.ratio) continue;
+        worst = row;
+        dearest = slide;
+      }
+      rows_.push_back(
+          {name,
+           fmt::format("infinite brush, dearest slide ({}, {:g} mean snap lengths a step): time over "
+                       "the same 900",
+                       dearest.zigzag ? "zigzag" : "straight", *dearest.step),
+           worst.ratio, worst.ratio_low, worst.ratio_high, 1.7, false, "x"});
+    };
+    dearest_slide("infinite/sliding", [](double step) { return step <= 1.0; });
+    dearest_slide("infinite/far", [](double step) { return step > 1.0; });
   }
 
   /// After enough tremor that every bristle which the first strokes snap has done so.
@@ -258,6 +341,13 @@ class Targets {
     patches.patch_bristles = 100;
     add("tick/patches/10000", patches, a_million,
         "10,000 patches of 100, keep, end + mean, all snap, two threads");
+#if !BRISTLE_MINIMAL
+    CapacityCase contacts = infinite_case(Regime::sliding, 0.1, true);
+    contacts.resolution = within_a_percent;
+    add("tick/infinite/10000", contacts, ten_thousand,
+        "10,000 infinite patches within 1 % of the force, zigzag of 0.1 mean snap lengths a step, two "
+        "threads");
+#endif
   }
 
   const CapacityOptions& options_;

@@ -301,6 +301,15 @@ int run(int argc, char** argv) {
   stability_app->add_flag("--quick", stability_options.quick, "A coarser map, shorter runs");
   stability_app->add_option("--threads", stability_options.threads, "Threads that simulate; 0 = one per core")
       ->check(CLI::Range(0, 1024));
+  stability_app
+      ->add_option_function<std::string>(
+          "--population",
+          [&](const std::string& name) {
+            stability_options.population =
+                name == "infinite" ? bristle::Population::infinite : bristle::Population::representatives;
+          },
+          "What stands for the bristles of the maps and the slope")
+      ->check(CLI::IsMember({"representatives", "infinite"}));
   stability_app->add_option("--json", stability_options.json,
                             "Write the report to this JSON file (- for stdout)");
   stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)");

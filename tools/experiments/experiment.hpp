@@ -66,7 +66,7 @@ const std::vector<Experiment>& experiments();
 /// Throws UserError.
 const Experiment& find_experiment(std::string_view name);
 
-/// Six rivals and the two readings of the brush.
+/// Six rivals, the two readings of the brush, and the infinite brush (of the reading redraw).
 std::span<const std::string_view> model_names();
 /// As tables print it: "LuGre".
 std::string model_title(std::string_view model);

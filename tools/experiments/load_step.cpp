@@ -106,7 +106,7 @@ Experiment load_step_experiment() {
             "in sliding, friction does not jump with the load but follows over micrometres (Prakash 1998; "
             "Dieterich and Linker 1992, in part)",
             "share of the new friction after a hundredth of a presliding length", "%", "below 10 %"},
-           {"load_up_rest", "more load at rest moves no force",
+           {"load_up_rest", "more load at rest leaves the force as it is",
             "a load that rises at rest leaves the held force alone: nothing moved (equilibrium)",
             "change of the held force, over kinetic friction", "%", "below 1 %"},
            {"load_down_rest", "less load holds less",

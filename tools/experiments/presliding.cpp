@@ -148,7 +148,7 @@ Experiment presliding_experiment() {
         "every open "
         "reversal (Swevers et al. 2000)",
         "force missed at the two points of return, over kinetic friction", "%", "below 0.5 %"},
-       {"permanent_set", "a permanent set after letting go",
+       {"permanent_set", "a permanent displacement after release",
         "let go near break-away, the block springs back but not all the way (Courtney-Pratt and Eisner 1957)",
         "displacement left, in presliding lengths", "", "above 0.02, and springs back by 0.01"}},
       {"x[m]", "friction[N]"},

@@ -90,7 +90,8 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
       "it, every "
       "model in the same\ninterleaved run; median and quartiles over rounds. Presliding: 0.003 mean snap "
       "lengths a "
-      "step; sliding: 1. The brush has 900\nbristles in single precision. {}; {}; commit {}.\n\n| model | "
+      "step; sliding: 1. The brush has 900\nbristles in single precision, the infinite brush a resolution of "
+      "8 in double precision. {}; {}; commit {}.\n\n| model | "
       "presliding, "
       "ns | quartiles | sliding, ns | quartiles |\n|---|---|---|---|---|\n",
       c.cpu, c.flags, c.commit);

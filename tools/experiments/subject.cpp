@@ -10,8 +10,9 @@
 namespace cli {
 namespace {
 
-constexpr std::array<std::string_view, 8> names = {"coulomb",      "dahl", "lugre",        "elasto_plastic",
-                                                   "maxwell_slip", "gms",  "brush_redraw", "brush_keep"};
+constexpr std::array<std::string_view, 9> names = {"coulomb",        "dahl",         "lugre",
+                                                   "elasto_plastic", "maxwell_slip", "gms",
+                                                   "brush_redraw",   "brush_keep",   "brush_infinite"};
 
 bristle::SnapLength snap_length(const Settings& settings) {
   using bristle::SnapLaw;
@@ -40,8 +41,9 @@ rivals::Rival make_rival(std::string_view model, const Settings& settings) {
 std::span<const std::string_view> model_names() { return names; }
 
 std::string model_title(std::string_view model) {
-  constexpr std::array<std::string_view, 8> titles = {
-      "Coulomb", "Dahl", "LuGre", "elasto-plastic", "Maxwell-slip", "GMS", "brush, redraw", "brush, keep"};
+  constexpr std::array<std::string_view, 9> titles = {"Coulomb",        "Dahl",         "LuGre",
+                                                      "elasto-plastic", "Maxwell-slip", "GMS",
+                                                      "brush, redraw",  "brush, keep",  "infinite brush"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == model) return std::string(titles[i]);
   }
@@ -101,6 +103,7 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   patch.outputs = bristle::Outputs::mean;
   patch.precision =
       settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
+  if (model == "brush_infinite") patch.population = bristle::Population::infinite;
   patch.seed = static_cast<std::uint32_t>(settings.number("seed"));
   Brush brush;
   brush.id = brush.batch.add(material, patch);

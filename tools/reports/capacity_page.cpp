@@ -93,6 +93,10 @@ void add_capacity(HtmlPage& page, const std::string& id, const Measurement& meas
            "A kernel holds the code of its own features only: what a scene does not ask for costs nothing. "
            "14,400 bristles, one thread, in turns.",
            kernel_features_table(capacity, Medium::page));
+  if (capacity.contains("infinite"))  // not in reports of older builds
+    tabulate("-infinite", "Patches of infinitely many bristles", "infinite",
+             "One thread: a step of each patch, alone (in cache) and among ten thousand.",
+             infinite_table(capacity, Medium::page));
   page.paragraph(text_of(capacity, "note"));
 }
 

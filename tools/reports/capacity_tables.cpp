@@ -140,4 +140,18 @@ Table kernel_features_table(const Json& capacity, Medium medium) {
   return tabulate(capacity.at("features"), columns, medium, 1);
 }
 
+Table infinite_table(const Json& capacity, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<motion", "motion"),
+      number_column("step / mean length", "step_over_mean_snap_length"),
+      text_column("<kernel", "kernel"),
+      number_column("resolution", "resolution"),
+      {"patches",
+       [](const Json& row) { return Cell(count_text(row.at("patches").get<unsigned long long>())); }},
+      number_column("bytes per patch", "bytes_per_patch"),
+      number_column("ns per patch", "ns_per_patch"),
+      quartile_column(three_digits, JsonColumn::everywhere)};
+  return tabulate(capacity.at("infinite"), columns, medium, 0);
+}
+
 }  // namespace cli

@@ -97,7 +97,7 @@ double late_force_damping(bool mean) {
 }
 
 // A plate: its feet are level with its centre, so that friction does not tip it.
-RestRow rest_on_slope(Scheme scheme, double seconds) {
+RestRow rest_on_slope(Scheme scheme, double seconds, bristle::Population population) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);
   const double load = mass * gravity * cosine / 4.0;
@@ -112,6 +112,7 @@ RestRow rest_on_slope(Scheme scheme, double seconds) {
     motions[i].id = batch.add(material, bristle::PatchOptions{}
                                             .with_max_normal_load(2.0 * load)
                                             .with_bristles(500)
+                                            .with_population(population)
                                             .with_outputs(bristle::Outputs::mean)
                                             .with_seed(static_cast<std::uint32_t>(i + 1)));
     motions[i].normal_load = load;

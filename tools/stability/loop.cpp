@@ -125,6 +125,7 @@ Loop::Loop(const LoopSetup& setup) : s_(setup), hold_(hold_of(s_.mass_kg, s_.dev
   motion_.id = batch_.add(material, bristle::PatchOptions{}
                                         .with_max_normal_load(1.0)
                                         .with_bristles(s_.bristles)
+                                        .with_population(s_.population)
                                         .with_axes(s_.axes)
                                         .with_outputs(outputs)
                                         .with_precision(BRISTLE_WITH_DOUBLE ? bristle::Precision::double_

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <bristle/material.hpp>
+#include <bristle/patch.hpp>
 
 namespace cli {
 
@@ -67,6 +68,7 @@ struct LoopSetup {
   std::uint64_t steps = 8000;       ///< of 4 quarters
   std::uint64_t load_period = 500;  ///< steps
   bool stop_early = true;           ///< once at rest, or once without bound
+  bristle::Population population = bristle::Population::representatives;
 };
 
 enum class Verdict {

@@ -95,10 +95,15 @@ void add_limit_points(std::string& text, Scheme scheme) {
   }
 }
 
+const char* population_name(const StabilityOptions& options) {
+  return options.population == bristle::Population::infinite ? "infinite" : "representatives";
+}
+
 Json report_of(const StabilityOptions& options, const StabilityResult& result) {
   Json report = {{"schema", "bristle-stability-1"}};
   report["conditions"] = to_json(conditions());
   report["quick"] = options.quick;
+  report["population"] = population_name(options);
   report["k"] = result.ks;
   report["c_or_beta"] = result.seconds;
   report["maps"] = Json::array();
@@ -165,9 +170,11 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
       "beta = b T/m)\n"
       "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, redraw. Each cell from two "
       "starts:\n"
-      "a push within presliding, and steady sliding; the worse counts. {} steps.\n\n",
+      "a push within presliding, and steady sliding; the worse counts. {} steps. Population of maps and "
+      "slope: "
+      "{}.\n\n",
       c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
-      result.seconds.back(), options.quick ? 4000 : 8000);
+      result.seconds.back(), options.quick ? 4000 : 8000, population_name(options));
   text += maps_table(report, Medium::terminal).text();
   text +=
       "\nSettles: the energy falls from the third quarter of the run to the fourth. Rings: bristles snap to "

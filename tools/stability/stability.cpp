@@ -143,8 +143,8 @@ StabilityResult measure(const StabilityOptions& options) {
   result.rests.resize(2);  // first, for they take longest
   for (std::size_t i = 0; i < 2; ++i) {
     jobs.add([&result, &options, i] {
-      result.rests[i] =
-          rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0);
+      result.rests[i] = rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0,
+                                      options.population);
     });
   }
   for (std::size_t s = 0; s < mapped_schemes().size(); ++s) {
@@ -229,6 +229,7 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
   s.device_damping = beta_of(scheme, second) * mass_kg / dt_s;
   if (scheme == Scheme::device) s.quantum_m = encoder_quantum * mean_snap_length_m;
   s.bristles = 256;
+  s.population = options.population;
   s.steps = options.quick ? 4000 : 8000;
   s.sliding = sliding;
   // Sticking: the amplitude of a free swing, at most the way of one step. Sliding: kinetic force 13/24 of

@@ -14,6 +14,7 @@ struct StabilityOptions {
   int threads = 0;   ///< 0: one per core
   std::string json;  ///< report; empty: none, "-": stdout
   std::string csv;   ///< the map, for tools/plots/stability.gp; empty: none
+  bristle::Population population = bristle::Population::representatives;  ///< of the maps and the slope
 };
 
 /// Why simulation and linear theory give different verdicts.
@@ -103,7 +104,8 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
 std::vector<CaseRow> stability_cases();
 std::vector<StopRow> stopping_distances();
 double late_force_damping(bool mean);
-RestRow rest_on_slope(Scheme scheme, double seconds);
+RestRow rest_on_slope(Scheme scheme, double seconds,
+                      bristle::Population population = bristle::Population::representatives);
 /// stability_report.cpp
 std::string stability_table(const StabilityOptions& options, const StabilityResult& result);
 std::string stability_json(const StabilityOptions& options, const StabilityResult& result);
