@@ -42,7 +42,7 @@ py::object experiment(const std::string& name, const std::optional<std::vector<s
   const cli::Experiment& experiment = cli::find_experiment(name);
   cli::Settings settings(experiment.parameters);
   for (const auto& [key, value] : parameters)
-    settings.set(py::cast<std::string>(key) + "=" + setting_text(value), "experiment " + name + ":");
+    settings.set(py::cast<std::string>(key) + "=" + setting_text(value), "experiment " + name);
   InterruptCheck interrupted;
   const cli::ExperimentInput input{settings,
                                    cli::choose_models(models.value_or(std::vector<std::string>()), "models"),
