@@ -306,7 +306,7 @@ TEST_CASE("Hopeless data are refused in one clear line", "[fit]") {
   CHECK_THAT(refusal(lifted), Contains("the load is 0 throughout"));
   std::string no_load = "t,x,force\n0,0,1\n";
   for (int i = 1; i < 30; ++i) no_load += fmt::format("{},{},1\n", i, i % 7);
-  CHECK_THAT(refusal(no_load + "30,1,2\n"), Contains("no column load; add one, or give --load"));
+  CHECK_THAT(refusal(no_load + "30,1,2\n"), Contains("no column load; add one, or give the load in N"));
 }
 
 TEST_CASE("The sled of the sample file is the one that its script describes", "[fit]") {

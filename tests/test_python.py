@@ -2,8 +2,13 @@
 """The Python module: arrays in place, the interpreter's lock, errors, and closed forms of the model."""
 
 import ast
+import csv
+import os
 import pathlib
 import re
+import signal
+import subprocess
+import tempfile
 import threading
 import time
 import unittest
@@ -14,6 +19,11 @@ import bristle
 
 DBAR = 10e-6  # m, mean snap length
 LOAD = 2.0  # N
+REPOSITORY = pathlib.Path(__file__).parent.parent
+SCENES = REPOSITORY / "tools" / "scenes"
+COMMAND_LINE = pathlib.Path(bristle.__file__).parent.parent / "bristle"
+TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment"}
+HAS_TOOLS = hasattr(bristle, "fit")
 
 
 def material(law, rule="keep", **more):
@@ -254,6 +264,167 @@ class Threads(unittest.TestCase):
             self.assertIn("another thread is stepping", result)
 
 
+@unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+class Fit(unittest.TestCase):
+    """Friction of a known material along a decaying oscillation, with the noise of a sensor."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.made_of = bristle.Material.from_coefficients(kinetic=0.5, peak=0.55, presliding_length=20e-6)
+        batch = bristle.PatchBatch()
+        id_ = batch.add(cls.made_of, bristle.PatchOptions(max_normal_load=LOAD, bristles=4000, axes=1))
+        motions, responses = bristle.motions(id_, LOAD), bristle.responses(1)
+        cls.t = 1e-3 * np.arange(1, 3001)
+        cls.x = 200e-6 * np.sin(2 * np.pi * cls.t) * np.exp(-0.5 * cls.t)
+        cls.force = np.random.default_rng(1).normal(0.0, 2e-3, cls.t.size)
+        for k, dx in enumerate(np.diff(cls.x, prepend=0.0)):
+            motions.displacement[:, 0] = dx
+            batch.step(1e-3, motions, responses)
+            cls.force[k] += responses.end[0, 0]
+        cls.found = bristle.fit(cls.t, cls.x, cls.force, LOAD)
+
+    def test_a_fit_finds_what_the_data_were_made_of(self):
+        for name, truth, width in (("kinetic", 0.5, 0.02), ("sensor_offset", 0.0, 0.02),
+                                   ("stiffness_per_newton", 900 * self.made_of.bristle_stiffness, 0.05)):
+            estimate = self.found.parameters[name]
+            self.assertTrue(estimate.determined, name)
+            self.assertTrue(estimate.low <= truth <= estimate.high, (name, estimate))
+            self.assertLess(estimate.high - estimate.low, width * max(truth, 1.0), name)
+        self.assertAlmostEqual(self.found.material.kinetic_coefficient(), self.found.parameters["kinetic"].value)
+        self.assertGreater(self.found.explained, 0.999)
+        np.testing.assert_array_equal(self.found.force, -self.force)  # by the body
+        residuals = self.found.force - self.found.curve
+        self.assertAlmostEqual(np.sqrt(np.mean(residuals**2)), self.found.residual_rms, places=12)
+        with self.assertRaises(ValueError):
+            self.found.curve[0] = 0.0
+
+    def test_a_fit_says_what_the_data_do_not_determine(self):
+        left = self.found.not_determined
+        self.assertEqual(set(left), {"viscous_friction", "damping_per_newton", "stribeck_velocity"})
+        for estimate in left.values():
+            self.assertEqual((estimate.determined, estimate.low, estimate.high), (False, None, None))
+            self.assertIn("not seen between", estimate.why)
+        self.assertEqual(self.found.report["parameters"]["kinetic"]["value"], self.found.parameters["kinetic"].value)
+        self.assertIn("not determined by these data", str(self.found))
+
+    def test_a_file_and_arrays_of_the_same_numbers_give_the_same_fit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "measured.csv"
+            rows = np.column_stack([self.t, self.x, self.force])
+            np.savetxt(file, rows, "%.17g", ",", header="t,x,force", comments="")
+            of_file = bristle.fit(file, load=LOAD)
+            with self.assertRaisesRegex(bristle.Error, "no column load"):
+                bristle.fit(str(file))
+        of_columns = bristle.fit(self.t, self.x, self.force, np.full(self.t.size, LOAD))
+        for other in (of_file, of_columns):
+            self.assertEqual(other.material, self.found.material)
+            np.testing.assert_array_equal(other.curve, self.found.curve)
+
+    def test_data_that_cannot_be_fitted_are_refused_by_name(self):
+        t, x, force = self.t, self.x, self.force
+        nan = force.copy()
+        nan[7] = np.nan
+        refused = [
+            (lambda: bristle.fit(t, x, force[:-1], LOAD), "column force has 2999 rows, column t 3000"),
+            (lambda: bristle.fit(t[::-1], x, force, LOAD), "row 1: column t: 2.999 s does not come after 3 s"),
+            (lambda: bristle.fit(t, x, nan, LOAD), "row 7: column force is nan N; allowed: -1000000000"),
+            (lambda: bristle.fit(t, x, force, np.full(t.size, -1.0)), "row 0: column load: -1 is negative"),
+            (lambda: bristle.fit(t, x, force, 0.0), "load is 0.0 N; allowed: 1e-9 to 1e9"),
+            (lambda: bristle.fit(t, np.zeros(t.size), force, LOAD), "no motion"),
+            (lambda: bristle.fit(t, x, force, LOAD, sign="by"), "the friction has the wrong sign"),
+            (lambda: bristle.fit(t, x, force, LOAD, law="table"), '"table" is not one of "lognormal"'),
+            (lambda: bristle.fit("/nowhere/data.csv"), "/nowhere/data.csv: cannot be read"),
+        ]
+        for call, message in refused:
+            with self.assertRaisesRegex(bristle.Error, message):
+                call()
+
+
+@unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+class Scenes(unittest.TestCase):
+    def test_a_scene_says_what_it_holds(self):
+        scene = bristle.Scene(SCENES / "two_surfaces.toml")
+        self.assertEqual((scene.name, scene.patches), ("two_surfaces", ["steel_pad", "rubber_pad"]))
+        self.assertEqual(scene.dt * scene.steps, bristle.Scene(str(SCENES / "two_surfaces.toml")).run().t[-1])
+        for material in scene.materials.values():
+            material.validate()
+        with self.assertRaisesRegex(bristle.Error, "/nowhere.toml: cannot be read"):
+            bristle.Scene("/nowhere.toml")
+
+    @unittest.skipUnless(COMMAND_LINE.exists(), "no command line beside the module")
+    def test_a_run_has_the_hash_and_the_forces_of_the_command_line(self):
+        for name, steps in (("stroke", 1500), ("block_on_floor", 700), ("two_surfaces", 300), ("fingertip", 300)):
+            with tempfile.TemporaryDirectory() as folder:
+                out = pathlib.Path(folder) / "forces.csv"
+                printed = subprocess.run(
+                    [COMMAND_LINE, "run", SCENES / f"{name}.toml", "--steps", str(steps), "--out", out],
+                    check=True, capture_output=True, text=True).stdout
+                rows = list(csv.DictReader(out.read_text().splitlines()))
+            run = bristle.run_scene(SCENES / f"{name}.toml", steps=steps)
+            self.assertIn(f"state hash  {run.state_hash:016x}\n", printed)
+            self.assertEqual(run.steps, steps)
+            self.assertEqual(set(run.forces), {row["patch"] for row in rows})
+            for patch, forces in run.forces.items():
+                own = [row for row in rows if row["patch"] == patch]
+                np.testing.assert_allclose(forces[:, 0], [float(row["fx"]) for row in own], rtol=1e-6, atol=1e-9)
+                np.testing.assert_allclose(run.motions[patch].normal_load, [float(row["load"]) for row in own],
+                                           rtol=1e-6)
+                np.testing.assert_allclose(run.t, [float(row["t"]) for row in own], rtol=1e-6)
+
+    def test_a_run_takes_the_options_of_the_command_line(self):
+        scene = bristle.Scene(SCENES / "stroke.toml")
+        whole = scene.run(steps=200)
+        self.assertEqual(scene.run(steps=200, isa="scalar", threads=2).state_hash, whole.state_hash)
+        self.assertEqual(whole.report["state_hash"], f"{whole.state_hash:016x}")
+        few = scene.run(steps=200, bristles=7, out_patches=0)
+        self.assertEqual((few.report["bristles"], few.forces), (7, {}))
+        for options, message in (({"steps": 0}, "steps is 0"), ({"bristles": 0}, "bristles is 0; allowed: 1 to"),
+                                 ({"threads": -2}, "threads = -2"), ({"isa": "abacus"}, "isa = abacus"),
+                                 ({"trace": "/nowhere.csv"}, "/nowhere.csv")):
+            with self.assertRaisesRegex(bristle.Error, message):
+                scene.run(**options)
+
+    def test_another_thread_can_end_a_run(self):
+        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))  # it needs the interpreter's lock
+        start = time.perf_counter()
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            bristle.run_scene(SCENES / "stroke.toml", steps=400_000, out_patches=0)  # 15 s or more
+        self.assertLess(time.perf_counter() - start, 3.0)
+
+
+@unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+class Experiment(unittest.TestCase):
+    def test_an_experiment_gives_its_findings_and_curves(self):
+        found = bristle.experiment("turn", models=["coulomb", "brush_redraw"], turns=[90], load=2)
+        self.assertEqual((found["name"], found["parameters"]["turns"], found["parameters"]["load"]),
+                         ("turn", [90.0], 2.0))
+        self.assertEqual({f["model"]: f["shown"] for f in found["findings"] if f["phenomenon"] == "turn"},
+                         {"coulomb": False, "brush_redraw": True})
+        self.assertEqual(set(found["series"]), {("turn", "coulomb"), ("turn", "brush_redraw")})
+        for rows in found["series"].values():
+            self.assertEqual(rows.shape[1], len(found["columns"]))
+            np.testing.assert_array_equal(rows[:, 0], 90.0)
+
+    def test_what_an_experiment_does_not_know_is_named(self):
+        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*coulomb$"),
+                                 ({"name": "turn", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
+                                 ({"name": "turn", "lod": 2}, "experiment turn: 'lod' is not a parameter"),
+                                 ({"name": "turn", "load": -1}, "experiment turn load is -1; allowed: 1e-06")):
+            with self.assertRaisesRegex(bristle.Error, message):
+                bristle.experiment(**options)
+
+
+@unittest.skipIf(HAS_TOOLS, "the module has the tools")
+class WithoutTools(unittest.TestCase):
+    def test_a_name_that_needs_the_tools_says_so(self):
+        for name in TOOLS:
+            with self.assertRaisesRegex(AttributeError, f"bristle.{name} is not in this build .*BRISTLE_BUILD_TOOLS"):
+                getattr(bristle, name)
+        with self.assertRaisesRegex(AttributeError, "has no attribute 'fits'"):
+            bristle.fits
+
+
 class Interface(unittest.TestCase):
     def test_parameters_are_keywords_and_wrong_ones_are_named(self):
         options = bristle.PatchOptions(max_normal_load=3.0, outputs="mean", axes=1)
@@ -338,7 +509,7 @@ class Interface(unittest.TestCase):
         self.assertIn(bristle.PatchBatch().isa, bristle.instruction_sets())
 
     def test_everything_public_has_a_docstring_and_a_line_in_the_stubs(self):
-        stub = pathlib.Path(__file__).parent.parent / "tools" / "python" / "bristle.pyi"
+        stub = REPOSITORY / "tools" / "python" / "bristle.pyi"
         stubbed = {}
         for node in ast.parse(stub.read_text()).body:
             if isinstance(node, ast.ClassDef):
@@ -353,7 +524,7 @@ class Interface(unittest.TestCase):
         # What only a checker sees: the keys of a dict.
         stubbed = {name: members for name, members in stubbed.items() if name == "__version__" or name[0] != "_"}
         public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
-        self.assertEqual(set(stubbed), public)
+        self.assertEqual(set(stubbed) - (set() if HAS_TOOLS else TOOLS), public)
         for name in public - {"__version__", "Status", "Error", "motion_dtype", "response_dtype"}:
             thing = getattr(bristle, name)
             self.assertTrue(thing.__doc__, name)

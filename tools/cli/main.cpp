@@ -342,7 +342,7 @@ int run(int argc, char** argv) {
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
     const std::string name = argv[2];
-    if (name != "all" && name != "list") cli::find_experiment(name);
+    if (name != "all" && name != "list") cli::find_experiment(name, ", all, list");
   }
   try {
     app.parse(argc, argv);

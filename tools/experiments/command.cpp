@@ -19,21 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> chosen_models(const ExperimentOptions& options) {
-  std::vector<std::string> models(options.models);
-  if (models.empty()) models.assign(model_names().begin(), model_names().end());
-  for (const std::string& model : models) {
-    if (std::find(model_names().begin(), model_names().end(), model) == model_names().end()) {
-      throw UserError(
-          fmt::format("--models: '{}' is not a model; allowed: {}", model, fmt::join(model_names(), ", ")));
-    }
-    if (std::count(models.begin(), models.end(), model) > 1) {
-      throw UserError(fmt::format("--models: '{}' appears twice", model));
-    }
-  }
-  return models;
-}
-
 bool is_experiment(std::string_view name) {
   return std::any_of(experiments().begin(), experiments().end(),
                      [&](const Experiment& e) { return e.name == name; });
@@ -151,12 +136,12 @@ void experiment_command(const ExperimentOptions& options) {
   const bool on_stdout =
       takes_stdout({{"--csv", options.csv}, {"--json", options.json}, {"--markdown", options.markdown}});
   check_files(options);
-  const std::vector<std::string> models = chosen_models(options);
+  const std::vector<std::string> models = choose_models(options.models, "--models");
   std::vector<const Experiment*> wanted;
   for (const Experiment& e : experiments()) {
     if (options.name == "all" || options.name == e.name) wanted.push_back(&e);
   }
-  if (wanted.empty()) find_experiment(options.name);
+  if (wanted.empty()) find_experiment(options.name, ", all, list");
   for (const Experiment* e : wanted)
     e->check(settings_for(*e, options));  // refuses bad ones before the first runs
   const OutputFile csv(options.csv), json(options.json), markdown(options.markdown);

@@ -63,11 +63,13 @@ struct Experiment {
 
 /// In the order of the table.
 const std::vector<Experiment>& experiments();
-/// Throws UserError.
-const Experiment& find_experiment(std::string_view name);
+/// Throws UserError that lists the names, and `other_names` (", all") after them.
+const Experiment& find_experiment(std::string_view name, std::string_view other_names = "");
 
 /// Six rivals, the two readings of the brush, and the infinite brush (of the reading redraw).
 std::span<const std::string_view> model_names();
+/// `wanted`, or all if that is empty. Throws UserError beginning with `where` on unknown and repeated names.
+std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where);
 /// As tables print it: "LuGre".
 std::string model_title(std::string_view model);
 

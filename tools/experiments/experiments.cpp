@@ -1,6 +1,7 @@
-#include <array>
+#include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <bristle/error.hpp>
 
@@ -17,13 +18,28 @@ const std::vector<Experiment>& experiments() {
   return all;
 }
 
-const Experiment& find_experiment(std::string_view name) {
+const Experiment& find_experiment(std::string_view name, std::string_view other_names) {
   std::string known;
   for (const Experiment& experiment : experiments()) {
     if (experiment.name == name) return experiment;
-    known += experiment.name + ", ";
+    known += (known.empty() ? "" : ", ") + experiment.name;
   }
-  throw UserError(fmt::format("'{}' is not an experiment; allowed: {}all, list", name, known));
+  throw UserError(fmt::format("'{}' is not an experiment; allowed: {}{}", name, known, other_names));
+}
+
+std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where) {
+  const std::span<const std::string_view> known = model_names();
+  if (wanted.empty()) return {known.begin(), known.end()};
+  for (const std::string& model : wanted) {
+    if (std::find(known.begin(), known.end(), model) == known.end()) {
+      throw UserError(
+          fmt::format("{}: '{}' is not a model; allowed: {}", where, model, fmt::join(known, ", ")));
+    }
+    if (std::count(wanted.begin(), wanted.end(), model) > 1) {
+      throw UserError(fmt::format("{}: '{}' appears twice", where, model));
+    }
+  }
+  return wanted;
 }
 
 ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input) {

@@ -104,15 +104,15 @@ void Settings::check(Parameter& p, const std::string& text, const std::string& w
   throw UserError(fmt::format("{} is '{}'; allowed: {}", where, text, fmt::join(p.choices, ", ")));
 }
 
-void Settings::set(std::string_view assignment) {
+void Settings::set(std::string_view assignment, const std::string& prefix) {
   const auto equals = assignment.find('=');
   if (equals == std::string_view::npos) {
-    throw UserError(fmt::format("--set {}: needs KEY=VALUE", assignment));
+    throw UserError(fmt::format("{} {}: needs KEY=VALUE", prefix, assignment));
   }
   const std::string name(trimmed(assignment.substr(0, equals)));
   const std::string_view value = trimmed(assignment.substr(equals + 1));
-  Parameter& p = find(name, "--set");
-  const std::string where = "--set " + name;
+  Parameter& p = find(name, prefix);
+  const std::string where = prefix + " " + name;
   if (p.choices.empty()) {
     check(p, parse_numbers(value, where), where);
   } else {

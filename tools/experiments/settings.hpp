@@ -26,8 +26,8 @@ class Settings {
  public:
   explicit Settings(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
 
-  /// "key=value"; lists with commas. Throws UserError that names what is allowed.
-  void set(std::string_view assignment);
+  /// "key=value"; lists with commas. Throws UserError that begins with `prefix` and names what is allowed.
+  void set(std::string_view assignment, const std::string& prefix = "--set");
   /// Keys of a TOML file, at its top or, where there is one, in the table called `experiment`.
   /// `is_table_name` distinguishes experiments from typing errors.
   void read_file(const std::string& path, const std::string& experiment,

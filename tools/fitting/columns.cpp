@@ -1,4 +1,6 @@
 // The reader of measured friction.
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "tools/files/csv_rows.hpp"
@@ -57,6 +59,13 @@ Choice choose(const CsvHeader& header, std::string_view line, const std::string&
   return choice;
 }
 
+/// What parse_cell asks of a cell, of a number.
+void require_within(double value, const ColumnKind& kind, const std::string& where) {
+  if (std::fabs(value) <= kind.most) return;
+  throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,
+                              kind.units.front().name, -kind.most, kind.most));
+}
+
 }  // namespace
 
 FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
@@ -93,6 +102,27 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
     data.t.push_back(t);
   });
   return data;
+}
+
+void check_fit_columns(const FitColumns& c) {
+  const auto require_size = [&](const std::vector<double>& column, const char* name) {
+    if (column.size() != c.t.size())
+      throw UserError(fmt::format("{}: column {} has {} rows, column t {}; allowed: as many", c.name, name,
+                                  column.size(), c.t.size()));
+  };
+  require_size(c.x, "x");
+  require_size(c.force, "force");
+  if (c.has_load) require_size(c.load, "load");
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    const std::string where = fmt::format("{}: row {}", c.name, i);
+    require_within(c.t[i], kinds[column_t], where);
+    require_within(c.x[i], kinds[column_x], where);
+    require_within(c.force[i], kinds[column_force], where);
+    if (i > 0) require_later(c.t[i], c.t[i - 1], where);
+    if (!c.has_load) continue;
+    require_within(c.load[i], kinds[column_load], where);
+    require_load(c.load[i], fmt::format("{}", c.load[i]), where);
+  }
 }
 
 }  // namespace cli

@@ -192,7 +192,7 @@ void settle_sign(FitData& data, ForceSign sign) {
   if (!data.sign_found && sign != found) {
     refuse(
         data.columns,
-        fmt::format("the friction has the wrong sign: {}; leave --sign out, or give --sign {}",
+        fmt::format("the friction has the wrong sign: {}; leave the sign to be found, or give --sign {}",
                     found == ForceSign::by_body ? "as a force on the body it would drive the motion"
                                                 : "as a force by the body it would point against its motion",
                     found == ForceSign::by_body ? "by" : "on"));
@@ -208,7 +208,7 @@ void settle_sign(FitData& data, ForceSign sign) {
 
 void settle_load(FitData& data, std::optional<double> given) {
   const FitColumns& c = data.columns;
-  if (!given && !c.has_load) refuse(c, "no column load; add one, or give --load NEWTONS");
+  if (!given && !c.has_load) refuse(c, "no column load; add one, or give the load in N (--load)");
   data.load = given ? std::vector<double>(c.t.size(), *given) : c.load;
   double sum = 0.0, squares = 0.0;
   for (const double load : data.load) sum += load;

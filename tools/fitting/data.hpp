@@ -46,6 +46,10 @@ struct FitData {
 /// Throws UserError naming file, line and column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name);
 
+/// The same checks for t, x, force and, unless empty, load that are in memory: errors name a row, from 0.
+/// Throws UserError.
+void check_fit_columns(const FitColumns& columns);
+
 /// `load`: in place of the file's column. Throws UserError on data that nothing can be learnt from.
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load);
 

@@ -53,7 +53,7 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
 class Fitter {
  public:
   Fitter(const FitData& data, const FitOptions& options)
-      : data_(data), options_(options), model_(data, options) {}
+      : data_(data), options_(options), model_(data, options), progress_("fit", options.quiet) {}
 
   FitResult run() {
     FitPoint point = search();
@@ -101,7 +101,7 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  Progress progress_{"fit"};
+  Progress progress_;
 };
 
 /// The point at this length, spread and Stribeck velocity, everything else being linear.

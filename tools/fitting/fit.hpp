@@ -21,6 +21,7 @@ struct FitOptions {
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
   std::string json, csv, write, plot;  ///< files; empty: none
+  bool quiet = false;                  ///< no progress on a terminal
 };
 
 /// What is fitted: six numbers of the material, two of the force sensor.
@@ -60,6 +61,11 @@ struct FitResult {
   double fluctuating_bristles = 0.0;  ///< 1/N: as many at least, by the residuals in sliding; may be infinite
   int evaluations = 0;                ///< of the force of the brush along the path
 };
+
+/// What a report calls the fitted numbers, by FitParameter, then peak and stiffness.
+inline constexpr std::size_t fit_report_rows = fit_parameters + 2;
+extern const std::array<const char*, fit_report_rows> fit_names;
+const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 
 /// Throws UserError where the brush explains too little of the force.
 FitResult fit_material(const FitData& data, const FitOptions& options);

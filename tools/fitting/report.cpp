@@ -31,31 +31,16 @@ struct Row {
   double per_si;
 };
 /// By FitParameter, then peak and stiffness.
-constexpr Row rows[fit_parameters + 2] = {{"kinetic", "", 1.0},
-                                          {"presliding_length", "um", 1e6},
-                                          {"spread", "", 1.0},
-                                          {"viscous_friction", "N s/m", 1.0},
-                                          {"damping_per_newton", "s/m", 1.0},
-                                          {"stribeck_velocity", "mm/s", 1e3},
-                                          {"sensor offset", "N", 1.0},
-                                          {"sensor drift", "N/s", 1.0},
-                                          {"peak", "", 1.0},
-                                          {"stiffness / load", "1/mm", 1e-3}};
-constexpr const char* keys[fit_parameters + 2] = {"kinetic",
-                                                  "presliding_length",
-                                                  "spread",
-                                                  "viscous_friction",
-                                                  "damping_per_newton",
-                                                  "stribeck_velocity",
-                                                  "sensor_offset",
-                                                  "sensor_drift",
-                                                  "peak",
-                                                  "stiffness_per_newton"};
-
-const FitEstimate& estimate(const FitResult& r, std::size_t i) {
-  return i < fit_parameters ? r.estimates[i] : i == fit_parameters ? r.peak : r.stiffness;
-}
-
+constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0},
+                                       {"presliding_length", "um", 1e6},
+                                       {"spread", "", 1.0},
+                                       {"viscous_friction", "N s/m", 1.0},
+                                       {"damping_per_newton", "s/m", 1.0},
+                                       {"stribeck_velocity", "mm/s", 1e3},
+                                       {"sensor offset", "N", 1.0},
+                                       {"sensor drift", "N/s", 1.0},
+                                       {"peak", "", 1.0},
+                                       {"stiffness / load", "1/mm", 1e-3}};
 const char* start_text(StartState start) {
   return start == StartState::straight  ? "straight"
          : start == StartState::forward ? "sliding towards +x"
@@ -99,6 +84,21 @@ void draw(const FitData& data, const FitResult& result, const std::string& pictu
 
 }  // namespace
 
+const std::array<const char*, fit_report_rows> fit_names = {"kinetic",
+                                                            "presliding_length",
+                                                            "spread",
+                                                            "viscous_friction",
+                                                            "damping_per_newton",
+                                                            "stribeck_velocity",
+                                                            "sensor_offset",
+                                                            "sensor_drift",
+                                                            "peak",
+                                                            "stiffness_per_newton"};
+
+const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
+  return row < fit_parameters ? r.estimates[row] : row == fit_parameters ? r.peak : r.stiffness;
+}
+
 std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& r) {
   std::string text = fmt::format(
       "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
@@ -115,8 +115,8 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(options.law),
                       options.rule == bristle::SnapRule::keep ? "keep" : "redraw");
   Table table({"<parameter", "value", "95 % from", "to", "<unit"});
-  for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
-    const FitEstimate& e = estimate(r, i);
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
     if (!e.fitted) continue;
     const double k = rows[i].per_si;
     table.add({rows[i].name, fmt::format("{:.4g}", k * e.value), fmt::format("{:.4g}", k * e.low),
@@ -166,8 +166,8 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
   report["law"] = bristle::to_string(options.law);
   report["rule"] = options.rule == bristle::SnapRule::keep ? "keep" : "redraw";
   report["start"] = start_text(r.start);
-  for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
-    const FitEstimate& e = estimate(r, i);
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
     Json entry = {{"value", e.value}, {"determined", e.fitted}};
     if (e.fitted) {
       entry["low"] = e.low;
@@ -175,7 +175,7 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
     } else if (!e.why.empty()) {
       entry["why"] = e.why;
     }
-    report["parameters"][keys[i]] = entry;
+    report["parameters"][fit_names[i]] = entry;
   }
   report["residuals"] = {{"rms_n", r.residual_rms},
                          {"explained", r.explained},
@@ -202,8 +202,8 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
       "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
       "# `bristle run` on this file. Values with their 95 % intervals:\n",
       std::filesystem::path(data.columns.name).filename().string());
-  for (std::size_t i = 0; i < fit_parameters + 2; ++i) {
-    const FitEstimate& e = estimate(r, i);
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
     if (e.fitted) {
       text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}) {}\n", rows[i].name, rows[i].per_si * e.value,
                           rows[i].per_si * e.low, rows[i].per_si * e.high, rows[i].unit);

@@ -30,12 +30,6 @@ class DtypeBuilder {
   py::list names_, formats_, offsets_;
 };
 
-/// n elements of zeros, as a recarray: columns by name and by attribute, both without a copy.
-py::object zeros(const py::dtype& dtype, py::ssize_t size) {
-  const py::module_ numpy = py::module_::import("numpy");
-  return numpy.attr("zeros")(size, dtype).attr("view")(numpy.attr("recarray"));
-}
-
 }  // namespace
 
 // Made once, when the module is imported, and never freed: the interpreter is gone before static objects are.
@@ -69,6 +63,11 @@ const py::dtype& response_dtype() {
                          .add("snaps", "u8", offsetof(Response, snaps))
                          .build(sizeof(Response)));
   return dtype;
+}
+
+py::object zeros(const py::dtype& dtype, py::ssize_t size) {
+  const py::module_ numpy = py::module_::import("numpy");
+  return numpy.attr("zeros")(size, dtype).attr("view")(numpy.attr("recarray"));
 }
 
 void define_arrays(py::module_& module) {

@@ -1,5 +1,5 @@
 // SnapLength, Coefficients, Material.
-#include "tools/python/keyword_class.hpp"
+#include "tools/python/material_names.hpp"
 
 namespace bristle_python {
 
@@ -11,14 +11,6 @@ using bristle::SnapLength;
 namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-const Names<SnapLaw> laws = {{"single", SnapLaw::single},           {"uniform", SnapLaw::uniform},
-                             {"normal", SnapLaw::normal},           {"lognormal", SnapLaw::lognormal},
-                             {"exponential", SnapLaw::exponential}, {"table", SnapLaw::table}};
-const Names<bristle::SnapRule> rules = {{"redraw", bristle::SnapRule::redraw},
-                                        {"keep", bristle::SnapRule::keep}};
-const Names<bristle::DamperDecay> decays = {{"exponential", bristle::DamperDecay::exponential},
-                                            {"gaussian", bristle::DamperDecay::gaussian}};
 
 template <class Function>
 Doubles map(const Doubles& in, Function&& function) {
@@ -90,13 +82,15 @@ void define_coefficients(py::module_& module) {
       .field("peak", &Coefficients::peak, "Highest friction over normal load at first loading.")
       .field("presliding_length", &Coefficients::presliding_length, "m, mean snap length.")
       .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
-      .named_field("law", &Coefficients::law, laws, "Family of snap lengths; peak / kinetic sets its spread.")
-      .named_field("rule", &Coefficients::rule, rules, "\"redraw\" or \"keep\".")
+      .named_field("law", &Coefficients::law, law_names,
+                   "Family of snap lengths; peak / kinetic sets its spread.")
+      .named_field("rule", &Coefficients::rule, rule_names, "\"redraw\" or \"keep\".")
       .field("damping_per_newton", &Coefficients::damping_per_newton,
              "s/m, tangential damping at rest over load.")
       .field("viscous_friction", &Coefficients::viscous_friction, "N s/m, lubricant term of the patch.")
       .field("stribeck_velocity", &Coefficients::stribeck_velocity, "m/s, of the damper's decay.")
-      .named_field("damper_decay", &Coefficients::damper_decay, decays, "\"exponential\" or \"gaussian\".")
+      .named_field("damper_decay", &Coefficients::damper_decay, decay_names,
+                   "\"exponential\" or \"gaussian\".")
       .done(
           "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
           "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
@@ -115,8 +109,8 @@ void define_material(py::module_& module) {
       .field("asperity_height_deviation", &Material::asperity_height_deviation, "sigma, m.")
       .field("snap_length", &Material::snap_length,
              "SnapLength: law of the deflection at which a bristle snaps.")
-      .named_field("snap_rule", &Material::snap_rule, rules, "\"redraw\" or \"keep\".")
-      .named_field("damper_decay", &Material::damper_decay, decays, "\"exponential\" or \"gaussian\".")
+      .named_field("snap_rule", &Material::snap_rule, rule_names, "\"redraw\" or \"keep\".")
+      .named_field("damper_decay", &Material::damper_decay, decay_names, "\"exponential\" or \"gaussian\".")
       .done(
           "Material(*, bristle_stiffness=82.05, bristle_damping=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
@@ -156,7 +150,7 @@ void define_materials(py::module_& module) {
   module.def(
       "virgin_deflection",
       [](const SnapLength& law, const std::string& rule, const Doubles& x_over_mean) {
-        const bristle::SnapRule value = value_of(rules, "rule", rule);
+        const bristle::SnapRule value = value_of(rule_names, "rule", rule);
         return map(x_over_mean, [&](double x) { return bristle::virgin_deflection(law, value, x); });
       },
       py::arg("law"), py::arg("rule"), py::arg("x_over_mean"),

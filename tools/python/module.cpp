@@ -14,6 +14,7 @@ PYBIND11_MODULE(bristle, module) {
   define_arrays(module);
   define_batch(module);
   define_monitor(module);
+  define_tools(module);
   module.def(
       "instruction_sets",
       [] {

@@ -1,4 +1,4 @@
-// A line of progress on a terminal's stderr, from the first second on; nothing elsewhere.
+// A line of progress on a terminal's stderr, from the first second on; nothing elsewhere, and none if quiet.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,8 @@ namespace cli {
 
 class Progress {
  public:
-  explicit Progress(std::string label) : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) != 0) {}
+  explicit Progress(std::string label, bool quiet = false)
+      : label_(std::move(label)), terminal_(!quiet && isatty(STDERR_FILENO) != 0) {}
   ~Progress() {
     if (shown_) std::fputs("\r\033[K", stderr);
   }

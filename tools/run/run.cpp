@@ -23,7 +23,7 @@ namespace {
 
 class SceneRun {
  public:
-  SceneRun(const Scene& scene, const RunOptions& options);
+  SceneRun(const Scene& scene, const RunOptions& options, const StepObserver& observer);
   RunResult run();
 
  private:
@@ -44,6 +44,7 @@ class SceneRun {
 
   const Scene& scene_;
   const RunOptions& options_;
+  const StepObserver& observer_;
   SceneStepper stepper_;
   Overload overload_;
   std::vector<Way> ways_;
@@ -58,9 +59,10 @@ bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& option
       .with_servo_core(options.realtime ? options.realtime->thread.core.value_or(-1) : -1);
 }
 
-SceneRun::SceneRun(const Scene& scene, const RunOptions& options)
+SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObserver& observer)
     : scene_(scene),
       options_(options),
+      observer_(observer),
       stepper_(scene, batch_options(scene, options)),
       overload_(scene, options.overload, stepper_),
       ways_(stepper_.copies().size()) {
@@ -163,6 +165,7 @@ void SceneRun::account(double t) {
                          stepper_.batch().info(motion.id).active, way.x, way.y);
     }
   }
+  if (observer_) observer_(stepper_);
 }
 
 void SceneRun::finish() {
@@ -209,7 +212,7 @@ std::uint64_t SceneRun::steps_to_do() const {
 }
 
 void SceneRun::run_back_to_back() {
-  Progress progress("run");
+  Progress progress("run", options_.quiet);
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     stepper_.prescribe(t);
@@ -264,7 +267,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   const QueueClock queue;
   RealtimeResult& result =
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
-  Progress progress("run --realtime");
+  Progress progress("run --realtime", options_.quiet);
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
   // A second each in turn, so that both loops meet the same machine; shorter where the run is, but for two
   // ticks, which have a period between them.
@@ -302,7 +305,9 @@ double ForceStatistics::rms() const noexcept {
   return count ? std::sqrt(square_sum / static_cast<double>(count)) : 0.0;
 }
 
-RunResult run_scene(const Scene& scene, const RunOptions& options) { return SceneRun(scene, options).run(); }
+RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer) {
+  return SceneRun(scene, options, observer).run();
+}
 
 void set_rate(Scene& scene, double rate_hz) {
   scene.dt = 1.0 / rate_hz;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@
 
 namespace cli {
 
+class SceneStepper;
+
 struct RunOptions {
   std::string scene;
   std::string trace;  ///< empty: the scene's own motions
@@ -29,6 +32,7 @@ struct RunOptions {
   std::string restore_state;                ///< state file to continue from; empty: the scene's beginning
   std::string save_state;                   ///< state file to write at the end; empty: none
   OverloadOptions overload;
+  bool quiet = false;  ///< no progress on a terminal
 };
 
 /// Sum, square sum and extremes of a force component, N.
@@ -91,8 +95,11 @@ struct RunResult {
 /// Another time step, one over the rate; a deadline that would be longer becomes as long.
 void set_rate(Scene& scene, double rate_hz);
 
-/// Throws UserError.
-RunResult run_scene(const Scene& scene, const RunOptions& options);
+/// Called after every step, outside what is timed: the scene's motions and the responses to them.
+using StepObserver = std::function<void(const SceneStepper&)>;
+
+/// Throws UserError, and what the observer throws.
+RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer = {});
 
 /// Features that the kernel of a patch leaves out, e.g. "second axis".
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material);

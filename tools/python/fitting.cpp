@@ -1,0 +1,208 @@
+// fit: what `bristle fit` does, of a file or of arrays.
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "tools/files/csv_columns.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/fitting/fit.hpp"
+#include "tools/python/material_names.hpp"
+#include "tools/python/tools.hpp"
+
+namespace bristle_python {
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using bristle::SnapLaw;
+using cli::FitEstimate;
+using cli::ForceSign;
+
+/// What was fitted, and what came out.
+struct Fit {
+  cli::FitOptions options;
+  cli::FitData data;
+  cli::FitResult result;
+};
+
+struct FitNames {
+  std::string sign, law, rule, damper_decay;
+};
+
+cli::FitOptions make_options(const FitNames& names, const std::optional<double>& load) {
+  const Names<ForceSign> signs = {
+      {"auto", ForceSign::automatic}, {"on", ForceSign::on_body}, {"by", ForceSign::by_body}};
+  const Names<SnapLaw> fitted_laws = {{"lognormal", SnapLaw::lognormal},
+                                      {"normal", SnapLaw::normal},
+                                      {"uniform", SnapLaw::uniform},
+                                      {"exponential", SnapLaw::exponential}};
+  constexpr double least_load = 1e-9;
+  if (load && !(*load >= least_load && *load <= cli::most_force)) {
+    throw bristle::Error("load is " + py::cast<std::string>(py::repr(py::float_(*load))) +
+                         " N; allowed: 1e-9 to 1e9");
+  }
+  cli::FitOptions options;
+  options.load = load;
+  options.sign = value_of(signs, "sign", names.sign);
+  options.law = value_of(fitted_laws, "law", names.law);
+  options.rule = value_of(rule_names, "rule", names.rule);
+  options.decay = value_of(decay_names, "damper_decay", names.damper_decay);
+  options.quiet = true;
+  return options;
+}
+
+/// Without the interpreter's lock: a long record takes seconds.
+Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
+  cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load);
+  cli::FitResult result = cli::fit_material(data, options);
+  return {std::move(options), std::move(data), std::move(result)};
+}
+
+Fit fit_file(const std::filesystem::path& file, const std::optional<double>& load, const std::string& sign,
+             const std::string& law, const std::string& rule, const std::string& damper_decay) {
+  cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load);
+  options.data = file.string();
+  const py::gil_scoped_release release;
+  return fit_columns(cli::parse_fit_columns(cli::read_text_file(options.data), options.data), options);
+}
+
+std::vector<double> column_of(const Doubles& array, const char* name) {
+  if (array.ndim() != 1) throw bristle::Error(std::string(name) + ": one dimension is needed");
+  return {array.data(), array.data() + array.size()};
+}
+
+Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const Doubles& load,
+               const std::string& sign, const std::string& law, const std::string& rule,
+               const std::string& damper_decay) {
+  cli::FitColumns columns;
+  columns.name = "bristle.fit";
+  columns.t = column_of(t, "t");
+  columns.x = column_of(x, "x");
+  columns.force = column_of(force, "force");
+  columns.has_x = true;
+  columns.has_load = load.ndim() > 0;
+  if (columns.has_load) columns.load = column_of(load, "load");
+  const cli::FitOptions options = make_options(
+      {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()));
+  const py::gil_scoped_release release;
+  cli::check_fit_columns(columns);
+  return fit_columns(std::move(columns), options);
+}
+
+/// A column of the fit as an array that cannot be written; `owner` holds it.
+py::object column(const py::object& owner, const std::vector<double>& values) {
+  py::array_t<double> array(static_cast<py::ssize_t>(values.size()), values.data(), owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+template <class Get>
+auto column_property(Get get) {
+  return py::cpp_function(
+      [get](const py::object& self) { return column(self, get(py::cast<const Fit&>(self))); });
+}
+
+py::dict parameters_of(const Fit& fit, bool determined, bool others) {
+  py::dict parameters;
+  for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
+    const FitEstimate& estimate = cli::report_estimate(fit.result, i);
+    if (estimate.fitted ? determined : others) parameters[cli::fit_names[i]] = estimate;
+  }
+  return parameters;
+}
+
+py::object if_determined(const FitEstimate& estimate, double value) {
+  return estimate.fitted ? py::object(py::float_(value)) : py::object(py::none());
+}
+
+std::string text_of(const FitEstimate& estimate) {
+  const auto number = [](double value) { return py::cast<std::string>(py::repr(py::float_(value))); };
+  return "FitEstimate(value=" + number(estimate.value) +
+         (estimate.fitted ? ", low=" + number(estimate.low) + ", high=" + number(estimate.high) + ")"
+                          : ", not determined: " + estimate.why + ")");
+}
+
+void define_estimate(py::module_& module) {
+  py::class_<FitEstimate>(module, "FitEstimate", "A fitted number in SI units.")
+      .def_readonly("value", &FitEstimate::value, "The estimate; where not determined, what was assumed.")
+      .def_readonly("determined", &FitEstimate::fitted, "Whether the data determine it.")
+      .def_property_readonly(
+          "low", [](const FitEstimate& e) { return if_determined(e, e.low); },
+          "Lower end of the 95 % interval; None where not determined.")
+      .def_property_readonly(
+          "high", [](const FitEstimate& e) { return if_determined(e, e.high); },
+          "Upper end of the 95 % interval; None where not determined.")
+      .def_property_readonly(
+          "why", [](const FitEstimate& e) { return e.fitted ? std::string() : e.why; },
+          "Where not determined: what the data lack.")
+      .def("__repr__", &text_of);
+}
+
+void define_result(py::module_& module) {
+  py::class_<Fit>(module, "FitResult",
+                  "A material from measured friction. print(result) shows what `bristle fit` prints.")
+      .def_property_readonly(
+          "material", [](const Fit& fit) { return fit.result.material; }, "The fitted bristle.Material.")
+      .def_property_readonly(
+          "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
+          "FitEstimate by name: kinetic, presliding_length (m), spread, viscous_friction (N s/m), "
+          "damping_per_newton (s/m), stribeck_velocity (m/s), sensor_offset (N), sensor_drift (N/s), and "
+          "what "
+          "follows from them: peak, stiffness_per_newton (1/m).")
+      .def_property_readonly(
+          "not_determined", [](const Fit& fit) { return parameters_of(fit, false, true); },
+          "Those of parameters that the data do not determine.")
+      .def_property_readonly(
+          "residual_rms", [](const Fit& fit) { return fit.result.residual_rms; }, "N.")
+      .def_property_readonly(
+          "explained", [](const Fit& fit) { return fit.result.explained; },
+          "Share of the sum of squares of the force.")
+      .def_property_readonly(
+          "t", column_property([](const Fit& f) -> const auto& { return f.data.columns.t; }), "Samples, s.")
+      .def_property_readonly(
+          "x", column_property([](const Fit& f) -> const auto& { return f.data.columns.x; }), "Samples, m.")
+      .def_property_readonly("load", column_property([](const Fit& f) -> const auto& { return f.data.load; }),
+                             "Samples as the fit uses them, N.")
+      .def_property_readonly("force",
+                             column_property([](const Fit& f) -> const auto& { return f.data.force; }),
+                             "Samples, N, by the body: positive along the motion.")
+      .def_property_readonly("curve",
+                             column_property([](const Fit& f) -> const auto& { return f.result.curve; }),
+                             "The fit at the samples, N, by the body, sensor offset and drift included.")
+      .def_property_readonly(
+          "report",
+          [](const Fit& fit) { return report_of(cli::fit_json(fit.data, fit.options, fit.result)); },
+          "All of it but the samples: a dict as `bristle fit --json` writes it.")
+      .def("__str__", [](const Fit& fit) { return cli::fit_table(fit.data, fit.options, fit.result); })
+      .def("__repr__", [](const Fit& fit) {
+        return "<bristle.FitResult of " + std::to_string(fit.data.force.size()) + " samples>";
+      });
+}
+
+}  // namespace
+
+void define_fitting(py::module_& module) {
+  define_estimate(module);
+  define_result(module);
+  module.def(
+      "fit", &fit_file, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
+      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
+      py::arg("damper_decay") = "exponential",
+      "A material from measured friction in a CSV file with the columns t,x,load,force "
+      "(tools/README.md). load: N, in place of a column. sign: whose force, \"on\" the body or \"by\" it; "
+      "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\" or \"exponential\". Takes seconds "
+      "and lets go of the interpreter's lock. Raises bristle.Error on data that nothing can be learnt "
+      "from.");
+  module.def(
+      "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
+      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
+      py::arg("damper_decay") = "exponential",
+      "The same of arrays: times (s), positions (m), forces and loads (N; one number or one a sample).");
+}
+
+}  // namespace bristle_python

@@ -1,0 +1,17 @@
+// What Python calls the laws and rules of a material.
+#pragma once
+
+#include "tools/python/keyword_class.hpp"
+
+namespace bristle_python {
+
+inline const Names<bristle::SnapLaw> law_names = {
+    {"single", bristle::SnapLaw::single},           {"uniform", bristle::SnapLaw::uniform},
+    {"normal", bristle::SnapLaw::normal},           {"lognormal", bristle::SnapLaw::lognormal},
+    {"exponential", bristle::SnapLaw::exponential}, {"table", bristle::SnapLaw::table}};
+inline const Names<bristle::SnapRule> rule_names = {{"redraw", bristle::SnapRule::redraw},
+                                                    {"keep", bristle::SnapRule::keep}};
+inline const Names<bristle::DamperDecay> decay_names = {{"exponential", bristle::DamperDecay::exponential},
+                                                        {"gaussian", bristle::DamperDecay::gaussian}};
+
+}  // namespace bristle_python

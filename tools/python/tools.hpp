@@ -1,0 +1,27 @@
+// What scenes, fitting and experiments share in the Python module.
+#pragma once
+
+#include <string>
+
+#include "tools/python/module.hpp"
+
+namespace bristle_python {
+
+/// Lets Ctrl-C end long work that has let go of the interpreter's lock.
+class InterruptCheck {
+ public:
+  /// Throws KeyboardInterrupt as Python's error. Cheap: takes the lock ten times a second.
+  void operator()();
+
+ private:
+  double next_ = 0.0;  ///< s, of the monotonic clock
+};
+
+/// What the JSON report of a command holds, as dicts and lists.
+py::object report_of(const std::string& json);
+
+void define_scenes(py::module_& module);
+void define_fitting(py::module_& module);
+void define_experiments(py::module_& module);
+
+}  // namespace bristle_python
