@@ -224,10 +224,4 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   return compiled;
 }
 
-const SurvivalTable& CompiledMaterial::survival() const {
-  std::call_once(survival_made_,
-                 [this] { survival_ = make_survival_table(material.snap_length, lengths_per_metre); });
-  return survival_;
-}
-
 }  // namespace bristle::detail

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/materials/elementary.hpp"
+#include "core/materials/kernel_law.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -57,6 +58,12 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   table.cells.push_back({0.0, 0.0, table.mean, table.end});
   table.forget = find_forgetting_path(table, law);
   return table;
+}
+
+const SurvivalTable& CompiledMaterial::survival() const {
+  std::call_once(survival_made_,
+                 [this] { survival_ = make_survival_table(material.snap_length, lengths_per_metre); });
+  return survival_;
 }
 
 }  // namespace bristle::detail

@@ -1,0 +1,13 @@
+// The minimal build: no infinite brush.
+#include "bristle/error.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+
+Patch make_cohorts(std::shared_ptr<const CompiledMaterial>, const PatchOptions&, const KernelTable&, double) {
+  throw Error(
+      "PatchOptions: population = infinite is left out of this build of bristle; use "
+      "Population::representatives or build it with BRISTLE_MINIMAL=OFF");
+}
+
+}  // namespace bristle::detail
