@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/cohort_table.hpp"
+#include "core/common/assert.hpp"
 #include "scalar_lanes.hpp"
 
 namespace bristle::detail {
@@ -119,6 +120,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
 inline void append(const CohortLaw& law, CohortState& s, double* rows, const Newborn& n) {
   const std::uint32_t i = s.count++;
   const Survival at = survival_at(law, n.reach);
+  BRISTLE_ASSERT(at.left > 0.0);
   cohort(rows, i, cohort_x) = n.x;
   cohort(rows, i, cohort_y) = n.y;
   cohort(rows, i, cohort_reach) = n.reach;
@@ -173,11 +175,16 @@ inline Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& 
           p.rank_squares / p.lost};
 }
 
+/// Longest piece over the longest snap length; a piece may be a fifth longer than asked for.
+constexpr double longest_share = 0.6;
+
 /// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
-  const double piece = wide > law.slow ? law.piece * least(wide / law.slow, 4.0) : law.piece;
+  // Never so long that what snapped early in it would have to be stronger than the law's strongest.
+  const double piece =
+      wide > law.slow ? least(law.piece * least(wide / law.slow, 4.0), longest_share * law.end) : law.piece;
   // What is left near the end is cut evenly. A fifth more is no reason for two pieces.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;

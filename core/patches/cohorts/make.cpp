@@ -136,7 +136,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double mean = r.law.mean;
   // A narrow law needs finer pieces: what snaps in one of them is a larger share.
   const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
-  r.law.piece = mean * share;
+  r.law.piece = std::min(mean * share, 0.6 * r.law.end);  // longest_share of the kernels
   r.law.slow = 2.0 * mean;
   r.law.negligible = 0x1p-10 * share * share * share;
 }

@@ -98,6 +98,10 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   const Advance& a = step.advance;
   const bool commit = a.commit != 0;
+  if (r.count == 0) {  // out of contact: nothing slides, as within a bound that has no end
+    hold(p, a, sums);
+    return;
+  }
   Slide slide = find_slide(p, r, a);
   CohortTotals totals{};
 
