@@ -39,8 +39,9 @@ struct PatchRecord {
 struct alignas(64) Patch {
   // --- line 1: all that a step of a resting patch needs
   std::uint32_t generation = 0;  ///< of the patch in this slot; 0 = none
-  bool rests = false;            ///< the numbers below answer a step without motion
-  bool overloaded = false;
+  bool rests : 1 = false;        ///< the numbers below answer a step without motion
+  bool overloaded : 1 = false;
+  bool held : 1 = false;  ///< nothing could snap in its last step: a hint, for memory asked for ahead
   std::uint8_t axes = 2;
   Outputs outputs = Outputs::end;
   std::uint64_t last_step = 0;     ///< number of the step that named it last: finds repeated ids

@@ -50,15 +50,19 @@ void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) 
                                            static_cast<std::uint64_t>(fixed));
     moved[axis] = to_lengths(fixed);
   }
-  a.length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
-  step.moves = a.length > 0.0;
-  if (step.moves) {
-    a.direction[0] = moved[0] / a.length;
-    a.direction[1] = moved[1] / a.length;
-  }
+  step.moves = moved[0] != 0.0 || moved[1] != 0.0;
 }
 
 }  // namespace
+
+void find_direction(Advance& a) noexcept {
+  if (a.snaps_all) return;
+  double moved[2];
+  for (int axis = 0; axis < 2; ++axis) moved[axis] = to_lengths(difference(a.to[axis], a.from[axis]));
+  a.length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
+  a.direction[0] = moved[0] / a.length;
+  a.direction[1] = moved[1] / a.length;
+}
 
 bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
@@ -150,10 +154,13 @@ std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& 
   PatchStep step = read_motion(p, motion, dt_s, true);
   step.contact_loss = contact_loss;
   StepSums sums;
-  if (!step.moves || holds_still(p, step))
+  p.held = !step.moves || holds_still(p, step);
+  if (p.held) {
     hold(p, step.advance, sums);
-  else
+  } else {
+    find_direction(step.advance);
     p.model->advance(p, step, sums);
+  }
   BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
   write_response(p, step, sums, out);
   return sums.visited;
@@ -163,10 +170,12 @@ void find_response(Patch& p, const Motion& motion, double dt_s, double contact_l
   PatchStep step = read_motion(p, motion, dt_s, false);
   step.contact_loss = contact_loss;
   StepSums sums;
-  if (!step.moves || holds_still(p, step))
+  if (!step.moves || holds_still(p, step)) {
     hold(p, step.advance, sums);
-  else
+  } else {
+    find_direction(step.advance);
     p.model->advance(p, step, sums);
+  }
   write_response(p, step, sums, out);
 }
 

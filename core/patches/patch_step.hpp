@@ -53,6 +53,9 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
 /// Reads the motion under a load that is applied already.
 PatchStep read_motion(const Patch& patch, const Motion& motion, double dt_s, bool commit) noexcept;
 
+/// Length and direction of a step that moves: what a model needs, and a step within the bound does not.
+void find_direction(Advance& advance) noexcept;
+
 /// Whether the step ends within the patch's bound: then nothing snaps on the way.
 inline bool holds_still(const Patch& p, const PatchStep& step) noexcept {
   if (p.bound.reach < 0.0 || !step.advance.skips_blocks) return false;

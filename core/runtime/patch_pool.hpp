@@ -60,13 +60,14 @@ class PatchPool {
 
   std::uint32_t capacity() const noexcept { return capacity_; }
   void put(int chunk, std::unique_ptr<PatchChunk> slots) noexcept {
+    patches_[static_cast<std::size_t>(chunk)] = slots->patches.get();
     chunks_[static_cast<std::size_t>(chunk)] = std::move(slots);
     capacity_ = first_of(chunk) + slots_of(chunk);
   }
   Patch& patch(std::uint32_t slot) const noexcept {
     BRISTLE_ASSERT(slot < capacity_);
     const int chunk = chunk_of(slot);
-    return chunks_[static_cast<std::size_t>(chunk)]->patches[slot - first_of(chunk)];
+    return patches_[static_cast<std::size_t>(chunk)][slot - first_of(chunk)];
   }
   SlotNote& note(std::uint32_t slot) const noexcept {
     const int chunk = chunk_of(slot);
@@ -82,6 +83,7 @@ class PatchPool {
 
  private:
   std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
+  std::array<Patch*, most_chunks> patches_{};  ///< of each chunk: one look-up less
   std::uint32_t capacity_ = 0;
 };
 
