@@ -14,11 +14,6 @@
 
 using namespace bristle_test;
 
-namespace {
-
-
-}  // namespace
-
 TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
   // A float deflection of a third of a snap length would stall at steps below 2^-26 of it.
   for (Precision precision : precisions()) {

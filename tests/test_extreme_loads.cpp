@@ -8,11 +8,6 @@
 
 using namespace bristle_test;
 
-namespace {
-
-
-}  // namespace
-
 TEST_CASE("Loads from nothing to a million newton give forces in proportion", "[extremes]") {
   for (const Kind& kind : kinds()) {
     for (double max_load : {1e-12, 1.0, 1e6}) {

@@ -11,11 +11,6 @@
 
 using namespace bristle_test;
 
-namespace {
-
-
-}  // namespace
-
 TEST_CASE("Snap lengths from picometres to hundreds of metres behave alike", "[extremes]") {
   for (const Kind& kind : kinds()) {
     for (double mean : {1e-11, 1e-9, 1e-3, 1.0, 600.0, 666.0}) {

@@ -11,7 +11,6 @@ using namespace bristle_test;
 
 namespace {
 
-
 std::vector<SnapLength> laws() {
   return {SnapLength::single(dbar),
           uniform,

@@ -413,8 +413,8 @@ TEST_CASE("Taking a change costs the servo thread little more than the exchange 
 #if BRISTLE_WITH_TBB
 TEST_CASE("Workers that are preempted neither stop a step nor change its bits", "[stress]") {
   // Slow kernels, so that the pieces of a step take about a millisecond and threads lose their core in them.
-  // More bristles than parallel_from_paused of core/runtime/sharing.hpp: a crowded caller never comes back at once,
-  // and a smaller step it would do alone.
+  // More bristles than parallel_from_paused of core/runtime/sharing.hpp: a crowded caller never comes back at
+  // once, and a smaller step it would do alone.
   const std::uint32_t n = test_size(240000);
   const int cores = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
   const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);

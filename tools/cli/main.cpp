@@ -58,7 +58,8 @@ std::string version_text() {
   }
   if (BRISTLE_MINIMAL)
     text +=
-        "\nwithout  two axes, redraw, literal rule, infinite brush, mean, energy, double precision, TBB (BRISTLE_MINIMAL)";
+        "\nwithout  two axes, redraw, literal rule, infinite brush, mean, energy, double precision, TBB "
+        "(BRISTLE_MINIMAL)";
   else if (!BRISTLE_WITH_DOUBLE || !BRISTLE_WITH_TBB)
     text +=
         fmt::format("\nwithout {}{}", BRISTLE_WITH_DOUBLE ? "" : " double precision (BRISTLE_WITH_DOUBLE)",

@@ -64,7 +64,7 @@ struct PatchOptions {
   Population population = Population::representatives;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
   double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error
-                            ///< falls with its square, time grows with it; 0 = automatic (8)
+                              ///< falls with its square, time grows with it; 0 = automatic (8)
 
   PatchOptions& with_max_normal_load(double newtons) {
     max_normal_load = newtons;
