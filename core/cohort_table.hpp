@@ -42,6 +42,9 @@ constexpr double survival_offset = 0.0625;
 constexpr int survival_shift = 52 - 7;                ///< mantissa bits that number the cells of an octave: 7
 constexpr std::uint64_t survival_first = 1019u << 7;  ///< upper bits of survival_offset
 
+/// Longest piece over the longest snap length; a piece may be a fifth longer than asked for.
+constexpr double longest_piece_share = 0.6;
+
 struct CohortLaw {
   const SurvivalCell* cells;
   double end;         ///< S(end) = 0; longer arguments are taken as `end`

@@ -175,16 +175,14 @@ inline Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& 
           p.rank_squares / p.lost};
 }
 
-/// Longest piece over the longest snap length; a piece may be a fifth longer than asked for.
-constexpr double longest_share = 0.6;
-
 /// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
   // Never so long that what snapped early in it would have to be stronger than the law's strongest.
-  const double piece =
-      wide > law.slow ? least(law.piece * least(wide / law.slow, 4.0), longest_share * law.end) : law.piece;
+  const double piece = wide > law.slow
+                           ? least(law.piece * least(wide / law.slow, 4.0), longest_piece_share * law.end)
+                           : law.piece;
   // What is left near the end is cut evenly. A fifth more is no reason for two pieces.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;

@@ -125,11 +125,7 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
   record->options = bristle::PatchOptions{}.with_axes(1).with_max_normal_load(load);
   place_columns(*record, column_memory(record));
   record->bent[0] = 0.0;
-  Patch p;
-  p.record = record;
-  p.model = &coulomb_model;
-  p.axes = 1;
-  p.lengths_per_metre = material->lengths_per_metre;
+  Patch p = make_shared_part(*record, coulomb_model);
   note(p);
   note_contact(p);
   return BatchAccess::add(batch, p);

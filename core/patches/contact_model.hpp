@@ -72,6 +72,9 @@ constexpr std::uint32_t blocks_per_range = blocks_per_group;
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 
+/// The shared part of a patch out of contact: what follows from its options and material.
+Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
+
 /// Adds the totals of one range to those of others.
 void add_totals(Totals& sum, const Totals& part) noexcept;
 

@@ -1,10 +1,25 @@
 // Which contact model a patch gets.
+#include <algorithm>
+
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
+
+Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept {
+  Patch p;
+  p.record = &record;
+  p.model = &model;
+  p.axes = static_cast<std::uint8_t>(record.options.axes);
+  p.outputs = record.options.outputs;
+  p.literal = record.options.step_rule == StepRule::literal;
+  p.lengths_per_metre = record.material->lengths_per_metre;
+  // More than this streams by itself.
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
+  return p;
+}
 
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {

@@ -19,17 +19,6 @@ void finish(Patch& p, const PatchStep& step, const Totals&, StepSums& sums) noex
   advance_cohorts(p, own, sums);
 }
 
-Patch make_shared_part(Cohorts& r, const ContactModel& model) noexcept {
-  Patch p;
-  p.record = &r;
-  p.model = &model;
-  p.axes = static_cast<std::uint8_t>(r.options.axes);
-  p.outputs = r.options.outputs;
-  p.lengths_per_metre = r.material->lengths_per_metre;
-  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(r.bytes / 64, 40));
-  return p;
-}
-
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
   r.options.seed = seed;
@@ -41,11 +30,7 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.snap_rest = 0.0;
   clear_cohorts(r);
   set_pieces(r, r.pieces);
-  const Patch before = p;
-  p = make_shared_part(r, *before.model);
-  p.generation = before.generation;
-  p.last_step = before.last_step;
-  p.skips = before.skips;
+  p = make_shared_part(r, *p.model);
   note_cohorts(p);
 }
 
@@ -136,7 +121,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double mean = r.law.mean;
   // A narrow law needs finer pieces: what snaps in one of them is a larger share.
   const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
-  r.law.piece = std::min(mean * share, 0.6 * r.law.end);  // longest_share of the kernels
+  r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
   r.law.negligible = 0x1p-10 * share * share * share;
 }

@@ -43,9 +43,6 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const Cohorts& old = cohorts(from);
   r.options.key = old.options.key;
   r.options.seed = old.options.seed;
-  to.generation = from.generation;
-  to.last_step = from.last_step;
-  to.skips = from.skips;
   to.pending_snaps = from.pending_snaps;
   to.pending_dissipated = from.pending_dissipated;
   to.pending_loss = from.pending_loss;

@@ -58,20 +58,6 @@ void leave_contact(Patch& p) noexcept {
   forget_upper_bounds<T>(p);
 }
 
-/// The shared part of a patch out of contact.
-Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept {
-  Patch p;
-  p.record = &record;
-  p.model = &model;
-  p.axes = static_cast<std::uint8_t>(record.options.axes);
-  p.outputs = record.options.outputs;
-  p.literal = record.options.step_rule == StepRule::literal;
-  p.lengths_per_metre = record.material->lengths_per_metre;
-  // More than this streams by itself.
-  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
-  return p;
-}
-
 template <class T>
 Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelSet<T>& kernels, double weight) {
