@@ -199,14 +199,15 @@ BRISTLE_MIRROR(bristle_material, Material, 0, BRISTLE_FIELD(bristle_stiffness),
                BRISTLE_FIELD(bristle_damping), BRISTLE_FIELD(viscous_friction),
                BRISTLE_FIELD(stribeck_velocity), BRISTLE_FIELD(normal_stiffness),
                BRISTLE_FIELD(asperity_height_deviation), BRISTLE_FIELD(snap_length),
-               BRISTLE_CHOICE(snap_rule, SnapRule::keep),
-               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian));
+               BRISTLE_CHOICE(snap_rule, SnapRule::keep), BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian),
+               BRISTLE_FIELD(residual_length), BRISTLE_FIELD(shared_renewal));
 BRISTLE_MIRROR(bristle_coefficients, Coefficients, 1, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
                BRISTLE_FIELD(presliding_length), BRISTLE_FIELD(bristles_per_newton),
                BRISTLE_FIELD(damping_per_newton), BRISTLE_FIELD(viscous_friction),
                BRISTLE_FIELD(stribeck_velocity), BRISTLE_CHOICE(law, SnapLaw::table),
                BRISTLE_CHOICE2(snap_rule, rule, SnapRule::keep),
-               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian));
+               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian), BRISTLE_FIELD(residual_share),
+               BRISTLE_FIELD(shared_renewal));
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),

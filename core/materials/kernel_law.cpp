@@ -142,6 +142,11 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
+  // Only where they are used: the hash of the paper's brush is that of files saved before there were these.
+  if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
+    hasher.add(m.residual_length);
+    hasher.add(m.shared_renewal);
+  }
   return hasher.value();
 }
 
@@ -161,6 +166,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.lengths_per_metre = per_metre;
   c.longest = length.longest() * per_metre;
   c.shortest = shortest_scaled;
+  c.residual = material.residual_length * per_metre;
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();

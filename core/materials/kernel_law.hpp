@@ -19,6 +19,7 @@ struct CompiledMaterial {
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
+  double residual = 0.0;       ///< Material::residual_length, scaled
   bool redraw = false;         ///< needs the redraw kernels: the rule, and a spread worth the name
   bool single_length = false;  ///< a single length: remainders in double at every speed
   double peak_coefficient = 0.0;

@@ -35,6 +35,10 @@ void Material::validate() const {
     detail::refuse("Material", "damper_decay", static_cast<int>(damper_decay),
                    "exponential (0) or gaussian (1)");
   }
+  detail::require_within("Material", "residual_length", residual_length, 0.0,
+                         largest_residual * snap_length.mean(), "m; at most 64 mean snap lengths");
+  detail::require_within("Material", "shared_renewal", shared_renewal, 0.0, largest_renewal,
+                         "bristles renewed by a snap");
 }
 
 void Material::validate_for_representatives() const {
@@ -43,6 +47,10 @@ void Material::validate_for_representatives() const {
     detail::refuse("Material", "snap_length.cv", snap_length.cv(),
                    "0 to " + detail::number_text(widest_redraw_cv) +
                        " with snap_rule redraw and representatives; snap_rule keep takes every law");
+  if (residual_length != 0.0 || shared_renewal != 0.0)
+    detail::refuse("Material", residual_length != 0.0 ? "residual_length" : "shared_renewal",
+                   residual_length != 0.0 ? residual_length : shared_renewal,
+                   "0 with representatives; Population::infinite takes it");
 }
 
 double Material::kinetic_coefficient() const {
@@ -71,7 +79,8 @@ bool operator==(const Material& x, const Material& y) noexcept {
          x.viscous_friction == y.viscous_friction && x.stribeck_velocity == y.stribeck_velocity &&
          x.normal_stiffness == y.normal_stiffness &&
          x.asperity_height_deviation == y.asperity_height_deviation && x.snap_length == y.snap_length &&
-         x.snap_rule == y.snap_rule && x.damper_decay == y.damper_decay;
+         x.snap_rule == y.snap_rule && x.damper_decay == y.damper_decay &&
+         x.residual_length == y.residual_length && x.shared_renewal == y.shared_renewal;
 }
 
 }  // namespace bristle

@@ -55,6 +55,8 @@ class Coefficients:
     viscous_friction: float
     stribeck_velocity: float
     damper_decay: str
+    residual_share: float
+    shared_renewal: float
     def __init__(
         self,
         *,
@@ -68,6 +70,8 @@ class Coefficients:
         viscous_friction: float = ...,
         stribeck_velocity: float = ...,
         damper_decay: str = ...,
+        residual_share: float = ...,
+        shared_renewal: float = ...,
     ) -> None: ...
 
 class Material:
@@ -80,6 +84,8 @@ class Material:
     snap_length: SnapLength
     snap_rule: str
     damper_decay: str
+    residual_length: float
+    shared_renewal: float
     def __init__(
         self,
         *,
@@ -92,6 +98,8 @@ class Material:
         snap_length: SnapLength = ...,
         snap_rule: str = ...,
         damper_decay: str = ...,
+        residual_length: float = ...,
+        shared_renewal: float = ...,
     ) -> None: ...
     @overload
     @staticmethod

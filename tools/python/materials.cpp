@@ -91,11 +91,14 @@ void define_coefficients(py::module_& module) {
       .field("stribeck_velocity", &Coefficients::stribeck_velocity, "m/s, of the damper's decay.")
       .named_field("damper_decay", &Coefficients::damper_decay, decay_names,
                    "\"exponential\" or \"gaussian\".")
+      .field("residual_share", &Coefficients::residual_share,
+             "Share of the presliding length that a snap leaves, 0 to below 1.")
+      .field("shared_renewal", &Coefficients::shared_renewal, "Bristles that a snap renews in the patch.")
       .done(
           "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
           "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
-          "damper_decay='exponential')");
+          "damper_decay='exponential', residual_share=0.0, shared_renewal=0.0)");
 }
 
 void define_material(py::module_& module) {
@@ -111,12 +114,15 @@ void define_material(py::module_& module) {
              "SnapLength: law of the deflection at which a bristle snaps.")
       .named_field("snap_rule", &Material::snap_rule, rule_names, "\"redraw\" or \"keep\".")
       .named_field("damper_decay", &Material::damper_decay, decay_names, "\"exponential\" or \"gaussian\".")
+      .field("residual_length", &Material::residual_length,
+             "m: a bristle snaps at this plus its snap length, and stays bent by this.")
+      .field("shared_renewal", &Material::shared_renewal, "Bristles that a snap renews in the patch.")
       .done(
           "Material(*, bristle_stiffness=82.05, bristle_damping=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
           "normal_stiffness=1111.1, asperity_height_deviation=1e-6, snap_length=SnapLength.uniform(5e-6, "
           "15e-6), "
-          "snap_rule='redraw', damper_decay='exponential')");
+          "snap_rule='redraw', damper_decay='exponential', residual_length=0.0, shared_renewal=0.0)");
   material.type
       .def_static(
           "from_coefficients", &Material::from_coefficients, py::arg("coefficients"),

@@ -71,6 +71,9 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
       table.number("asperity_height_deviation", any_positive, m.asperity_height_deviation);
   if (table.has("snap_length")) m.snap_length = read_snap_length(table.table("snap_length"));
   m.snap_rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep"}, 0));
+  m.residual_length =
+      table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
+  m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
   return m;
 }
 
@@ -106,7 +109,7 @@ SceneMaterial read_material(TomlTable table) {
       }
       table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
                    "asperity_height_deviation", "snap_length", "rule", "viscous_friction",
-                   "stribeck_velocity", "damper_decay"});
+                   "stribeck_velocity", "damper_decay", "residual_length", "shared_renewal"});
       result.material = read_bristle_parameters(table);
     } else {
       table.allow({"name", "kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "rule",

@@ -116,8 +116,10 @@ typedef struct bristle_material {
   double normal_stiffness;          /**< N/m */
   double asperity_height_deviation; /**< m */
   bristle_snap_length snap_length;
-  uint32_t snap_rule;    /**< BRISTLE_RULE_... */
-  uint32_t damper_decay; /**< BRISTLE_DECAY_... */
+  uint32_t snap_rule;     /**< BRISTLE_RULE_... */
+  uint32_t damper_decay;  /**< BRISTLE_DECAY_... */
+  double residual_length; /**< m, l_r: a bristle snaps at l_r + delta and stays bent by l_r; 0 = straight */
+  double shared_renewal;  /**< kappa: bristles that a snap renews in the patch; 0 = none */
 } bristle_material;
 
 /** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
@@ -134,6 +136,8 @@ typedef struct bristle_coefficients {
   uint32_t snap_rule;         /**< BRISTLE_RULE_... */
   uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
   uint32_t reserved;          /**< 0 */
+  double residual_share;      /**< of the presliding length, that a snap leaves; 0 = none */
+  double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none */
 } bristle_coefficients;
 
 /** What follows from a material. */

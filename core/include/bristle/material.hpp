@@ -10,6 +10,10 @@ namespace bristle {
 /// SnapRule::redraw: with a wider law they forget their past too slowly.
 constexpr double widest_redraw_cv = 1.25;
 
+/// Largest Material::residual_length, in mean snap lengths, and largest Material::shared_renewal.
+constexpr double largest_residual = 64.0;
+constexpr double largest_renewal = 16.0;
+
 /// What a bristle does after it snapped (paper, section 2.1, read in two ways).
 enum class SnapRule : unsigned char {
   redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
@@ -35,6 +39,8 @@ struct Coefficients {
   double viscous_friction = 0.0;    ///< N s/m, sigma2
   double stribeck_velocity = 1e-3;  ///< m/s, vs
   DamperDecay damper_decay = DamperDecay::exponential;
+  double residual_share = 0.0;  ///< of the presliding length: l_r / (l_r + E[delta]), that a snap leaves
+  double shared_renewal = 0.0;  ///< Material::shared_renewal
 
   Coefficients& with_kinetic(double value) {
     kinetic = value;
@@ -76,6 +82,14 @@ struct Coefficients {
     damper_decay = value;
     return *this;
   }
+  Coefficients& with_residual_share(double value) {
+    residual_share = value;
+    return *this;
+  }
+  Coefficients& with_shared_renewal(double value) {
+    shared_renewal = value;
+    return *this;
+  }
 };
 
 /// Bristle parameters, SI units. Plain data; validate() and every function that takes a material check it.
@@ -90,6 +104,12 @@ struct BRISTLE_API Material {
   SnapLength snap_length;                        ///< law of delta
   SnapRule snap_rule = SnapRule::redraw;
   DamperDecay damper_decay = DamperDecay::exponential;
+  /// l_r, m, >= 0: a bristle snaps when it is bent by l_r + delta, and stays bent by l_r along the motion.
+  /// 0 = it snaps straight, as in the paper.
+  double residual_length = 0.0;
+  /// kappa, >= 0: bristles that a snap renews in the same patch, on average, of those that are bent along the
+  /// motion by more than l_r. 0 = none, as in the paper.
+  double shared_renewal = 0.0;
 
   Material& with_bristle_stiffness(double newtons_per_metre) {
     bristle_stiffness = newtons_per_metre;
@@ -125,6 +145,14 @@ struct BRISTLE_API Material {
   }
   Material& with_damper_decay(DamperDecay decay) {
     damper_decay = decay;
+    return *this;
+  }
+  Material& with_residual_length(double metres) {
+    residual_length = metres;
+    return *this;
+  }
+  Material& with_shared_renewal(double bristles_per_snap) {
+    shared_renewal = bristles_per_snap;
     return *this;
   }
 
