@@ -150,14 +150,15 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   double low = 0.0, high = widest;
   double low_excess = family.ratio(low) - wanted, high_excess = family.ratio(high) - wanted;
   if (low_excess <= 0.0) return low;
+  constexpr double close = 3e-8;  // the peak is known to 1e-7
   int side = 0;
-  for (int i = 0; i < 100 && high - low > 1e-13 * high; ++i) {
+  for (int i = 0; i < 60 && high - low > 1e-9 * high; ++i) {
     // Where the wider laws have no hump at all the ratio is 1 and tells nothing.
     const bool flat = high_excess > -1e-7;
     const double middle =
         flat ? 0.5 * (low + high) : low + (high - low) * low_excess / (low_excess - high_excess);
     const double excess = family.ratio(middle) - wanted;
-    if (detail::magnitude(excess) < 1e-10 && !flat) return middle;
+    if (detail::magnitude(excess) < close && !flat) return middle;
     if (excess > 0.0) {
       low = middle;
       low_excess = excess;
