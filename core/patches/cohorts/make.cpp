@@ -123,7 +123,8 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
-  r.law.negligible = 0x1p-10 * share * share * share;
+  // Steady sliding starts a cohort with that share of the mass; of a wide law the last of it carries much.
+  r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
 }
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
