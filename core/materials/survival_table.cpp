@@ -61,6 +61,7 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const double metres = 1.0 / per_metre;
   const double longest = find_end(law) * per_metre;
   const bool sharp = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  table.smooth = !sharp;
   const double shortest = sharp ? law.first_parameter() * per_metre : 0.0;
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {

@@ -71,7 +71,7 @@ void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept;
 void remove_empty(CohortState& s, double* rows) noexcept;
 /// Sum of mass x place, over the cohorts one by one.
 void find_moment(CohortState& s, const double* rows) noexcept;
-/// Sum of mass x |z|^2.
+/// Sum of mass x |z|^2, with the spread of places that cohorts owe.
 double cohort_squares(const Patch& p) noexcept;
 /// Energy of a unit of mass x length^2, J.
 double joules_per_unit(const Patch& p) noexcept;

@@ -53,6 +53,9 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     clear_cohorts(r);
     return;
   }
+  const double spread = r.spread * (mass_now / r.mass);
+  lost += r.spread - spread;
+  r.spread = spread;
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
   const double cut = find_cut(r, mass_now, r.mass - mass_now);
   double all_kept = 0.0;
@@ -108,6 +111,7 @@ void scale_deflections(Patch& p, double factor) noexcept {
       double& x = entry(r.rows, i, axis == 0 ? cohort_x : cohort_y);
       x = at[axis] - (at[axis] - x) * factor;
     }
+  r.spread *= factor * factor;
   find_moment(r, r.rows);
 }
 
