@@ -28,6 +28,9 @@ enum CohortColumn : std::uint32_t {
   cohort_columns
 };
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< doubles of a row
+/// R is this much above the deflection that set it (scaled): a patch that trembles comes back to its farthest
+/// place, and to the place at which the last were born, without another look.
+constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< R of a lane that holds no cohort: nothing is bent so far
 
 /// Survival function of a law, linear between nodes. Cells are 1/128 of (x + 1/16) wide: cell number by the
@@ -77,9 +80,11 @@ struct CohortState {
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
   double spread =
       0.0;  ///< of the places in [0] and [2], lost by joining them: sum of mass x length^2, stored
+  /// 0: all came into contact at once, and every cohort's ranks are [0, mass). 1: load has risen since.
+  std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< at least 8
-  /// What a move tells: bristles snap no nearer than this to where it ended; below 0 = not known. No state.
+  /// What a move tells: bristles snap no nearer than this to its middle; below 0 = not known. No state.
   double slack = -1.0;
 };
 
@@ -87,7 +92,8 @@ struct CohortState {
 struct CohortMove {
   double from[2], to[2];
   double direction[2];
-  double length;  ///< scaled, > 0
+  double length;      ///< scaled, > 0
+  bool books = true;  ///< false: CohortTotals::integral and lost are not asked for, and may be wrong
 };
 
 /// Sums of one move, in units of mass.

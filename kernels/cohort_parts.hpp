@@ -103,11 +103,12 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   const double zx = to[0] - x;
   const double zy = to[1] - y;
   const double mean = reach + share * (n.reach - reach);
-  reach = most(mean, root(zx * zx + zy * zy) - law.residual);
+  reach = most(mean, root(zx * zx + zy * zy) - law.residual + reach_margin);
   const Survival at = survival_at(law, reach);
   cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   cohort(rows, i, cohort_left) = at.left;
   cohort(rows, i, cohort_moment) = at.moment;
+  if (s.layered == 0) return m * share * (dx * dx + dy * dy);  // both have all ranks
   double& low = cohort(rows, i, cohort_low);
   double& high = cohort(rows, i, cohort_high);
   const double of_ranks = rank_mean(low, high);
@@ -129,7 +130,7 @@ inline void append(const CohortLaw& law, CohortState& s, double* rows, const New
   cohort(rows, i, cohort_fresh) = fresh_mass(n.mass, at.left);
   cohort(rows, i, cohort_left) = at.left;
   cohort(rows, i, cohort_moment) = at.moment;
-  const Ranks ranks = ranks_of(n.rank_mean, n.rank_square, s.mass);
+  const Ranks ranks = s.layered == 0 ? Ranks{0.0, s.mass} : ranks_of(n.rank_mean, n.rank_square, s.mass);
   cohort(rows, i, cohort_low) = ranks.low;
   cohort(rows, i, cohort_high) = ranks.high;
 }
@@ -146,9 +147,9 @@ inline Moved move_place(const CohortLaw& law, const double* rows, std::uint32_t 
   const double before =
       root(square_of(to[0] - cohort(rows, i, cohort_x)) + square_of(to[1] - cohort(rows, i, cohort_y)));
   const double after = root(square_of(to[0] - x) + square_of(to[1] - y));
-  const double reach = most(cohort(rows, i, cohort_reach) + (after - before), after - law.residual);
-  const double sure = most(reach, law.sure);
-  return {x, y, sure, survival_at(law, sure)};
+  const double moved = cohort(rows, i, cohort_reach) + (after - before);
+  const double reach = most(most(moved, law.sure), after - law.residual + reach_margin);
+  return {x, y, reach, survival_at(law, reach)};
 }
 inline void put_moved(double* rows, std::uint32_t i, const Moved& moved) {
   cohort(rows, i, cohort_fresh) = fresh_mass(mass_of(rows, i), moved.at.left);
@@ -205,6 +206,7 @@ struct PieceSums {
   double x, y;  ///< of the mass that is left: mass x place
   /// Mass that is left, times the share of the piece along which it could be renewed. Laws with renewal only.
   double renewable;
+  bool emptied;  ///< a cohort may have lost all of its mass
 };
 
 /// How often each bristle that can be renewed is drawn for it along a piece: kappa times the snaps of the
@@ -236,6 +238,7 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.rank_squares += renewed.rank_squares;
   p.x = renewed.x;
   p.y = renewed.y;
+  p.emptied = p.emptied || renewed.emptied;
 }
 
 /// Mass that snapped (or was renewed) along a piece starts anew at its mean place, bent by l_r. Its own
@@ -279,7 +282,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],
-          most(mean_gap, law.sure),
+          most(mean_gap + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost};
 }
@@ -354,9 +357,10 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 template <class Engine, int axes, bool rubs>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
-  if (a.length > 1.2 * law.piece) {
-    s.slack = Engine::template find_slack<axes>(law, s, rows, a.to);
-    if (s.slack >= 0.0) return;
+  const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
+  if (a.length > 1.2 * law.piece && Engine::template find_slack<axes>(law, s, rows, a.to) >= 0.0) {
+    s.slack = Engine::template find_slack<axes>(law, s, rows, middle);
+    return;
   }
   double from[2] = {a.from[0], a.from[1]};
   double done = 0.0;
@@ -370,7 +374,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     PieceSums sums{};
     const bool bent = Engine::template bend_all<axes, rubs>(law, s, rows, a, length, at, sums);
     if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
-      s.slack = Engine::template find_slack<axes>(law, s, rows, at);
+      s.slack = Engine::template find_slack<axes>(law, s, rows, middle);
       return;
     }
     s.slack = -1.0;
@@ -388,7 +392,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       const Newborn newborn = bear<rubs>(law, sums, a, length, at, snapped, t, spread);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
-      remove_empty(s, rows);
+      if (sums.emptied) remove_empty(s, rows);
       double first[2] = {from[0], from[1]};  // where what is born first and last would be straight
       double last_born[2] = {at[0], at[1]};
       if (rubs)
@@ -421,7 +425,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
 /// or are a cohort of their own, for which there is room. Returns twice the energy lost.
 inline double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass,
                     double low, double high, bool joins) {
-  const Newborn n{mass, at[0], at[1], law.sure, rank_mean(low, high), rank_square(low, high)};
+  const Newborn n{
+      mass, at[0], at[1], most(law.sure, reach_margin), rank_mean(low, high), rank_square(low, high)};
   s.slack = -1.0;
   if (joins) return join(law, s, rows, s.open[1], n, at);
   s.open[1] = s.count;

@@ -19,7 +19,8 @@ constexpr double least_cohort_spread = 0.05;    ///< cv below which a brush snap
 constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass: the highest load
 /// The shared part counts in this many units of mass: Patch::whole is 256 at the highest load, what a step
 /// costs in bristles.
-constexpr double mass_per_count = 274877906944.0;  // 2^38
+constexpr double mass_per_count = 274877906944.0;                          // 2^38
+constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
 
 /// The infinite brush of one patch. CohortState: mass and cohorts; zeta and overload are in Patch.
 struct Cohorts : PatchRecord, CohortState {

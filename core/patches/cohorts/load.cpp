@@ -91,6 +91,7 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   const double low = r.mass;
   const double entered = mass_now - low;
   r.mass = mass_now;
+  if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
   // Those that came while the patch stayed, or nearly so: joined over a whole piece, ranks mix (load at

@@ -8,8 +8,6 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
-
 /// What is saved beside the shared part and the rows.
 template <class Io, class Record, class NotedAt>
 void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
@@ -28,10 +26,11 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
     io(noted[axis]);
   }
   io(r.open[2]);
+  io(r.layered);
   io(r.count);
   io(r.detail);
 }
-constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (7 * 8 + 4) + 3 * 4;
+constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (7 * 8 + 4) + 4 * 4;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
@@ -78,7 +77,7 @@ void clear_lane(double* rows, std::uint32_t i) noexcept {
 
 void clear_cohorts(Cohorts& r) noexcept {
   for (std::uint32_t i = 0; i < r.capacity; ++i) clear_lane(r.rows, i);
-  r.count = 0;
+  r.count = r.layered = 0;
   for (std::uint32_t& open : r.open) open = no_cohort;
   r.spread = r.mass = r.moment[0] = r.moment[1] = 0.0;
 }
@@ -176,7 +175,7 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
     for (double x : {r.moment[axis], r.direction[axis], r.begin[0][axis], r.begin[1][axis]}) hasher.add(x);
     hasher.add(std::uint64_t{r.open[axis]});
   }
-  hasher.add(std::uint64_t{r.open[2]});
+  hasher.add(std::uint64_t{r.open[2]} << 32 | r.layered);
   for (std::uint32_t i = 0; i < r.count; ++i)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
@@ -234,6 +233,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (saved.detail < 1 || saved.detail > r.pieces) return "detail";
   if (!within(saved.run, 0.0, r.law.forget)) return "run";
   if (!within(saved.snap_rest, 0.0, 1.0)) return "snap_rest";
+  if (saved.layered > 1) return "layered";
   if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
