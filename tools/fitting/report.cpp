@@ -34,6 +34,8 @@ struct Row {
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0},
                                        {"presliding_length", "um", 1e6},
                                        {"spread", "", 1.0},
+                                       {"residual_share", "", 1.0},
+                                       {"shared_renewal", "", 1.0},
                                        {"viscous_friction", "N s/m", 1.0},
                                        {"damping_per_newton", "s/m", 1.0},
                                        {"stribeck_velocity", "mm/s", 1e3},
@@ -87,6 +89,8 @@ void draw(const FitData& data, const FitResult& result, const std::string& pictu
 const std::array<const char*, fit_report_rows> fit_names = {"kinetic",
                                                             "presliding_length",
                                                             "spread",
+                                                            "residual_share",
+                                                            "shared_renewal",
                                                             "viscous_friction",
                                                             "damping_per_newton",
                                                             "stribeck_velocity",
@@ -229,9 +233,11 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
       "\n[[material]]\nname = \"fitted\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\n"
       "normal_stiffness = {}  # N/m\nasperity_height_deviation = {}  # m\nsnap_length = {{ law = \"{}\", {} "
       "}}  # m\n"
-      "rule = \"{}\"\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\n",
+      "rule = \"{}\"\nresidual_length = {}  # m\nshared_renewal = {}\nviscous_friction = {}  # N "
+      "s/m\nstribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\n",
       m.bristle_stiffness, m.bristle_damping, m.normal_stiffness, m.asperity_height_deviation, name, length,
-      options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.viscous_friction, m.stribeck_velocity,
+      options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.residual_length, m.shared_renewal,
+      m.viscous_friction, m.stribeck_velocity,
       options.decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
   text += fmt::format(
       "\n[scene]\nname = \"fitted\"\ndt = {}  # s\n{}\n[[patch]]\nname = \"body\"\nmaterial = \"fitted\"\n"
