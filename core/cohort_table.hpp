@@ -19,7 +19,7 @@ constexpr std::uint32_t most_cohorts = 512;
 enum CohortColumn : std::uint32_t {
   cohort_x,       ///< where the bristles were last straight, scaled, from CohortState::base
   cohort_y,       ///< 0 with one axis
-  cohort_reach,   ///< R, the farthest they have been bent since: those left are stronger
+  cohort_reach,   ///< R, the farthest they have been bent since, beyond l_r: those left are stronger
   cohort_fresh,   ///< u, mass they would have if none had snapped; the mass is floor(u S(R))
   cohort_left,    ///< S(R), share of a fresh population that is stronger than R
   cohort_moment,  ///< E[delta; delta < R], scaled: moment of those that have snapped
@@ -54,6 +54,9 @@ struct CohortLaw {
   double forget;      ///< straight path after which a patch has forgotten how it began, scaled
   double negligible;  ///< share of a patch's mass: a cohort that has less snaps as a whole
   double slow;        ///< from this distance on pieces of a long step may grow with it, scaled
+  double residual;    ///< l_r, scaled: what a snap leaves; R counts from it
+  double renewal;     ///< kappa: bristles renewed by a snap
+  double snap_rate;   ///< snaps of a bristle per scaled length of steady sliding
 };
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
@@ -66,7 +69,7 @@ struct CohortState {
   double direction[2] = {0.0, 0.0};  ///< of the straight slide that the patch is in
   double run = 0.0;                  ///< its length so far, scaled
   /// Cohorts that may still grow: [0] of bristles that snapped, [1] of those that came into contact. Each
-  /// takes in what is born within a piece of `begin`.
+  /// takes in what is born within a piece of `begin` (where the first of them would be straight).
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
   std::uint32_t open[2] = {no_cohort, no_cohort};
   std::uint32_t count = 0;
@@ -86,16 +89,16 @@ struct CohortMove {
 struct CohortTotals {
   double integral[2];  ///< of the sum of mass x deflection, over the path
   double lost;         ///< twice the energy lost: mass x length^2
-  double snapped;      ///< mass that snapped
+  double snapped;      ///< mass that snapped; what was renewed is not counted
   std::uint32_t pieces;
   std::uint32_t merges;
 };
 
 struct CohortKernels {
   const char* name;
-  /// Advances a patch along a move, cut in pieces; index: axes - 1. Changes rows and state but for base,
-  /// direction and run.
-  void (*move[2])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
+  /// Advances a patch along a move, cut in pieces; index: axes - 1, and 2 more for laws with residual or
+  /// renewal. Changes rows and state but for base, direction and run.
+  void (*move[4])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
   /// Merges the cheapest pairs, so that at least one more cohort has room. Returns twice the energy lost.
   double (*make_room)(const CohortLaw&, CohortState&, double* rows, const double at[2]);
   /// Mass above the rank `cut`, and its density there (mass per rank): for the load.
@@ -103,7 +106,8 @@ struct CohortKernels {
   /// Bristles come into contact straight at `at`. Returns twice the energy that joining others loses.
   double (*enter)(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass, double low,
                   double high, bool joins);
-  /// Fresh lengths for cohort i of the mass floor(u), bent so far. Returns the mass that is stronger.
+  /// Fresh lengths for cohort i of the mass floor(u), bent so far beyond l_r. Returns the mass that is
+  /// stronger.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 

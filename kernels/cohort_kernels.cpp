@@ -12,7 +12,8 @@ namespace bristle::detail {
 extern const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA);
 const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA) = {
     BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
-    {&move_cohorts<VectorEngine, 1>, &move_cohorts<VectorEngine, 2>},
+    {&move_cohorts<VectorEngine, 1, false>, &move_cohorts<VectorEngine, 2, false>,
+     &move_cohorts<VectorEngine, 1, true>, &move_cohorts<VectorEngine, 2, true>},
     &make_room<VectorEngine>,
     &mass_above,
     &enter,

@@ -101,7 +101,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   const double zx = to[0] - x;
   const double zy = to[1] - y;
   const double mean = reach + share * (n.reach - reach);
-  reach = most(mean, root(zx * zx + zy * zy));
+  reach = most(mean, root(zx * zx + zy * zy) - law.residual);
   const Survival at = survival_at(law, reach);
   cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   cohort(rows, i, cohort_left) = at.left;
@@ -142,34 +142,74 @@ struct PieceSums {
   double squares;       ///< mass x |z|^2
   double ranks, rank_squares;
   double x, y;  ///< of the mass that is left: mass x place
+  /// Mass that is left, times the share of the piece along which it could be renewed. Laws with renewal only.
+  double renewable;
 };
 
-/// Mass that snapped along a piece starts anew at its mean place. Its own weakest may have snapped again
-/// since (a law with S < 1 that early): they are counted as one group. Books energy and path integral. `at`
-/// is the end of the piece.
-inline Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& a, const double at[2],
-                    CohortTotals& t) {
+/// How often each bristle that can be renewed is drawn for it along a piece: kappa times the snaps of the
+/// piece over all bristles. Those that would have snapped are drawn first half as often (competing risks),
+/// and what starts anew may snap again within the piece.
+struct Draws {
+  double hazard;
+  double snapped;  ///< mass, without second snaps
+};
+constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles is left: (1 - v + v^2 / 2)^4 needs v <= 1
+
+inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p) {
+  const double again = 1.0 - survival_at(law, p.gap / p.lost).left;
+  const double per_mass = law.renewal / s.mass;
+  const double damped = 1.0 - per_mass * (again * p.renewable - 0.5 * p.lost);
+  const double hazard = least(per_mass * (p.lost * (1.0 + again)) / most(damped, 0.25), highest_hazard);
+  return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
+}
+
+/// What was renewed starts anew with what snapped.
+inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
+  p.lost += renewed.lost;
+  p.gap += renewed.gap;
+  p.gap_gap += renewed.gap_gap;
+  p.gap_x += renewed.gap_x;
+  p.gap_y += renewed.gap_y;
+  p.squares += renewed.squares;
+  p.ranks += renewed.ranks;
+  p.rank_squares += renewed.rank_squares;
+  p.x = renewed.x;
+  p.y = renewed.y;
+}
+
+/// Mass that snapped (or was renewed) along a piece starts anew at its mean place, bent by l_r. Its own
+/// weakest may have snapped again since (a law with S < 1 that early): they are counted as one group. Books
+/// energy and path integral. `at` is the end of the piece; `snapped` of the mass had snapped.
+template <bool rubs>
+Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& a, const double at[2],
+             double snapped, CohortTotals& t) {
   const double gap = p.gap / p.lost;
   const Survival s = survival_at(law, gap);
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
+  double of_residual = 0.0;  // that the second snaps lose on top
   if (again > 0.0) {
     const double length = least(s.moment / (1.0 - s.left), gap);
     const double left = gap - length;
     mean_gap = gap - (1.0 - s.left) * length;
     gap_gap -= again * (gap * gap - (length * length + left * left));
+    if (rubs) of_residual = 2.0 * law.residual * (again * length);
   }
   // Without snaps the integral would be that of the survivors: less what the lost would have added after
   // their snap, and what they add as newborn.
-  t.integral[0] += a.direction[0] * (0.5 * (p.gap_gap + gap_gap)) - p.gap_x;
-  t.integral[1] += a.direction[1] * (0.5 * (p.gap_gap + gap_gap)) - p.gap_y;
+  double of_newborn = 0.5 * (p.gap_gap + gap_gap);
+  if (rubs) of_newborn += law.residual * p.gap;
+  t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
+  t.integral[1] += a.direction[1] * of_newborn - p.gap_y;
   const double along = a.direction[0] * p.gap_x + a.direction[1] * p.gap_y;
   t.lost += (p.squares - 2.0 * along + p.gap_gap) + (gap_gap - p.lost * (mean_gap * mean_gap));
-  t.snapped += p.lost + again;
+  if (rubs) t.lost += of_residual - p.lost * (law.residual * law.residual);
+  t.snapped += snapped + again;
+  const double root = rubs ? mean_gap + law.residual : mean_gap;  // where they would be straight
   return {p.lost,
-          at[0] - mean_gap * a.direction[0],
-          at[1] - mean_gap * a.direction[1],
+          at[0] - root * a.direction[0],
+          at[1] - root * a.direction[1],
           most(mean_gap, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost};
@@ -237,11 +277,11 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 }
 
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
-template <class Engine, int axes>
+template <class Engine, int axes, bool rubs>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
   if (a.length > 1.2 * law.piece) {
-    s.slack = Engine::template find_slack<axes>(s, rows, a.to);
+    s.slack = Engine::template find_slack<axes>(law, s, rows, a.to);
     if (s.slack >= 0.0) return;
   }
   double from[2] = {a.from[0], a.from[1]};
@@ -254,9 +294,9 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     if (!last)
       for (int axis = 0; axis < axes; ++axis) at[axis] = a.from[axis] + a.direction[axis] * done;
     PieceSums sums{};
-    const bool bent = Engine::template bend_all<axes>(law, s, rows, a, length, at, sums);
+    const bool bent = Engine::template bend_all<axes, rubs>(law, s, rows, a, length, at, sums);
     if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
-      s.slack = Engine::template find_slack<axes>(s, rows, at);
+      s.slack = Engine::template find_slack<axes>(law, s, rows, at);
       return;
     }
     s.slack = -1.0;
@@ -264,12 +304,25 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     for (int axis = 0; axis < axes; ++axis)
       t.integral[axis] += length * (s.mass * ((from[axis] + at[axis]) * 0.5) - s.moment[axis]);
     if (sums.lost > 0.0) {
-      const Newborn newborn = bear(law, sums, a, at, t);
+      double snapped = sums.lost;
+      if (rubs && law.renewal > 0.0) {
+        const Draws draws = find_draws(law, s, sums);
+        snapped = draws.snapped;
+        add_renewed(sums, Engine::template renew_all<axes>(law, s, rows, a, length, at, draws.hazard));
+      }
+      const Newborn newborn = bear<rubs>(law, sums, a, at, snapped, t);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
       remove_empty(s, rows);
-      const double bx = at[0] - s.begin[0][0];
-      const double by = at[1] - s.begin[0][1];
+      double first[2] = {from[0], from[1]};  // where what is born first and last would be straight
+      double last_born[2] = {at[0], at[1]};
+      if (rubs)
+        for (int axis = 0; axis < 2; ++axis) {
+          first[axis] -= law.residual * a.direction[axis];
+          last_born[axis] -= law.residual * a.direction[axis];
+        }
+      const double bx = last_born[0] - s.begin[0][0];
+      const double by = last_born[1] - s.begin[0][1];
       if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
         t.lost += join(law, s, rows, s.open[0], newborn, at);
       } else {
@@ -278,7 +331,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
           ++t.merges;
         }
         s.open[0] = s.count;
-        for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = from[axis];
+        for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = first[axis];
         append(law, s, rows, newborn);
       }
     }

@@ -15,12 +15,43 @@ struct LaneSum {
 };
 
 struct ReferenceSums {
-  LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y;
+  LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
+
+  /// Cohort i, bent by z at the end of a piece: `kept` of its mass is left, `lost` was straight, or bent by
+  /// l_r, `gap` before the end.
+  void add(const double* rows, std::uint32_t i, double zx, double zy, double square, double kept,
+           double left_behind, double g) {
+    const std::uint32_t k = i % cohort_lanes;
+    const double low = cohort(rows, i, cohort_low);
+    const double high = cohort(rows, i, cohort_high);
+    const double lost_gap = left_behind * g;
+    lost.lane[k] += left_behind;
+    gap.lane[k] += lost_gap;
+    gap_gap.lane[k] += lost_gap * g;
+    gap_x.lane[k] += lost_gap * zx;
+    gap_y.lane[k] += lost_gap * zy;
+    squares.lane[k] += left_behind * square;
+    ranks.lane[k] += left_behind * rank_mean(low, high);
+    rank_squares.lane[k] += left_behind * rank_square(low, high);
+    x.lane[k] += kept * cohort(rows, i, cohort_x);
+    y.lane[k] += kept * cohort(rows, i, cohort_y);
+  }
+  PieceSums totals() const {
+    return {lost.total(),  gap.total(),     gap_gap.total(),  gap_x.total(),
+            gap_y.total(), squares.total(), ranks.total(),    rank_squares.total(),
+            x.total(),     y.total(),       renewable.total()};
+  }
 };
+
+/// Share of a piece along which a bristle bent so far along the motion at its end can be renewed: it is bent
+/// by more than l_r there.
+double renewable_path(const CohortLaw& law, double along, double length) {
+  return least(most(along - law.residual, 0.0), length) / length;
+}
 
 /// One cohort at the end of a piece: those that are not stronger than the deflection have snapped. True = it
 /// was bent farther than before.
-template <int axes>
+template <int axes, bool rubs>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
           double length, const double at[2], ReferenceSums& sums) {
   const std::uint32_t lane = i % cohort_lanes;
@@ -29,10 +60,13 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   const double zx = at[0] - x;
   const double zy = at[1] - y;
   const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
-  const double bent = root(square);
+  const double bent = rubs ? most(root(square) - law.residual, 0.0) : root(square);
   const double reach = cohort(rows, i, cohort_reach);
   const double mass = mass_of(rows, i);
+  const double along = axes == 2 ? zx * a.direction[0] + zy * a.direction[1] : zx * a.direction[0];
+  const double renewable = rubs ? renewable_path(law, along, length) : 0.0;
   if (!(bent > reach)) {
+    if (rubs) sums.renewable.lane[lane] += mass * renewable;
     sums.x.lane[lane] += mass * x;
     sums.y.lane[lane] += mass * y;
     return false;
@@ -49,24 +83,13 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   const double share = left - now.left;
   double snapped_at = share > 0.0 ? (now.moment - moment) / share : bent;
   snapped_at = least(most(snapped_at, reach), bent);
-  const double along = axes == 2 ? zx * a.direction[0] + zy * a.direction[1] : zx * a.direction[0];
+  if (rubs) snapped_at = snapped_at + law.residual;
   const double across = most(square - along * along, 0.0);
   const double before = root(most(snapped_at * snapped_at - across, 0.0));
   const double gap = least(most(along - before, 0.0), length);
 
-  const double lost_gap = lost * gap;
-  const double low = cohort(rows, i, cohort_low);
-  const double high = cohort(rows, i, cohort_high);
-  sums.lost.lane[lane] += lost;
-  sums.gap.lane[lane] += lost_gap;
-  sums.gap_gap.lane[lane] += lost_gap * gap;
-  sums.gap_x.lane[lane] += lost_gap * zx;
-  sums.gap_y.lane[lane] += lost_gap * zy;
-  sums.squares.lane[lane] += lost * square;
-  sums.ranks.lane[lane] += lost * rank_mean(low, high);
-  sums.rank_squares.lane[lane] += lost * rank_square(low, high);
-  sums.x.lane[lane] += kept * x;
-  sums.y.lane[lane] += kept * y;
+  sums.add(rows, i, zx, zy, square, kept, lost, gap);
+  if (rubs) sums.renewable.lane[lane] += kept * renewable;
 
   cohort(rows, i, cohort_reach) = bent;
   cohort(rows, i, cohort_fresh) = kept > 0.0 ? fresh : 0.0;
@@ -75,15 +98,41 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   return true;
 }
 
+/// One cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of those that can
+/// be renewed slips to l_r and draws afresh, halfway along the path on which it can.
+template <int axes>
+void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
+                 double length, const double at[2], double hazard, ReferenceSums& sums) {
+  const double zx = at[0] - cohort(rows, i, cohort_x);
+  const double zy = at[1] - cohort(rows, i, cohort_y);
+  const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
+  const double along = axes == 2 ? zx * a.direction[0] + zy * a.direction[1] : zx * a.direction[0];
+  const double path = renewable_path(law, along, length);
+  const double mass = mass_of(rows, i);
+
+  const double quarter = 0.25 * hazard * path;
+  const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);  // exp(-quarter)
+  const double twice = root_left * root_left;
+  double fresh = cohort(rows, i, cohort_fresh) * (twice * twice);
+  double kept = least(whole_part(fresh * cohort(rows, i, cohort_left)), mass);
+  if (path > 0.0 && kept < least_mass) kept = 0.0;
+  if (!(kept > 0.0)) fresh = 0.0;
+  const double lost = mass - kept;
+
+  const double gap = 0.5 * path * length;
+  sums.add(rows, i, zx, zy, square, kept, lost, gap);
+  cohort(rows, i, cohort_fresh) = fresh;
+}
+
 /// Way to the nearest place at which a cohort is bent farther than ever, from `at`.
 template <int axes>
-double find_slack(const CohortState& s, const double* rows, const double at[2]) {
+double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2]) {
   double slack = unused_reach;
   for (std::uint32_t i = 0; i < s.count; ++i) {
     const double zx = at[0] - cohort(rows, i, cohort_x);
     const double zy = at[1] - cohort(rows, i, cohort_y);
     const double bent = root(axes == 2 ? zx * zx + zy * zy : zx * zx);
-    slack = least(slack, cohort(rows, i, cohort_reach) - bent);
+    slack = least(slack, cohort(rows, i, cohort_reach) + law.residual - bent);
   }
   return slack;
 }
@@ -102,30 +151,32 @@ Partner find_partner(const double* rows, const double* masses, std::uint32_t cou
   return best;
 }
 
-/// One piece of the path, from `from` to `at`.
-template <int axes>
-bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
-              const double at[2], PieceSums& p) {
-  ReferenceSums sums;
-  bool bent = false;
-  const double least_mass = s.mass * law.negligible;
-  for (std::uint32_t i = 0; i < s.count; ++i)
-    if (bend<axes>(law, least_mass, rows, i, a, length, at, sums)) bent = true;
-  p = {sums.lost.total(),  sums.gap.total(),     sums.gap_gap.total(), sums.gap_x.total(),
-       sums.gap_y.total(), sums.squares.total(), sums.ranks.total(),   sums.rank_squares.total(),
-       sums.x.total(),     sums.y.total()};
-  return bent;
-}
-
 struct Reference {
-  template <int axes>
-  static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
-                       const double at[2], PieceSums& p) {
-    return detail::bend_all<axes>(law, s, rows, a, length, at, p);
+  /// One piece of the path, which ends at `at`.
+  template <int axes, bool rubs>
+  static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                       double length, const double at[2], PieceSums& p) {
+    ReferenceSums sums;
+    bool bent = false;
+    const double least_mass = s.mass * law.negligible;
+    for (std::uint32_t i = 0; i < s.count; ++i)
+      if (bend<axes, rubs>(law, least_mass, rows, i, a, length, at, sums)) bent = true;
+    p = sums.totals();
+    return bent;
   }
   template <int axes>
-  static double find_slack(const CohortState& s, const double* rows, const double at[2]) {
-    return detail::find_slack<axes>(s, rows, at);
+  static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                             double length, const double at[2], double hazard) {
+    ReferenceSums sums;
+    const double least_mass = s.mass * law.negligible;
+    for (std::uint32_t i = 0; i < s.count; ++i)
+      renew_share<axes>(law, least_mass, rows, i, a, length, at, hazard, sums);
+    return sums.totals();
+  }
+  template <int axes>
+  static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows,
+                           const double at[2]) {
+    return detail::find_slack<axes>(law, s, rows, at);
   }
   static Partner find_partner(const double* rows, const double* masses, std::uint32_t count,
                               std::uint32_t i) {
@@ -154,7 +205,8 @@ void mass_above(const CohortState& s, const double* rows, double cut, double* ma
 extern const CohortKernels cohort_kernels_scalar;
 const CohortKernels cohort_kernels_scalar = {
     "scalar",
-    {&move_cohorts<Reference, 1>, &move_cohorts<Reference, 2>},
+    {&move_cohorts<Reference, 1, false>, &move_cohorts<Reference, 2, false>,
+     &move_cohorts<Reference, 1, true>, &move_cohorts<Reference, 2, true>},
     &make_room<Reference>,
     &mass_above,
     &enter,

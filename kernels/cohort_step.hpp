@@ -101,11 +101,42 @@ struct VectorPlace {
 inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
 
 struct VectorSums {
-  LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y;
+  LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
+
+  /// ReferenceSums::add, for the cohorts at `place`.
+  template <int axes>
+  void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
+           Vector left_behind, Vector g) {
+    const auto sum = [k](LaneSum& total, Vector value) { total.part[k] = total.part[k] + value; };
+    const Vector low = place.get(cohort_low);
+    const Vector high = place.get(cohort_high);
+    const Vector lost_gap = left_behind * g;
+    sum(lost, left_behind);
+    sum(gap, lost_gap);
+    sum(gap_gap, lost_gap * g);
+    sum(gap_x, lost_gap * zx);
+    if (axes == 2) sum(gap_y, lost_gap * zy);
+    sum(squares, left_behind * square);
+    sum(ranks, left_behind * ((low + high) * Vector(0.5)));
+    sum(rank_squares, left_behind * ((low * low + low * high + high * high) * Vector(1.0 / 3.0)));
+    sum(x, kept * place.get(cohort_x));
+    if (axes == 2) sum(y, kept * place.get(cohort_y));
+  }
+  PieceSums totals() const {
+    return {lost.total(),  gap.total(),     gap_gap.total(),  gap_x.total(),
+            gap_y.total(), squares.total(), ranks.total(),    rank_squares.total(),
+            x.total(),     y.total(),       renewable.total()};
+  }
 };
 
+/// See renewable_path in cohort_reference.cpp.
+inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
+  const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
+  return divide<double>(path, Vector(length));
+}
+
 /// One vector of cohorts at the end of a piece: see bend in cohort_reference.cpp.
-template <int axes>
+template <int axes, bool rubs>
 inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                  const CohortMove& a, double length, const double at[2], VectorSums& sums) {
   const Vector zero(0.0);
@@ -114,15 +145,20 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector zx = Vector(at[0]) - x;
   const Vector zy = axes == 2 ? Vector(at[1]) - y : zero;
   const Vector square = axes == 2 ? zx * zx + zy * zy : zx * zx;
-  const Vector bent = root<double>(square);
+  const Vector bent =
+      rubs ? most<double>(root<double>(square) - Vector(law.residual), zero) : root<double>(square);
   const Vector reach = place.get(cohort_reach);
   const Vector fresh = place.get(cohort_fresh);
   const Vector left = place.get(cohort_left);
   const Vector mass = masses_of(fresh, left);
+  const Vector along =
+      axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1]) : zx * Vector(a.direction[0]);
+  const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   const Mask<double> beyond = bent > reach;
   if (!any_lane<double>(beyond)) {
     sums.x.part[k] = sums.x.part[k] + mass * x;
     if (axes == 2) sums.y.part[k] = sums.y.part[k] + mass * y;
+    if (rubs) sums.renewable.part[k] = sums.renewable.part[k] + mass * renewable;
     return false;
   }
   const Vector moment = place.get(cohort_moment);
@@ -137,26 +173,13 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   Vector snapped_at = divide<double>(now.moment - moment, select_lanes<double>(some, share, Vector(1.0)));
   snapped_at = select_lanes<double>(some, snapped_at, bent);
   snapped_at = least<double>(most<double>(snapped_at, reach), bent);
-  const Vector along =
-      axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1]) : zx * Vector(a.direction[0]);
+  if (rubs) snapped_at = snapped_at + Vector(law.residual);
   const Vector across = most<double>(square - along * along, zero);
   const Vector before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
   const Vector gap = least<double>(most<double>(along - before, zero), Vector(length));
 
-  const Vector lost_gap = lost * gap;
-  const Vector low = place.get(cohort_low);
-  const Vector high = place.get(cohort_high);
-  const auto add = [k](LaneSum& sum, Vector value) { sum.part[k] = sum.part[k] + value; };
-  add(sums.lost, lost);
-  add(sums.gap, lost_gap);
-  add(sums.gap_gap, lost_gap * gap);
-  add(sums.gap_x, lost_gap * zx);
-  if (axes == 2) add(sums.gap_y, lost_gap * zy);
-  add(sums.squares, lost * square);
-  add(sums.ranks, lost * ((low + high) * Vector(0.5)));
-  add(sums.rank_squares, lost * ((low * low + low * high + high * high) * Vector(1.0 / 3.0)));
-  add(sums.x, kept * x);
-  if (axes == 2) add(sums.y, kept * y);
+  sums.add<axes>(place, k, zx, zy, square, kept, lost, gap);
+  if (rubs) sums.renewable.part[k] = sums.renewable.part[k] + kept * renewable;
 
   place.put(cohort_reach, select_lanes<double>(beyond, bent, reach));
   place.put(cohort_fresh, select_lanes<double>(beyond & (kept == zero), zero, fresh));
@@ -165,25 +188,63 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   return true;
 }
 
+/// See renew_share in cohort_reference.cpp.
+template <int axes>
+inline void renew_share(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
+                        const CohortMove& a, double length, const double at[2], double hazard,
+                        VectorSums& sums) {
+  const Vector zero(0.0);
+  const Vector one(1.0);
+  const Vector half(0.5);
+  const Vector zx = Vector(at[0]) - place.get(cohort_x);
+  const Vector zy = axes == 2 ? Vector(at[1]) - place.get(cohort_y) : zero;
+  const Vector square = axes == 2 ? zx * zx + zy * zy : zx * zx;
+  const Vector along =
+      axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1]) : zx * Vector(a.direction[0]);
+  const Vector path = renewable_path(law, along, length);
+  const Vector left = place.get(cohort_left);
+  const Vector mass = masses_of(place.get(cohort_fresh), left);
+
+  const Vector quarter = Vector(0.25 * hazard) * path;
+  const Vector root_left = one - quarter * (one - half * quarter);
+  const Vector twice = root_left * root_left;
+  Vector fresh = place.get(cohort_fresh) * (twice * twice);
+  Vector kept = least<double>(whole_part<double>(fresh * left), mass);
+  kept = select_lanes<double>((path > zero) & (kept < Vector(least_mass)), zero, kept);
+  fresh = select_lanes<double>(kept > zero, fresh, zero);
+  const Vector gap = half * path * Vector(length);
+  sums.add<axes>(place, k, zx, zy, square, kept, mass - kept, gap);
+  place.put(cohort_fresh, fresh);
+}
+
 struct VectorEngine {
-  template <int axes>
-  static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
-                       const double at[2], PieceSums& p) {
+  template <int axes, bool rubs>
+  static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                       double length, const double at[2], PieceSums& p) {
     VectorSums sums;
     bool bent = false;
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
       for (std::uint32_t k = 0; k < row_parts; ++k)
-        if (bend<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, sums)) bent = true;
-    if (bent)
-      p = {sums.lost.total(),  sums.gap.total(),     sums.gap_gap.total(), sums.gap_x.total(),
-           sums.gap_y.total(), sums.squares.total(), sums.ranks.total(),   sums.rank_squares.total(),
-           sums.x.total(),     sums.y.total()};
+        if (bend<axes, rubs>(law, least_mass, {rows + k * vector_size}, k, a, length, at, sums)) bent = true;
+    if (bent) p = sums.totals();
     return bent;
   }
 
   template <int axes>
-  static double find_slack(const CohortState& s, const double* rows, const double at[2]) {
+  static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                             double length, const double at[2], double hazard) {
+    VectorSums sums;
+    const double least_mass = s.mass * law.negligible;
+    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
+      for (std::uint32_t k = 0; k < row_parts; ++k)
+        renew_share<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, hazard, sums);
+    return sums.totals();
+  }
+
+  template <int axes>
+  static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows,
+                           const double at[2]) {
     Vector slack(unused_reach);
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
       for (std::uint32_t k = 0; k < row_parts; ++k) {
@@ -194,8 +255,8 @@ struct VectorEngine {
           const Vector zy = Vector(at[1]) - load<double>(columns + cohort_y * cohort_lanes);
           square = square + zy * zy;
         }
-        slack =
-            least<double>(slack, load<double>(columns + cohort_reach * cohort_lanes) - root<double>(square));
+        const Vector reach = load<double>(columns + cohort_reach * cohort_lanes) + Vector(law.residual);
+        slack = least<double>(slack, reach - root<double>(square));
       }
     alignas(64) double lane[vector_size];
     slack.store_aligned(lane);

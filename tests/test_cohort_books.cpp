@@ -13,31 +13,22 @@
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "expect.hpp"
+#include "infinite_brush.hpp"
 #include "scenes.hpp"
 
 using namespace bristle::detail;
 using bristle_test::dbar;
+using bristle_test::infinite_options;
+using bristle_test::load_n;
 using bristle_test::tick;
 
 namespace {
-
-constexpr double load_n = 1000.0;
 
 const KernelTable& fastest_kernels() {
   int count = 0;
   const KernelEntry* entries = kernel_entries(&count);
   while (!entries->usable()) ++entries;
   return *entries->table;
-}
-
-bristle::PatchOptions infinite_options(double resolution, std::uint32_t cohorts) {
-  return bristle::PatchOptions{}
-      .with_max_normal_load(load_n)
-      .with_axes(2)
-      .with_outputs(bristle::Outputs::all)
-      .with_population(bristle::Population::infinite)
-      .with_resolution(resolution)
-      .with_cohorts(cohorts);
 }
 
 /// A patch in a batch, and its rows.

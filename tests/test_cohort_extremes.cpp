@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "expect.hpp"
+#include "infinite_brush.hpp"
 #include "scenes.hpp"
 
 using namespace bristle_test;
@@ -15,24 +16,12 @@ using bristle::Population;
 
 namespace {
 
-constexpr double load_n = 1000.0;
 const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 
-PatchOptions infinite_options(double resolution = 0.0, std::uint32_t cohorts = 0, int axes = 2) {
-  return PatchOptions{}
-      .with_max_normal_load(load_n)
-      .with_axes(axes)
-      .with_outputs(Outputs::all)
-      .with_population(Population::infinite)
-      .with_resolution(resolution)
-      .with_cohorts(cohorts);
-}
 OnePatch make_brush(const SnapLength& law, const PatchOptions& options = infinite_options()) {
   return OnePatch(plain_material(law, SnapRule::redraw), options);
 }
 
-/// Mean deflection in steady sliding, mean snap lengths.
-double kinetic(const SnapLength& law) { return law.moment(2) / (2.0 * law.mean()) / dbar; }
 double deflection(const Response& r, double load) { return -r.elastic[0] / (load * dbar); }
 
 }  // namespace

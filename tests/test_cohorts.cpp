@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "expect.hpp"
+#include "infinite_brush.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
@@ -17,43 +18,6 @@ using namespace bristle_test;
 using bristle::Population;
 
 namespace {
-
-constexpr double load_n = 1000.0;
-
-PatchOptions infinite_options(double resolution = 0.0, std::uint32_t cohorts = 0, int axes = 2) {
-  return PatchOptions{}
-      .with_max_normal_load(load_n)
-      .with_axes(axes)
-      .with_outputs(Outputs::all)
-      .with_population(Population::infinite)
-      .with_resolution(resolution)
-      .with_cohorts(cohorts);
-}
-
-/// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load: with
-/// plain_material the mean deflection.
-struct Brush {
-  explicit Brush(const SnapLength& law, const PatchOptions& options = infinite_options(),
-                 const BatchOptions& batch = {})
-      : patch(plain_material(law, SnapRule::redraw), options, batch) {}
-
-  void step(double dx, double dy = 0.0) {
-    const double before = patch.energy();
-    response = patch.step(dx * dbar, dy * dbar, load);
-    const double work = -(response.mean[0] * dx + response.mean[1] * dy) * dbar;
-    const double after = patch.energy();
-    const double error = work - (after - before) - response.dissipated - response.contact_loss;
-    imbalance = std::max(imbalance, std::abs(error) / (std::abs(work) + before + after + 1e-30));
-    most_negative = std::min(most_negative, response.dissipated);
-  }
-  double x() const { return -response.elastic[0] / (load * dbar); }
-  double y() const { return -response.elastic[1] / (load * dbar); }
-
-  OnePatch patch;
-  Response response;
-  double load = load_n;
-  double imbalance = 0.0, most_negative = 0.0;
-};
 
 struct Place {
   double x, y;

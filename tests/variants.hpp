@@ -51,6 +51,12 @@ inline void add_infinite_variants(std::vector<PatchCase>& cases) {
                                          .with_axes(axes)
                                          .with_outputs(outputs);
         cases.push_back({name.str(), material, later, options});
+        if (law.law() != bristle::SnapLaw::lognormal) continue;
+        const auto rubbed = [](Material m) {
+          return m.with_residual_length(0.4 * dbar).with_shared_renewal(1.0);
+        };
+        cases.push_back({name.str() + ", rubbed", rubbed(material), rubbed(later), options});
+        cases.push_back({name.str() + ", rubbed later", material, rubbed(material), options});
       }
     }
   }

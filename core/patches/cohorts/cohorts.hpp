@@ -38,6 +38,7 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
   }
+  bool rubs() const noexcept { return law.residual > 0.0 || law.renewal > 0.0; }
   double zeta_max() const noexcept { return full_weight; }
   double units_per_bristle() const noexcept { return full_mass / full_weight; }
 };

@@ -149,6 +149,9 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.sure = table.sure;
   made.law.mean = table.mean;
   made.law.forget = table.forget;
+  made.law.residual = material->residual;
+  made.law.renewal = material->material.shared_renewal;
+  made.law.snap_rate = 1.0 / table.mean;
   set_pieces(made, made.pieces);
   double capacity = options.cohorts;
   if (options.cohorts == 0)

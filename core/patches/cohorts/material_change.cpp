@@ -1,4 +1,5 @@
 // A live change of material of an infinite brush.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -7,27 +8,35 @@
 namespace bristle::detail {
 namespace {
 
-/// Every cohort gets fresh lengths of the new law: bristles bent beyond theirs snap at once, to straight
-/// where the patch is.
+/// Every cohort gets fresh lengths of the new law: bristles bent beyond theirs slip at once, each along its
+/// own deflection, to straight or to what the law's residual leaves. They become one cohort.
 void renew_all(Patch& p) noexcept {
   Cohorts& r = cohorts(p);
   double snapped = 0.0;
   double squares = 0.0;
+  double bent[2] = {0.0, 0.0};  // sum of mass x deflection of those that slipped
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double mass = mass_of(r.rows, i);
     const double zx = place(p, r, 0) - entry(r.rows, i, cohort_x);
     const double zy = place(p, r, 1) - entry(r.rows, i, cohort_y);
     const double square = zx * zx + zy * zy;
     entry(r.rows, i, cohort_fresh) = mass + 0.5;
-    const double kept = r.kernels->renew(r.law, r.rows, i, std::sqrt(square));
+    const double length = std::sqrt(square);
+    const double kept = r.kernels->renew(r.law, r.rows, i, std::max(length - r.law.residual, 0.0));
     snapped += mass - kept;
     squares += (mass - kept) * square;
+    if (length > 0.0) {
+      bent[0] += (mass - kept) * r.law.residual * (zx / length);
+      bent[1] += (mass - kept) * r.law.residual * (zy / length);
+    }
   }
   remove_empty(r, r.rows);
   if (snapped > 0.0) {
     const double at[2] = {place(p, r, 0), place(p, r, 1)};
     if (r.count == r.capacity) squares += r.kernels->make_room(r.law, r, r.rows, at);
-    r.kernels->enter(r.law, r, r.rows, at, snapped, 0.0, r.mass, false);
+    const double straight[2] = {at[0] - bent[0] / snapped, at[1] - bent[1] / snapped};
+    squares -= (bent[0] * bent[0] + bent[1] * bent[1]) / snapped;
+    r.kernels->enter(r.law, r, r.rows, straight, snapped, 0.0, r.mass, false);
     r.open[1] = no_cohort;
   }
   p.pending_dissipated += joules_per_unit(p) * squares;
@@ -55,7 +64,10 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   r.capacity = capacity;
   r.snap_rest = old.snap_rest;
   std::memcpy(r.rows, old.rows, old.used_numbers() * sizeof(double));
-  const bool same_law = to.material().material.snap_length == from.material().material.snap_length;
+  const Material& material = to.material().material;
+  const Material& before = from.material().material;
+  const bool same_law =
+      material.snap_length == before.snap_length && material.residual_length == before.residual_length;
   if (!same_law) {
     const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // power of two
     for (std::uint32_t i = 0; i < r.count; ++i)

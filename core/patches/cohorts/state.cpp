@@ -43,12 +43,13 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
+  const double farthest = longest + r.law.residual;
   double mass = 0.0;
   for (std::uint32_t i = 0; i < saved.count; ++i) {
     const auto read = [&](CohortColumn column) { return read_entry(rows, i, column); };
     const double zx = at[0] - read(cohort_x);
     const double zy = at[1] - read(cohort_y);
-    if (!within(zx, -longest, longest) || !within(zy, -longest, longest)) return "a cohort's place";
+    if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
     if (!within(read(cohort_left), 1e-30, 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";

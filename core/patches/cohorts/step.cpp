@@ -71,7 +71,7 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
     t.integral[axis] += work;
     t.lost += 2.0 * work * slide.move.direction[axis];
   }
-  t.snapped += s.mass * (far / r.law.mean);
+  t.snapped += s.mass * (far * r.law.snap_rate);
 }
 
 void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const CohortTotals& t,
@@ -121,7 +121,7 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   }
 
   if (slide.move.length > 0.0) {
-    r.kernels->move[p.axes - 1](r.law, *state, rows, slide.move, totals);
+    r.kernels->move[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, *state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
       if (commit) p.bound = {{a.to[0], a.to[1]}, state->slack - bound_margin};
       hold(p, a, sums);

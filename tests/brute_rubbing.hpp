@@ -1,0 +1,90 @@
+// The brush with residual and shared renewal once more, for trust: bristle by bristle in steps so small that
+// the order of what happens within one does not count. Nothing here comes from bristle itself.
+//
+// A bristle snaps at |z| = residual + delta to z = residual e, e the direction of motion. A snap draws
+// `renewal` bristles on average, from all; one that is bent along the motion by more than the residual slips
+// to it and draws afresh. Lengths may be in any unit; results are means over the bristles.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <random>
+#include <vector>
+
+#include "brute_force.hpp"
+
+namespace bristle_test {
+
+class RubbedBristles {
+ public:
+  RubbedBristles(std::size_t count, Quantile quantile, double residual, double renewal, std::uint64_t seed)
+      : quantile_(std::move(quantile)),
+        residual_(residual),
+        renewal_(renewal),
+        generator_(seed),
+        bristles_(count) {
+    for (Bristle& b : bristles_) b.delta = quantile_(flat());
+  }
+
+  /// Moves by (dx, dy) in pieces of at most `piece`.
+  void step(double dx, double dy, double piece) {
+    const double path = std::hypot(dx, dy);
+    const int pieces = static_cast<int>(path / piece) + 1;
+    for (int k = 0; k < pieces; ++k) small_step(dx / path, dy / path, path / pieces);
+  }
+
+  double x() const { return mean(&Bristle::x); }
+  double y() const { return mean(&Bristle::y); }
+  double snaps = 0.0;    ///< of all bristles so far
+  double renewed = 0.0;  ///< the same
+
+ private:
+  struct Bristle {
+    double x = 0.0, y = 0.0, delta = 0.0;
+  };
+
+  double flat() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
+  double mean(double Bristle::*value) const {
+    double sum = 0.0;
+    for (const Bristle& b : bristles_) sum += b.*value;
+    return sum / static_cast<double>(bristles_.size());
+  }
+
+  void small_step(double ex, double ey, double h) {
+    double snapped = 0.0;
+    for (Bristle& b : bristles_) {
+      b.x += h * ex;
+      b.y += h * ey;
+      while (std::hypot(b.x, b.y) > residual_ + b.delta) {
+        const double along = b.x * ex + b.y * ey;
+        const double across = b.x * ey - b.y * ex;
+        const double strength = residual_ + b.delta;
+        const double over =
+            std::fmin(along - std::sqrt(std::fmax(strength * strength - across * across, 0.0)), h);
+        b.x = (residual_ + over) * ex;
+        b.y = (residual_ + over) * ey;
+        b.delta = quantile_(flat());
+        snapped += 1.0;
+      }
+    }
+    snaps += snapped;
+    drawn_ += renewal_ * snapped;
+    for (; drawn_ >= 1.0; drawn_ -= 1.0) {
+      Bristle& b = bristles_[static_cast<std::size_t>(flat() * static_cast<double>(bristles_.size()))];
+      const double left = h * flat();  // it is drawn so long before the end
+      if (b.x * ex + b.y * ey - left <= residual_) continue;
+      b.x = (residual_ + left) * ex;
+      b.y = (residual_ + left) * ey;
+      b.delta = quantile_(flat());
+      renewed += 1.0;
+    }
+  }
+
+  Quantile quantile_;
+  double residual_, renewal_;
+  std::mt19937_64 generator_;
+  std::vector<Bristle> bristles_;
+  double drawn_ = 0.0;  ///< draws that are due
+};
+
+}  // namespace bristle_test

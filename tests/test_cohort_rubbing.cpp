@@ -1,0 +1,221 @@
+// The infinite brush with residual and shared renewal: against closed forms, against brute force in small
+// steps, and what they are there for: contacts that do not harden when they are rubbed.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "brute_rubbing.hpp"
+#include "expect.hpp"
+#include "infinite_brush.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
+
+/// Lengths in mean snap lengths.
+struct Rubbing {
+  double residual, renewal;
+};
+const Rubbing settings[] = {{0.0, 1.0}, {0.4, 0.0}, {0.4, 1.0}, {0.25, 2.0}, {0.0, 8.0}};
+
+Material rubbed(const SnapLength& law, const Rubbing& r) {
+  return plain_material(law, SnapRule::redraw)
+      .with_residual_length(r.residual * dbar)
+      .with_shared_renewal(r.renewal);
+}
+
+/// f = l_r + int r T dr / int T dr, T = S(r) exp(-kappa nu r); (1 + kappa) nu int S exp(-kappa nu r) dr = 1.
+struct Steady {
+  double deflection, snap_rate;
+};
+Steady steady(const SnapLength& law, const Rubbing& rubbing) {
+  const double end = law.longest() / dbar, h = end / 200000;
+  const auto moment = [&](int power, double rate) {
+    double sum = 0.0;
+    for (double r = 0.5 * h; r < end; r += h)
+      sum += std::pow(r, power) * law.survival(r * dbar) * std::exp(-rubbing.renewal * rate * r) * h;
+    return sum;
+  };
+  double low = 0.0, high = 1.0;
+  for (int i = 0; i < 40; ++i) {
+    const double rate = 0.5 * (low + high);
+    ((1.0 + rubbing.renewal) * rate * moment(0, rate) < 1.0 ? low : high) = rate;
+  }
+  return {rubbing.residual + moment(1, low) / moment(0, low), low};
+}
+
+/// To and fro by `stroke`, 60 steps each way from one end to the other, from the middle on.
+struct Cycle {
+  double highest, work;
+};
+Cycle rub(Brush& brush, double stroke) {
+  Cycle cycle{0.0, 0.0};
+  for (int i = 0; i < 120; ++i) {
+    const double way = (i < 30 || i >= 90 ? 1.0 : -1.0) * stroke / 30.0;
+    brush.step(way);
+    cycle.highest = std::max(cycle.highest, std::abs(brush.x()));
+    cycle.work -= brush.response.mean[0] / (brush.load * dbar) * way;
+  }
+  return cycle;
+}
+
+}  // namespace
+
+TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[cohorts][rubbing][physics]") {
+  for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
+    for (const Rubbing& r : settings) {
+      const Steady expected = steady(law, r);
+      INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal << ": "
+                                << expected.deflection << ", snaps " << expected.snap_rate);
+      double error[2];
+      int k = 0;
+      for (double resolution : {8.0, 32.0}) {
+        Brush brush(rubbed(law, r), infinite_options(resolution, 512));
+        double mean = 0.0, snaps = 0.0;
+        const int steps = 400;
+        for (int i = 0; i < steps; ++i) brush.step(0.024, 0.007);
+        for (int i = 0; i < steps; ++i) {
+          brush.step(0.024, 0.007);
+          mean -= (brush.response.mean[0] * 0.96 + brush.response.mean[1] * 0.28) / (load_n * dbar) / steps;
+          snaps += static_cast<double>(brush.response.snaps) / load_n / (steps * 0.025);
+        }
+        error[k++] = std::abs(mean - expected.deflection);
+        if (r.renewal == 0.0) CHECK(snaps == Approx(expected.snap_rate).epsilon(0.005 * 8.0 / resolution));
+        CHECK(brush.imbalance < 1e-12);
+      }
+      CHECK(error[0] < 4e-3);
+      CHECK(error[1] < 3e-4);
+    }
+  }
+  // As printed in DESIGN.md 2.7.
+  CHECK(steady(lognormal, {0.0, 1.0}).deflection == Approx(0.45773).margin(1e-5));
+}
+
+TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohorts][rubbing][physics]") {
+  const std::size_t bristles = test_size(60000);
+  for (const Rubbing& r : {Rubbing{0.0, 1.0}, Rubbing{0.4, 0.0}, Rubbing{0.4, 1.5}}) {
+    RubbedBristles truth(bristles, lognormal_quantile(1.0, 0.3), r.residual, r.renewal, 3);
+    Brush brush(rubbed(lognormal, r), infinite_options(16.0, 256));
+    std::mt19937 generator(9);
+    std::uniform_real_distribution<double> flat(-1.0, 1.0);
+    double squares = 0.0;
+    const int steps = 40;
+    for (int i = 0; i < steps; ++i) {
+      // Turns by up to half a circle, and back on its own path.
+      const double angle = i % 8 < 4 ? 0.4 : 2.5 * flat(generator);
+      const double length = i % 3 == 0 ? 0.2 : 0.5, way = i % 5 == 4 ? -1.0 : 1.0;
+      const double dx = way * length * std::cos(angle), dy = way * length * std::sin(angle);
+      brush.step(dx, dy);
+      truth.step(dx, dy, 0.01);
+      squares += (std::pow(brush.x() - truth.x(), 2) + std::pow(brush.y() - truth.y(), 2)) / steps;
+    }
+    INFO("residual " << r.residual << ", renewal " << r.renewal << ": rms " << std::sqrt(squares));
+    // Noise of so many bristles (0.3 each) on two axes, and the step of both.
+    CHECK(std::sqrt(squares) < 0.6 / std::sqrt(static_cast<double>(bristles)) + 1.5e-3);
+    CHECK(brush.imbalance < 1e-12);
+    CHECK(brush.most_negative >= 0.0);
+  }
+}
+
+TEST_CASE("A rubbed contact does not harden; the paper's does", "[cohorts][rubbing][physics]") {
+  for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.0, 1.0}, Rubbing{0.4, 1.0}}) {
+    for (double share : {0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0}) {
+      Brush brush(rubbed(lognormal, r), infinite_options(0.0, 0, 1));
+      const double stroke = share * (1.0 + r.residual);
+      double first = 0.0, highest = 0.0, tenth = 0.0, last = 0.0;
+      for (int k = 1; k <= 1000; ++k) {
+        const Cycle cycle = rub(brush, stroke);
+        if (k == 1) first = cycle.highest;
+        if (k == 10) tenth = cycle.work;
+        highest = std::max(highest, cycle.highest);
+        last = cycle.work;
+      }
+      INFO("residual " << r.residual << ", renewal " << r.renewal << ", stroke " << share << ": " << first
+                       << ", " << highest / first << ", " << last / tenth);
+      if (r.renewal == 0.0) {
+        if (share == 1.5) {
+          CHECK(highest > 2.0 * first);
+          CHECK(last < 0.05 * tenth);
+        }
+        continue;
+      }
+      CHECK(highest < 1.25 * first);
+      if (share >= 1.5) CHECK(last == Approx(tenth).epsilon(0.01));
+      CHECK(brush.imbalance < 1e-11);
+    }
+  }
+}
+
+TEST_CASE("Where nothing snaps nothing is renewed, and no force drifts", "[cohorts][rubbing][creep]") {
+  Brush brush(rubbed(lognormal, {0.4, 2.0}));
+  for (int i = 0; i < 100; ++i) brush.step(0.05, 0.01);
+  brush.step(-0.3, -0.06);
+  const double force = brush.response.elastic[0];
+  for (int i = 0; i < 100000; ++i) {
+    brush.step(i % 2 == 0 ? 0.1 : -0.1);
+    expect(brush.response.dissipated == 0.0 && brush.response.snaps == 0, "nothing slips");
+  }
+  CHECK(brush.response.elastic[0] == Approx(force).epsilon(1e-12));
+}
+
+TEST_CASE("A motion in short and in long steps ends with one force, rubbed or not",
+          "[cohorts][rubbing][step]") {
+  for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
+    for (const Rubbing& r : settings) {
+      std::vector<double> forces;
+      for (int steps : {1, 10, 100, 1000}) {
+        Brush brush(rubbed(law, r), infinite_options(16.0, 512));
+        for (int i = 0; i < steps; ++i) brush.step(3.1 / steps);
+        for (int i = 0; i < steps; ++i) brush.step(0.0, 2.3 / steps);
+        for (int i = 0; i < steps; ++i) brush.step(-0.6 / steps, -0.4 / steps);
+        forces.push_back(brush.x());
+        forces.push_back(brush.y());
+        CHECK(brush.imbalance < 1e-11);
+      }
+      INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);
+      for (std::size_t i = 2; i < forces.size(); ++i) CHECK(std::abs(forces[i] - forces[i % 2]) < 4e-3);
+    }
+  }
+}
+
+TEST_CASE("Energy of a rubbed infinite brush balances under loads that change",
+          "[cohorts][rubbing][energy]") {
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  for (const Rubbing& r : settings) {
+    for (std::uint32_t cohorts : {8u, 32u, 0u}) {
+      INFO("residual " << r.residual << ", renewal " << r.renewal << ", cohorts " << cohorts);
+      Brush brush(rubbed(lognormal, r), infinite_options(0.0, cohorts));
+      for (int i = 0; i < 3000; ++i) {
+        const double s = i % 700 < 350 ? 0.08 : i % 97 == 0 ? 9.0 : 0.6;
+        if (i % 3 == 0) brush.load = load_n * (0.5 + 0.4 * flat(generator));
+        if (i % 11 == 0) brush.load = 1.3 * load_n;
+        if (i % 501 == 500) brush.load = 0.0;
+        brush.step(s * (flat(generator) + 0.3), s * flat(generator));
+      }
+      CHECK(brush.imbalance < 1e-12);
+      CHECK(brush.most_negative >= 0.0);
+    }
+  }
+}
+
+TEST_CASE("Residual and renewal of a sliding infinite brush change live", "[cohorts][rubbing][material]") {
+  Brush brush(lognormal, infinite_options(32.0, 512));
+  const auto slide = [&] {
+    for (int i = 0; i < 1000; ++i) brush.step(0.02);
+    return brush.x();
+  };
+  for (const Rubbing& r : {Rubbing{0.4, 0.0}, Rubbing{0.4, 1.0}, Rubbing{0.0, 1.0}, Rubbing{0.0, 0.0}}) {
+    const double stored = brush.patch.energy();
+    brush.patch.batch.set_material(brush.patch.id, rubbed(lognormal, r));
+    const Response rest = brush.patch.step(0.0, 0.0, load_n);
+    CHECK(rest.dissipated == Approx(stored - brush.patch.energy()).epsilon(1e-9).margin(1e-15));
+    CHECK(rest.dissipated >= 0.0);
+    INFO("residual " << r.residual << ", renewal " << r.renewal);
+    CHECK(slide() == Approx(steady(lognormal, r).deflection).epsilon(2e-3));
+  }
+}
