@@ -20,8 +20,11 @@ struct FitOptions {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
-  std::optional<double> residual;      ///< share of the presliding length; held there. keep: 0
-  std::optional<double> renewal;       ///< held there. keep: 0
+  std::optional<double> residual;  ///< share of the presliding length; held there. keep: 0
+  std::optional<double> renewal;   ///< held there. keep: 0
+  bool rivals = false;             ///< fit them too, to a part of the record, and judge all on the rest
+  std::optional<double>
+      fit_until;  ///< s after the first sample, end of that part; none: a third of the record
   std::string json, csv, write, plot;  ///< files; empty: none
   bool no_drift = false;               ///< the sensor's is held at 0
   bool quiet = false;                  ///< no progress on a terminal

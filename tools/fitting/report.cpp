@@ -15,6 +15,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
+#include "tools/fitting/judge.hpp"
 #include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
@@ -258,7 +259,28 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   return text;
 }
 
+namespace {
+
+void rivals_command(const FitOptions& options) {
+  if (!options.csv.empty() || !options.write.empty() || !options.plot.empty()) {
+    throw UserError("--rivals: writes a table and --json only; leave out --csv, --write and --plot");
+  }
+  if (options.rule == bristle::SnapRule::keep)
+    throw UserError("--rivals: the brush is one with --rule redraw");
+  const bool on_stdout = takes_stdout({{"--json", options.json}});
+  const FitColumns columns = parse_fit_columns(read_text_file(options.data), options.data);
+  if (columns.t.empty()) throw UserError(options.data + ": no data rows");
+  const double third = (columns.t.back() - columns.t.front()) / 3.0;
+  const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
+  if (!options.json.empty()) OutputFile(options.json).write(judgement_json(columns, judgements));
+  if (!on_stdout) fmt::print("{}", judgement_table(judgements));
+}
+
+}  // namespace
+
 void fit_command(const FitOptions& options) {
+  if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
+  if (options.rivals) return rivals_command(options);
   const bool on_stdout =
       takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
   const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),
