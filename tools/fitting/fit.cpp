@@ -66,6 +66,8 @@ bristle::Material make_material(const FitValues& p, const FitOptions& options, c
   return m;
 }
 
+bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
+
 /// Finds the best point, then takes away what the data do not determine.
 class Fitter {
  public:
@@ -73,18 +75,21 @@ class Fitter {
       : data_(data), options_(options), model_(data, options), progress_("fit", options.quiet) {}
 
   FitResult run() {
-    FitPoint point = search();
-    progress_.update(0.5);
-    point = try_starts(point);
-    progress_.update(0.6);
-    point = add_speed_terms(point);
-    progress_.update(0.8);
+    FitPoint point = choose();
+    progress_.update(0.9);
     point = keep_determined(point);
     return report(point);
   }
 
  private:
-  FitPoint search();
+  FitPoint search_plain();
+  FitPoint search_rubbed();
+  FitPoint choose();
+  FitParameterSet bending() const {
+    FitParameterSet set{fit_length};
+    if (options_.law != SnapLaw::exponential) set.push_back(fit_spread);
+    return set;
+  }
   FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
   FitPoint search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending, double progress);
   std::vector<FitValues> rubbed_shapes() const;
@@ -158,18 +163,24 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   if (data_.fast > one_speed * data_.slow)
     linear.push_back(fit_viscous);  // else it would bend the force of the brush
 
-  std::vector<FitPoint> best_of_length;
+  std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
+  for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
   const int count = static_cast<int>(std::log(high / low) / std::log(1.6)) + 2;
   for (int i = 0; i < count; ++i) {
-    progress_.update(progress + 0.2 * i / count);
+    progress_.update(progress + 0.3 * i / count);
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
-    for (FitValues shape : shapes) {
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      FitValues shape = shapes[k];
       shape[fit_length] = low * std::pow(high / low, (i + 0.5) / count);
       shape[fit_spread] = std::min(shape[fit_spread], 0.9 * model_.highest(fit_spread));
       const FitPoint point = linear_start(shape, linear);
-      if (point.values[fit_kinetic] > 0.0 && point.sum_of_squares < best.sum_of_squares) best = point;
+      if (!(point.values[fit_kinetic] > 0.0)) continue;
+      if (point.sum_of_squares < best.sum_of_squares) best = point;
+      FitPoint& of_shape = best_of_shape[k];
+      if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
+        of_shape = point;
     }
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
@@ -184,6 +195,12 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   }
   std::sort(starts.begin(), starts.end(), better);
   if (starts.size() > 3) starts.resize(3);
+  if (rubs(bending)) {  // shapes differ more than lengths
+    starts.clear();
+    for (const FitPoint& point : best_of_shape) {
+      if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
+    }
+  }
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
   for (FitPoint& start : starts) {
@@ -214,10 +231,8 @@ std::vector<FitValues> Fitter::rubbed_shapes() const {
   return shapes;
 }
 
-/// The paper's brush, or what is held of rubbing; then rubbing, where it pays for its parameters.
-FitPoint Fitter::search() {
-  FitParameterSet bending{fit_length};
-  if (options_.law != SnapLaw::exponential) bending.push_back(fit_spread);
+/// The paper's brush, or what is held of rubbing.
+FitPoint Fitter::search_plain() {
   std::vector<FitValues> shapes;
   for (const double spread : {0.2, 0.5}) {
     FitValues shape = fit_defaults;
@@ -227,28 +242,48 @@ FitPoint Fitter::search() {
     shapes.push_back(shape);
     if (options_.law == SnapLaw::exponential) break;
   }
-  FitPoint best = search_with(shapes, bending, 0.0);
-  const std::vector<FitValues> rubbed = rubbed_shapes();
-  if (!rubbed.empty()) {
-    if (!options_.residual) bending.push_back(fit_residual);
-    if (!options_.renewal) bending.push_back(fit_renewal);
-    const FitPoint point = search_with(rubbed, bending, 0.2);
-    const bool found = !point.free.empty();
-    if (found && best.free.empty()) best = point;
-    if (found && criterion(point, samples_that_count(point)) < criterion(best, samples_that_count(point))) {
-      best = point;
-    } else {
-      for (const FitParameter p : {fit_residual, fit_renewal}) why_[p] = "not seen: bristles are not rubbed";
-    }
-  }
-  for (const FitParameter p : {fit_residual, fit_renewal}) {
-    if (p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value()) why_[p] = "held";
-  }
-  if (best.free.empty()) {
+  return search_with(shapes, bending(), 0.0);
+}
+
+/// A brush that can be rubbed; nothing free where both numbers are held.
+FitPoint Fitter::search_rubbed() {
+  if (options_.residual && options_.renewal) return {};
+  FitParameterSet free = bending();
+  if (!options_.residual) free.push_back(fit_residual);
+  if (!options_.renewal) free.push_back(fit_renewal);
+  return search_with(rubbed_shapes(), free, 0.4);
+}
+
+/// Rubbing where it pays for its parameters, once both brushes have all else that the data show.
+FitPoint Fitter::choose() {
+  FitPoint plain = search_plain(), rubbed = search_rubbed();
+  if (plain.free.empty() && rubbed.free.empty()) {
     throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
                                 data_.columns.name));
   }
-  return best;
+  const auto complete = [&](FitPoint& point, double progress) {
+    if (point.free.empty()) return why_;
+    why_ = {};
+    point = try_starts(point);
+    progress_.update(progress);
+    point = add_speed_terms(point);
+    return why_;
+  };
+  const auto why_plain = complete(plain, 0.75), why_rubbed = complete(rubbed, 0.85);
+  bool takes_rubbed = plain.free.empty();
+  if (!plain.free.empty() && !rubbed.free.empty()) {
+    const double count = samples_that_count(rubbed);
+    takes_rubbed = criterion(rubbed, count) < criterion(plain, count);
+  }
+  why_ = takes_rubbed ? why_rubbed : why_plain;
+  for (const FitParameter p : {fit_residual, fit_renewal}) {
+    const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
+    if (held)
+      why_[p] = options_.rule == SnapRule::keep ? "with the rule keep there is none" : "held";
+    else if (!takes_rubbed)
+      why_[p] = "not seen: it does not pay for itself";
+  }
+  return takes_rubbed ? rubbed : plain;
 }
 
 /// Straight bristles at the first sample unless the data say clearly that the body came sliding.

@@ -113,7 +113,12 @@ FitPoint minimise(FitModel& model, FitPoint from) {
     solver.parameters.maxfev = 60;
     solver.parameters.ftol = 1e-7;
     solver.parameters.xtol = 1e-5;
-    solver.parameters.factor = 1.0;  // first step of length 1: a factor e of each parameter
+    // First step of length 1: a factor e of each parameter. Where the brush can be rubbed the ends of the
+    // ranges are near, and flat.
+    const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
+      return FitModel::bends(p) && !FitModel::is_logarithmic(p);
+    });
+    solver.parameters.factor = rubbed ? 0.1 : 1.0;
     Eigen::VectorXd u = coordinates.inside(from.values);
     solver.minimize(u);
     best.values = coordinates.outside(u);
