@@ -244,10 +244,11 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
 /// Mass that snapped (or was renewed) along a piece starts anew at its mean place, bent by l_r. Its own
 /// weakest may have snapped again since (a law with S < 1 that early): they are counted as one group. Books
 /// energy and path integral. `at` is the end of the piece of this length; `snapped` of the mass had snapped.
-/// `spread`: how the places at which they were straight vary, which is no loss yet.
+/// `renewed_rate`: how often a bristle is drawn for renewal, by length of path. `spread`: how the places at
+/// which they were straight vary, which is no loss yet.
 template <bool rubs>
 Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double piece, const double at[2],
-             double snapped, CohortTotals& t, double& spread) {
+             double snapped, double renewed_rate, CohortTotals& t, double& spread) {
   const double gap = p.gap / p.lost;
   // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
@@ -265,6 +266,16 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
     of_second = again * (length * length);
     if (rubs) of_second += 2.0 * law.residual * (again * length);
     gap_gap_left -= again * (gap * gap - left * left);
+  }
+  if (rubs && renewed_rate > 0.0) {
+    // What started anew is drawn like the rest: the longer it was there the likelier, halfway on average.
+    const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
+    const double path = least(p.gap_gap / most(p.gap, 1e-300), piece);
+    const double half = 0.5 * path;
+    mean_gap = most(mean_gap - drawn / p.lost * half, 0.0);
+    gap_gap -= drawn * (2.0 * half * half);
+    gap_gap_left -= drawn * (3.0 * half * half);
+    of_second += drawn * (half * half + 2.0 * law.residual * half);
   }
   // Without snaps the integral would be that of the survivors: less what the lost would have added after
   // their snap, and what they add as newborn.
@@ -383,13 +394,15 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       t.integral[axis] += length * (s.mass * ((from[axis] + at[axis]) * 0.5) - s.moment[axis]);
     if (sums.lost > 0.0) {
       double snapped = sums.lost;
+      double renewed_rate = 0.0;
       if (rubs && law.renewal > 0.0) {
         const Draws draws = find_draws(law, s, sums);
         snapped = draws.snapped;
+        renewed_rate = draws.hazard / length;
         add_renewed(sums, Engine::template renew_all<axes>(law, s, rows, a, length, at, draws.hazard));
       }
       double spread = 0.0;
-      const Newborn newborn = bear<rubs>(law, sums, a, length, at, snapped, t, spread);
+      const Newborn newborn = bear<rubs>(law, sums, a, length, at, snapped, renewed_rate, t, spread);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
       if (sums.emptied) remove_empty(s, rows);

@@ -223,8 +223,7 @@ TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[
         CHECK(brush.imbalance < 1e-12);
       }
       CHECK(error[0] < 4e-3);
-      // With eight renewed by each snap an exponential law has a mean age of 0.11, four steps.
-      CHECK(error[1] < (r.renewal > 1.0 ? 7e-4 : 3e-4));
+      CHECK(error[1] < 3e-4);
     }
   }
   // As printed in DESIGN.md 2.7.

@@ -189,6 +189,43 @@ TEST_CASE("Steady sliding in steps within a piece is exact to 1e-4 at the defaul
   }
 }
 
+TEST_CASE("A step that forgets how it began ends, works and loses as many small ones", "[cohorts][physics]") {
+  const auto rubbed = [](const SnapLength& law, double residual) {
+    return plain_material(law, SnapRule::redraw).with_residual_length(residual * dbar);
+  };
+  for (const SnapLength& law : {SnapLength::lognormal(dbar, 0.3), SnapLength::uniform(0.5 * dbar, 1.5 * dbar),
+                                SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0)})
+    for (double residual : {0.0, 0.4})
+      for (double turn : {0.0, 1.2, 2.0, 3.1}) {
+        const double length = law.cv() > 0.9 ? 90.0 : 17.0;
+        Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
+        for (Brush* brush : {&far, &near}) {
+          for (int i = 0; i < 300; ++i) brush->step(0.05);  // then some of it back: two ages of cohorts
+          for (int i = 0; i < 12; ++i) brush->step(-0.05, 0.02);
+        }
+        const double ex = std::cos(turn), ey = std::sin(turn);
+        double mean[2] = {0.0, 0.0}, dissipated = 0.0, snaps = 0.0;
+        const int steps = static_cast<int>(length / 0.02);
+        for (int i = 0; i < steps; ++i) {
+          near.step(length / steps * ex, length / steps * ey);
+          for (int axis = 0; axis < 2; ++axis) mean[axis] += near.response.mean[axis] / steps;
+          dissipated += near.response.dissipated;
+          snaps += static_cast<double>(near.response.snaps);
+        }
+        far.step(length * ex, length * ey);
+        INFO(to_string(law.law()) << ", cv " << law.cv() << ", residual " << residual << ", turned by "
+                                  << turn);
+        const double unit = std::abs(far.x() * ex + far.y() * ey) * load_n * dbar;
+        for (int axis = 0; axis < 2; ++axis) {
+          CHECK(std::abs(far.response.elastic[axis] - near.response.elastic[axis]) < 3e-3 * unit);
+          CHECK(std::abs(far.response.mean[axis] - mean[axis]) < 2e-3 * unit);
+        }
+        CHECK(far.response.dissipated == Approx(dissipated).epsilon(2e-3));
+        CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(3e-3));
+        CHECK(far.imbalance < 1e-12);
+      }
+}
+
 TEST_CASE("A load jump under the infinite brush follows the tables", "[cohorts][physics][load]") {
   const std::vector<Row> summary = read_table("summary.csv");
   int points = 0;

@@ -40,11 +40,13 @@ double find_tail(const SurvivalTable& table, double share) {
 }
 
 /// Path after which a long slide has forgotten how it began: waves of the renewal equation die out as
-/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and what is older carries little.
+/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and what is older carries little. What was
+/// bent the other way snaps after twice its length.
 double find_forgetting_path(const SurvivalTable& table, const SnapLength& law) {
   const bool jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   const double waves = table.mean * (jumps ? 25.0 : 9.2) / (19.7 * square(law.cv()));
-  return find_tail(table, 3e-4) + waves;
+  const double tail = find_tail(table, 3e-4);
+  return std::max(tail + waves, 2.0 * tail);
 }
 
 /// S at the start of a cell.
@@ -77,13 +79,16 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
     }
     const double width = next - start;
     table.cells.push_back({survival, (after - survival) / width, table.mean, start});
+    table.squares.push_back(table.square);
     table.mean += (survival - after) * 0.5 * (start + next);
     table.square += (survival - after) * (start * start + start * next + next * next) / 3.0;
+    table.cube += (survival - after) * (start + next) * (start * start + next * next) / 4.0;
     survival = after;
     table.end = next;
     if (survival == 0.0) break;
   }
   table.cells.push_back({0.0, 0.0, table.mean, table.end});
+  table.squares.push_back(table.square);
   table.forget = find_forgetting_path(table, law);
   table.weak = survival_at(table, find_tail(table, 1e-4));
   return table;

@@ -11,10 +11,12 @@ namespace bristle::detail {
 
 struct SurvivalTable {
   std::vector<SurvivalCell> cells;
-  double end = 0.0;     ///< S(end) = 0
-  double sure = 0.0;    ///< S(sure) = 1 to 2^-47
-  double mean = 0.0;    ///< of the law as tabulated
+  std::vector<double> squares;  ///< E[delta^2; delta < start] of each cell
+  double end = 0.0;             ///< S(end) = 0
+  double sure = 0.0;            ///< S(sure) = 1 to 2^-47
+  double mean = 0.0;            ///< of the law as tabulated
   double square = 0.0;  ///< E[delta^2] of the law as tabulated: the kinetic force is square / (2 mean)
+  double cube = 0.0;    ///< E[delta^3]
   double weak =
       0.0;  ///< share of bristles that are left at the deflection beyond which 1e-4 of the force lies
   bool smooth = true;   ///< without corners

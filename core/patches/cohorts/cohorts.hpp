@@ -88,6 +88,10 @@ void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
+/// Whether a move is so long that its end alone says what the patch is then.
+bool is_forgetful(const Cohorts& r, const CohortMove& move) noexcept;
+/// Such a move: steady sliding at its end, and what happened on the way.
+void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) noexcept;
 void take_over_cohorts(Patch& to, Patch& from) noexcept;
 double find_cohort_energy(const Patch& p) noexcept;
 std::uint64_t hash_cohorts(const Patch& p) noexcept;

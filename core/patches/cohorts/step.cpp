@@ -133,7 +133,10 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    r.kernels->move[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, *state, rows, slide.move, totals);
+    if (is_forgetful(r, slide.move))
+      slide_far(r, *state, rows, slide.move, totals);
+    else
+      r.kernels->move[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, *state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state->slack - bound_margin};
       hold(p, a, sums);
