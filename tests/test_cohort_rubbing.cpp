@@ -144,9 +144,9 @@ Errors turn_errors(double resolution) {
       const double to = number(row, "y_over_dbar");
       brush.step((y - to) * 0.6, (to - y) * 0.8);
       y = to;
-      // f_parallel: along the slide before; f_perp: along the motion now.
-      note(errors, c.law.name, brush.x() * 0.8 + brush.y() * 0.6 - number(row, "f_parallel"));
-      note(errors, c.law.name, brush.y() * 0.8 - brush.x() * 0.6 - number(row, "f_perp"));
+      // f_parallel: along the motion now; f_perp: along the slide before.
+      note(errors, c.law.name, brush.x() * 0.8 + brush.y() * 0.6 - number(row, "f_perp"));
+      note(errors, c.law.name, brush.y() * 0.8 - brush.x() * 0.6 - number(row, "f_parallel"));
     }
   }
   return errors;
