@@ -1,5 +1,5 @@
 // Reads the tables of tests/data: comma-separated, a header line, fields in double quotes where they hold
-// commas.
+// commas. Lines that begin with # say how a table was made.
 #pragma once
 
 #include <cstdlib>
@@ -50,7 +50,8 @@ inline std::vector<Row> read_table(const std::string& file) {
   std::ifstream in(path);
   if (!in) throw std::runtime_error("cannot open the reference table " + path);
   std::string line;
-  std::getline(in, line);
+  while (std::getline(in, line) && line[0] == '#') {
+  }
   const std::vector<std::string> names = split_csv_line(line);
   std::vector<Row> rows;
   while (std::getline(in, line)) {
