@@ -35,14 +35,14 @@ class Renewer {
         renewal(the_renewal),
         totals(the_totals),
         left(static_cast<double>(static_cast<T>(the_renewal.residual))),
+        part(the_renewal.length / static_cast<double>(the_renewal.draws)),
         in_contact(the_patch.whole + (the_patch.fraction > T(0) ? 1u : 0u)) {}
 
   void run() {
     BRISTLE_ASSERT(in_contact > 0 || renewal.draws == 0);
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
       const std::uint64_t rest = renewal.draws - k;
-      renew(renewal.first_draw + k,
-            rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
+      renew(k, rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
     }
   }
 
@@ -50,7 +50,8 @@ class Renewer {
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  const double left;
+  const double left;  ///< residual
+  const double part;  ///< of the piece, for each draw
   const std::uint32_t in_contact;
 
   struct Drawn {
@@ -61,20 +62,23 @@ class Renewer {
   struct Start {
     double shift[2];  ///< displacement since its block's last rewrite
     double z[2];
-    double along;    ///< the motion
-    double to_snap;  ///< path to its snap
+    double along;   ///< the motion
+    double limit;   ///< residual + snap length
+    double chord2;  ///< square of how far along the motion it bends before it snaps
   };
   /// What it does up to the place where it was drawn.
   struct Passed {
-    double bent = 0.0;     ///< along the motion, beyond the residual
+    double bent2 = 0.0;    ///< |z|^2 there
     double squares = 0.0;  ///< of what slipped in snaps
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  Drawn draw(std::uint64_t number) const {
-    const std::uint64_t random = mix64(renewal.key + number * 0x9E3779B97F4A7C15u);
+  /// The k-th. Each has its part of the piece to itself: so they come in the order of their places.
+  Drawn draw(std::uint64_t k) const {
+    const std::uint64_t random = mix64(renewal.key + (renewal.first_draw + k) * 0x9E3779B97F4A7C15u);
     const double share = (static_cast<double>((random & 0xFFFFFFFFu) >> 8) + 0.5) * 0x1p-24;
-    return {static_cast<std::uint32_t>((random >> 32) * in_contact >> 32), share * renewal.length};
+    return {static_cast<std::uint32_t>((random >> 32) * in_contact >> 32),
+            (static_cast<double>(k) + share) * part};
   }
 
   Start find_start(std::uint32_t i) const {
@@ -86,40 +90,30 @@ class Renewer {
       start.z[axis] = (block.zero ? 0.0 : static_cast<double>(columns[axis][i])) + start.shift[axis];
       start.along += start.z[axis] * renewal.direction[axis];
     }
-    const auto limit = static_cast<double>((block.zero ? patch.first : patch.delta)[i]);
-    double chord = limit;
+    start.limit = static_cast<double>((block.zero ? patch.first : patch.delta)[i]);
+    start.chord2 = start.limit * start.limit;
     if constexpr (axes == 2) {
       const double aside = start.z[0] * renewal.direction[1] - start.z[1] * renewal.direction[0];
-      chord = root(most(limit * limit - aside * aside, 0.0));
+      start.chord2 -= aside * aside;
     }
-    start.to_snap = most(chord - start.along, 0.0);
     return start;
   }
 
-  /// Whether it is bent along the motion by more than the residual where it was drawn.
-  bool slips(const Start& start, double way) const {
-    return start.to_snap <= way || start.along + way > left;
-  }
-
-  void renew(std::uint64_t number, std::uint32_t count) {
+  void renew(std::uint64_t first, std::uint32_t count) {
     Drawn drawn[draws_together];
     for (std::uint32_t k = 0; k < count; ++k) {
-      drawn[k] = draw(number + k);
+      drawn[k] = draw(first + k);
       __builtin_prefetch(patch.zx + drawn[k].bristle);
       if constexpr (axes == 2) __builtin_prefetch(patch.zy + drawn[k].bristle);
       if constexpr (redraw) __builtin_prefetch(patch.draw + drawn[k].bristle);
     }
-    std::uint32_t open = 0;
     alignas(64) std::uint32_t states[draws_together];
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const Drawn d = drawn[k];
-      if constexpr (redraw) states[open] = patch.draw[d.bristle] + draw_stride;
-      drawn[open] = d;
-      open += slips(find_start(d.bristle), d.way) ? 1u : 0u;
-    }
     alignas(64) T lengths[draws_together];
-    if constexpr (redraw) Lengths::fill(*patch.law, states, open, lengths);
-    for (std::uint32_t k = 0; k < open; ++k)
+    if constexpr (redraw) {
+      for (std::uint32_t k = 0; k < count; ++k) states[k] = patch.draw[drawn[k].bristle] + draw_stride;
+      Lengths::fill(*patch.law, states, count, lengths);
+    }
+    for (std::uint32_t k = 0; k < count; ++k)
       slip(drawn[k], redraw ? states[k] : 0u, redraw ? lengths[k] : T(0));
   }
 
@@ -128,7 +122,9 @@ class Renewer {
     const std::uint32_t i = drawn.bristle;
     Block& block = patch.blocks[i / block_size];
     const Start start = find_start(i);
-    if (!slips(start, drawn.way)) return;
+    const double end = start.along + drawn.way;
+    const bool snaps = end > 0.0 && start.chord2 <= end * end;
+    if (!snaps && !(end > left)) return;  // the draw is spent
     if (block.zero) write_down(block, i / block_size * block_size);
     T fresh{};
     const auto draw_length = [&] {
@@ -136,13 +132,10 @@ class Renewer {
       fresh = next == state ? length : length_at<T>(*patch.law, share_of<T>(mix(next)));
     };
     Passed passed;
-    passed.bent = start.along + drawn.way - left;
-    if (start.to_snap <= drawn.way) {
-      snap(i, start, drawn.way - start.to_snap, draw_length, fresh, passed);
-    } else {
-      for (int axis = 0; axis < axes; ++axis)
-        passed.twice_integral[axis] = (2.0 * start.z[axis] + drawn.way * renewal.direction[axis]) * drawn.way;
-    }
+    if (snaps)
+      snap(start, drawn.way, draw_length, fresh, passed);
+    else
+      bend(start, drawn.way, passed);
     if constexpr (redraw) {
       draw_length();
       patch.delta[i] = static_cast<T>(left) + fresh;
@@ -150,11 +143,19 @@ class Renewer {
     book(block, i, start, drawn.way, passed);
   }
 
-  /// It snaps before the place where it was drawn, and after that goes on for `rest`.
+  void bend(const Start& start, double way, Passed& passed) const {
+    for (int axis = 0; axis < axes; ++axis) {
+      const double z = start.z[axis] + way * renewal.direction[axis];
+      passed.bent2 += z * z;
+      passed.twice_integral[axis] = (start.z[axis] + z) * way;
+    }
+  }
+
+  /// It snaps before the place where it was drawn, and goes on to there.
   template <class Draw>
-  void snap(std::uint32_t i, const Start& start, double rest, const Draw& draw_length, const T& fresh,
-            Passed& passed) {
-    const auto limit = static_cast<double>(patch.delta[i]);
+  void snap(const Start& start, double way, const Draw& draw_length, const T& fresh, Passed& passed) {
+    const double to_snap = least(most(root(most(start.chord2, 0.0)) - start.along, 0.0), way);
+    const double rest = way - to_snap;
     double further = 0.0;  // sum of delta^2
     double r = rest;
     ++totals.snaps;
@@ -167,18 +168,18 @@ class Renewer {
         draw_length();
       }
     } else {
-      const double delta = limit - left;
+      const double delta = start.limit - left;
       const double count = whole_part(r / delta);
       r = least(most(r - count * delta, 0.0), delta);
       further = count * (delta * delta);
       totals.snaps += to_count(count);
     }
-    passed.bent = r;
-    passed.squares = (limit - left) * (limit + left) + further + 2.0 * left * (rest - r);
+    passed.bent2 = (left + r) * (left + r);
+    passed.squares = (start.limit - left) * (start.limit + left) + further + 2.0 * left * (rest - r);
     const double after = 2.0 * left * rest + further + r * r;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
-      passed.twice_integral[axis] = (2.0 * start.z[axis] + start.to_snap * e) * start.to_snap + e * after;
+      passed.twice_integral[axis] = (2.0 * start.z[axis] + to_snap * e) * to_snap + e * after;
     }
   }
 
@@ -188,11 +189,8 @@ class Renewer {
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
     const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count
-    double bent2 = 0.0;                               // where it slips
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
-      const double z = start.to_snap <= way ? (left + passed.bent) * e : start.z[axis] + way * e;
-      bent2 += z * z;
       totals.twice_integral[axis] += weight * (passed.twice_integral[axis] - e * written);
       T& stored = columns[axis][i];
       const T now = static_cast<T>((left - way) * e - start.shift[axis]);
@@ -202,7 +200,7 @@ class Renewer {
       block.stored[axis] += more;
       if (!tail) totals.stored[axis] += more;
     }
-    totals.squares += weight * ((bent2 - left * left) + passed.squares);
+    totals.squares += weight * ((passed.bent2 - left * left) + passed.squares);
     totals.tail_changed |= tail ? 1u : 0u;
     ++totals.renewed;
     block.reach = -1.0f;

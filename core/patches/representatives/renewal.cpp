@@ -2,7 +2,6 @@
 // always do, then the snaps of the piece renew others.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>  // TEMP
 
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
@@ -70,6 +69,7 @@ void renew(Patch& p, const Advance& a) noexcept {
     r.walked.twice_integral[axis] += totals.twice_integral[axis] * fixed_per_length;
   }
   r.walked.squares += totals.squares;
+  r.walked.changed |= totals.renewed > 0;
   r.walked.snaps += totals.snaps;
   if (totals.tail_changed) note_tail<T>(p);
 }
@@ -81,8 +81,9 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const CompiledMaterial& m = *r.material;
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
-  r.piece = (std::getenv("RUB_PIECE") ? std::atof(std::getenv("RUB_PIECE")) : longest_piece) * mean;  // TEMP
-  r.forget = std::max(std::min(law.forget * mean, far_length / 2.0), r.piece);
+  r.piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
+  // Bristles bent the other way come by the residual twice before they snap.
+  r.forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.steady_bend = m.residual + law.bend * mean;
   r.steady_snaps = law.snaps / mean;
 }
@@ -94,6 +95,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   BRISTLE_ASSERT(whole.commit);
   r.walked = PieceSums{};
   r.walked.length = whole.length;
+  for (int axis = 0; axis < 2; ++axis) r.walked.from[axis] = whole.from[axis];
   const double followed = std::min(whole.length, r.forget);
   const bool carried = whole.length > r.forget;
   const double pieces = std::max(std::ceil(followed / r.piece * (1.0 - 1e-12)), 1.0);
@@ -135,10 +137,27 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
   for (int axis = 0; axis < p.axes; ++axis) walked.twice_integral[axis] += sums.twice_mean[axis] * a.length;
   walked.squares += to_double(t.squares) / a.energy_unit;
   walked.snaps += t.snaps;
+  walked.changed |= t.blocks_rewritten > 0;
   walked.visited += t.visited;
   BRISTLE_ASSERT(sums_agree<T>(p));
   renew_bound<T>(p, t);
 }
+
+namespace {
+
+/// Twice the mean over a step in which nothing changed: as `hold` gives it, to the bit.
+template <class T>
+double held_mean(const Patch& p, int axis) noexcept {
+  const std::int64_t from = representatives<T>(p).walked.from[axis];
+  Int128 twice_mean = 2 * p.sum[axis] - Int128{p.whole} * difference(p.position[axis], from);
+  if (p.part > 0.0)
+    twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                  weighted(p.part, difference(from, p.part_position[axis])) +
+                  weighted(p.part, difference(p.position[axis], p.part_position[axis]));
+  return to_double(twice_mean);
+}
+
+}  // namespace
 
 template <class T>
 void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept {
@@ -152,6 +171,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
     sums.end[axis] = deflection_sum(p, axis) * fixed_per_length;
     sums.twice_mean[axis] =
         walked.twice_integral[axis] / walked.length + direction[axis] * (steady * share) * fixed_per_length;
+    if (!walked.changed) sums.twice_mean[axis] = held_mean<T>(p, axis);
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;

@@ -41,9 +41,12 @@ struct PieceSums {
   double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
   double squares = 0.0;                   ///< of what slipped, scaled
   std::uint64_t snaps = 0, visited = 0;
+  std::int64_t from[2] = {0, 0};  ///< patch position at the start of the step
+  bool changed = false;           ///< a bristle snapped or was renewed
 };
 
-/// Longest piece of a step under shared renewal, in mean snap lengths (core/patches/RUBBING.md).
+/// Longest piece of a step under shared renewal, in mean snap lengths; shorter where kappa is above 2
+/// (core/patches/RUBBING.md).
 constexpr double longest_piece = 0.25;
 
 template <class T>
