@@ -166,7 +166,7 @@ TEST_CASE("Rubbed bristles follow the tables through a reversal and a turn", "[r
 }
 
 TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against the tables", "[rubbing]") {
-  const std::uint32_t n = test_size(20000);
+  const std::uint32_t n = test_size(5000);
   for (const TableCase& c : read_cases("rubbing_stroke.csv")) {
     Rub* rub = nullptr;
     std::string width;
@@ -280,7 +280,7 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
 
 TEST_CASE("The energy of a rubbed patch balances in every step", "[rubbing][energy]") {
   constexpr std::uint32_t n = 530;
-  const int steps = static_cast<int>(test_size(400));
+  const int steps = static_cast<int>(test_size(150));
   for (Precision precision : precisions()) {
     for (const SnapLength& law : all_laws()) {
       for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {

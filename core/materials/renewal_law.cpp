@@ -133,7 +133,20 @@ RenewalLaw find_renewal_law(const Material& m) {
     (m.shared_renewal * find_steady(lengths, keep, rate).snaps > rate ? low : high) = rate;
   }
   const Steady steady = find_steady(lengths, keep, 0.5 * (low + high));
-  return {steady.bend, steady.snaps, find_forget(m)};
+  RenewalLaw law;
+  law.bend = steady.bend;
+  law.snaps = steady.snaps;
+  law.forget = find_forget(m);
+  // The mean of 1 - S over the path.
+  constexpr int parts = 8;
+  double sum = 0.0;
+  for (int k = 1; k <= law.again_knots; ++k) {
+    const double knot = law.again_reach / law.again_knots;
+    for (int i = 0; i < parts; ++i)
+      sum += (1.0 - m.snap_length.survival(mean * knot * (k - 1 + (i + 0.5) / parts))) / parts;
+    law.again[k] = sum / k;
+  }
+  return law;
 }
 
 const RenewalLaw& CompiledMaterial::renewal() const {

@@ -16,17 +16,24 @@ std::int64_t moved_by(std::int64_t from, double way) noexcept {
                                    static_cast<std::uint64_t>(std::llrint(way * fixed_per_length)));
 }
 
-/// Draws per bristle that a piece makes when `snaps` of a bristle would snap in it on average, were there no
-/// renewals. Some of those are renewed before: of snaps at the rate s, renewals at the rate y = kappa s'
-/// leave s' = s (1 - exp(-y)) / y.
-double find_draws(double renewal, double snaps) noexcept {
-  const double x = renewal * snaps;
+/// Draws per bristle that a piece makes when `snaps` of a bristle would reach their snap in it, were there no
+/// renewals. Some of those are renewed before: at y draws, s (1 - exp(-y)) / y of them snap. Of bristles that
+/// began anew, by snap or renewal, a share `again` snaps within the piece too. All snaps together cause y.
+double find_draws(double renewal, double snaps, double again) noexcept {
+  const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
   for (int i = 0; i < 4; ++i) {  // y^2 = x (1 - exp(-y)): convex, from the right
     const double stay = exp(-y);
     y -= (y * y - x * (1.0 - stay)) / (2.0 * y - x * stay);
   }
   return y;
+}
+
+/// RenewalLaw::again for a piece of this length, in mean snap lengths.
+double share_again(const RenewalLaw& law, double length) noexcept {
+  const double at = std::min(length / law.again_reach, 1.0) * law.again_knots;
+  const int k = std::min(static_cast<int>(at), law.again_knots - 1);
+  return law.again[k] + (law.again[k + 1] - law.again[k]) * (at - k);
 }
 
 template <class T>
@@ -48,7 +55,9 @@ void renew(Patch& p, const Advance& a) noexcept {
   if (beyond == 0) return;
   const double kappa = p.material().material.shared_renewal;
   const double count = r.in_contact();
-  const double draws = std::floor(r.due + count * find_draws(kappa, static_cast<double>(beyond) / count));
+  const double again = share_again(p.material().renewal(), a.length * r.inverse_mean);
+  const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
+  const double draws = std::floor(r.due + foreseen);
   if (!(draws > 0.0)) return;
   Renewal renewal{};
   for (int axis = 0; axis < 2; ++axis) {
@@ -84,6 +93,7 @@ void plan_pieces(Representatives<T>& r) noexcept {
   r.piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
   // Bristles bent the other way come by the residual twice before they snap.
   r.forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
+  r.inverse_mean = 1.0 / mean;
   r.steady_bend = m.residual + law.bend * mean;
   r.steady_snaps = law.snaps / mean;
 }

@@ -61,6 +61,7 @@ struct Representatives : PatchRecord, RepresentativeCount, RenewalState {
 
   // Shared renewal: the material's plan, scaled, and the step under way.
   double piece = 0.0;         ///< longest piece
+  double inverse_mean = 0.0;  ///< of the snap length
   double forget = 0.0;        ///< way after which a straight slide is steady
   double steady_bend = 0.0;   ///< mean deflection there
   double steady_snaps = 0.0;  ///< of a bristle, per length
