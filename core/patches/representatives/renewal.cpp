@@ -46,19 +46,20 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
 
 /// The renewals of the piece ahead: as many as its snaps will cause, foreseen, and what earlier ones still
 /// owe. Nothing will snap: nothing is renewed.
+/// Returns the bristles that the piece would carry beyond their length.
 template <class T>
-void renew(Patch& p, const Advance& a) noexcept {
+std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   Representatives<T>& r = representatives<T>(p);
   const int axes = p.axes - 1;
   const int redraw = r.redraws() ? 1 : 0;
   const std::uint64_t beyond = r.kernels->foresee[axes][redraw](r.view(), a, 0, r.active_blocks());
-  if (beyond == 0) return;
+  if (beyond == 0) return 0;
   const double kappa = p.material().material.shared_renewal;
   const double count = r.in_contact();
   const double again = share_again(p.material().renewal(), a.length * r.inverse_mean);
   const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
   const double draws = std::floor(r.due + foreseen);
-  if (!(draws > 0.0)) return;
+  if (!(draws > 0.0)) return beyond;
   Renewal renewal{};
   for (int axis = 0; axis < 2; ++axis) {
     renewal.from[axis] = a.from[axis];
@@ -81,6 +82,7 @@ void renew(Patch& p, const Advance& a) noexcept {
   r.walked.changed |= totals.renewed > 0;
   r.walked.snaps += totals.snaps;
   if (totals.tail_changed) note_tail<T>(p);
+  return beyond;
 }
 
 }  // namespace
@@ -107,10 +109,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.walked.length = whole.length;
   for (int axis = 0; axis < 2; ++axis) r.walked.from[axis] = whole.from[axis];
   const double followed = std::min(whole.length, r.forget);
-  const bool carried = whole.length > r.forget;
   const double pieces = std::max(std::ceil(followed / r.piece * (1.0 - 1e-12)), 1.0);
-  r.walked.carried = carried ? whole.length - followed : 0.0;
-  if (pieces <= 1.0 && !carried) {
+  if (r.in_contact() == 0 || (pieces <= 1.0 && followed == whole.length)) {
     prepare_kernel<T>(p, step);
     renew<T>(p, step.advance);
     return;
@@ -119,18 +119,22 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   a.snaps_all = 0;
   a.skips_blocks = p.skips ? 1 : 0;
   for (int axis = 0; axis < 2; ++axis) a.to[axis] = whole.from[axis];
-  const auto count = static_cast<std::uint32_t>(pieces);
-  for (std::uint32_t k = 1; k <= count; ++k) {
-    const double way = followed * (static_cast<double>(k) / pieces);
+  double way = 0.0;
+  for (double k = 1.0;; k += 1.0) {
+    way = k <= pieces ? followed * (k / pieces) : std::min(way + r.piece, whole.length);
+    const bool arrives = way >= whole.length;
     for (int axis = 0; axis < 2; ++axis) {
       a.from[axis] = a.to[axis];
-      a.to[axis] =
-          k == count && !carried ? whole.to[axis] : moved_by(whole.from[axis], whole.direction[axis] * way);
+      a.to[axis] = arrives ? whole.to[axis] : moved_by(whole.from[axis], whole.direction[axis] * way);
     }
     find_direction(a);
     prepare_kernel<T>(p, step);
-    renew<T>(p, a);
-    if (k == count) return;
+    const std::uint64_t beyond = renew<T>(p, a);
+    // Where nothing has snapped yet nothing slides: such a patch is not carried, but bent on.
+    if (arrives || (k >= pieces && (beyond > 0 || r.walked.changed))) {
+      r.walked.carried = whole.length - way;
+      return;
+    }
     Totals totals{};
     run_blocks<T>(p, step, 0, r.active_blocks(), totals);
     finish_piece<T>(p, a, totals);
