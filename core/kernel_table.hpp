@@ -89,7 +89,7 @@ template <class T>
 struct PatchView {
   T* zx;
   T* zy;                ///< null with one axis
-  T* delta;             ///< snap lengths now; with keep this is the first length for ever
+  T* delta;             ///< how far a bristle bends before it snaps: residual + snap length; keep: for ever
   std::uint32_t* draw;  ///< draw states; null with keep
   const T* first;       ///< first snap lengths (== delta with keep)
   Block* blocks;
@@ -105,6 +105,7 @@ struct Advance {
   std::int64_t from[2], to[2];  ///< patch position, fixed point; equal in a far step
   double direction[2];          ///< unit vector
   double length;                ///< scaled, > 0
+  double residual;              ///< scaled: how far a bristle stays bent when it snaps; 0 without
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
   std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
   std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position stays
@@ -121,7 +122,7 @@ struct Totals {
   Int128 offset[2];  ///< change of the sum of (to - position) over full blocks, by rewriting
   Int128
       twice_mean[2];  ///< full blocks with snaps: 2 x step mean - (2 stored + 256 (from + to - 2 position))
-  Int128 squares;     ///< sum over snaps of weight delta^2, in 1 / energy_unit
+  Int128 squares;     ///< sum over snaps of weight ((residual + delta)^2 - residual^2), in 1 / energy_unit
   std::uint64_t snaps;
   std::uint64_t visited;  ///< bristles looked at
   std::uint32_t blocks_visited, blocks_rewritten;
@@ -130,13 +131,34 @@ struct Totals {
   std::uint32_t tail_snapped;
 };
 
+/// Renewals that the snaps of a piece of path cause: bristles drawn by number, before the step of its blocks.
+struct Renewal {
+  std::int64_t from[2];      ///< patch position at the start of the piece
+  double direction[2];       ///< unit vector
+  double length;             ///< of the piece, scaled
+  double residual;           ///< as Advance::residual
+  std::uint64_t key;         ///< of the patch
+  std::uint64_t first_draw;  ///< number of the first draw; equal numbers draw equal bristles
+  std::uint64_t draws;
+};
+
+/// What they changed.
+struct RenewalTotals {
+  Int128 stored[2];          ///< of the sum of Block::stored over full blocks
+  double twice_integral[2];  ///< what the kernels will leave out of twice the integral of weight x deflection
+  double squares;            ///< sum of weight (|z|^2 - residual^2) over slips, and over snaps before them
+  std::uint64_t snaps;       ///< of renewed bristles, before they were
+  std::uint64_t renewed;
+  std::uint32_t tail_changed;
+};
+
 enum Rule : std::int32_t { rule_keep, rule_redraw, rule_literal_keep, rule_literal_redraw };
 
 /// Index of a step kernel: features are taken out by choosing another instance.
-constexpr int variant_index(int axes, Rule rule, bool mean, bool energy) {
-  return (axes - 1) | (rule << 1) | (mean ? 8 : 0) | (energy ? 16 : 0);
+constexpr int variant_index(int axes, Rule rule, bool mean, bool energy, bool residual) {
+  return (axes - 1) | (rule << 1) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
 }
-constexpr int variant_count = 32;
+constexpr int variant_count = 64;
 
 template <class T>
 struct KernelSet {
@@ -144,6 +166,17 @@ struct KernelSet {
   using Step = void (*)(const PatchView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                         Totals&);
   Step step[variant_count];  ///< null where this build has no such variant
+
+  /// Bristles of the blocks [first, last) that are beyond their snap length at the end of the step. By axes -
+  /// 1 and redraw, as `renew`.
+  using Foresee = std::uint64_t (*)(const PatchView<T>&, const Advance&, std::uint32_t first,
+                                    std::uint32_t last);
+  Foresee foresee[2][2];
+
+  /// Draws bristles and renews those that are bent along the motion. By axes - 1 and redraw; null where this
+  /// build has none.
+  using Renew = void (*)(const PatchView<T>&, const Renewal&, RenewalTotals&);
+  Renew renew[2][2];
 
   /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums anew.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);

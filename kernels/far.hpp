@@ -131,13 +131,15 @@ struct FarLanes {
 /// What does not change over a block.
 struct FarMotion {
   double ex, ey, length, inverse;  ///< inverse: of the length
+  double residual;
   double p0[2], p1[2];
 };
 
 /// A row of 16 bristles, keep. Every loop is over the 16, without a branch: the compiler vectorises them.
-template <class T, int axes>
+template <class T, int axes, bool residual>
 inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                          std::uint32_t first, const double (&weight)[lane_count], FarLanes& lanes) {
+  const double left = residual ? motion.residual : 0.0;
   double sx[lane_count], sy[lane_count] = {}, before[lane_count], snaps[lane_count];
   double tau[lane_count], r[lane_count], more[lane_count];
   double end[2][lane_count] = {};
@@ -157,29 +159,37 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
     tau[k] = most(reach - along, 0.0);
     snaps[k] = tau[k] < motion.length ? 1.0 : 0.0;
     const double rest = most(motion.length - tau[k], 0.0);
-    more[k] = whole_part(rest / before[k]);
-    r[k] = least(most(rest - more[k] * before[k], 0.0), before[k]);
+    const double delta = before[k] - left;
+    more[k] = whole_part(rest / delta);
+    r[k] = least(most(rest - more[k] * delta, 0.0), delta);
   }
   if (motion.length > phase_is_lost) {
     for (std::uint32_t k = 0; k < lane_count; ++k)
       r[k] = share_of<double>(mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(first + k + 1))) *
-             before[k];
+             (before[k] - left);
   }
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const bool snapped = snaps[k] > 0.0;
-    const double before2 = before[k] * before[k];
-    const double further = more[k] * before2;
+    const double delta = before[k] - left;
+    const double first_squares = delta * (before[k] + left);
+    double further = more[k] * (delta * delta);
     // In units of the step length, so that nothing overflows.
     const double part = tau[k] * motion.inverse;
-    const double integral = part * tau[k] + further * motion.inverse + (r[k] * motion.inverse) * r[k];
-    const double x = static_cast<double>(static_cast<T>(snapped ? r[k] * motion.ex : end[0][k]));
-    const double y = static_cast<double>(static_cast<T>(snapped ? r[k] * motion.ey : end[1][k]));
+    double integral = part * tau[k] + further * motion.inverse + (r[k] * motion.inverse) * r[k];
+    if constexpr (residual) {
+      const double rest = most(motion.length - tau[k], 0.0);
+      integral += 2.0 * left * (rest * motion.inverse);
+      further += 2.0 * left * (rest - r[k]);
+    }
+    const double bent = left + r[k];
+    const double x = static_cast<double>(static_cast<T>(snapped ? bent * motion.ex : end[0][k]));
+    const double y = static_cast<double>(static_cast<T>(snapped ? bent * motion.ey : end[1][k]));
     const double w = weight[k];
     lanes.stored[0][k] += w * x;
     lanes.stored[1][k] += w * y;
     lanes.mean[0][k] += w * (snapped ? 2.0 * sx[k] * part + motion.ex * integral : sx[k] + end[0][k]);
     lanes.mean[1][k] += w * (snapped ? 2.0 * sy[k] * part + motion.ey * integral : sy[k] + end[1][k]);
-    lanes.squares[k] += w * (snapped ? before2 + further : 0.0);
+    lanes.squares[k] += w * (snapped ? first_squares + further : 0.0);
     lanes.snaps[k] += w > 0.0 && snapped ? 1.0 + more[k] : 0.0;
     // A bristle out of contact stays straight.
     end[0][k] = w > 0.0 ? x : 0.0;
@@ -194,7 +204,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
 }
 
 /// One bristle, redraw.
-template <class T, int axes>
+template <class T, int axes, bool residual>
 inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                                std::uint32_t i, double w, FarLanes& lanes) {
   const std::uint32_t lane = i % lane_count;
@@ -213,15 +223,25 @@ inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance
     lanes.mean[1][lane] += w * (sy + static_cast<double>(y));
   } else {
     std::uint32_t state = patch.draw[i];
-    const AfterFarStep land = land_redraw<T>(*patch.law, motion.length - tau, delta, state);
+    const double rest = motion.length - tau;
+    const AfterFarStep land = land_redraw<T>(*patch.law, rest, delta, state);
+    const double left = residual ? motion.residual : 0.0;
     const double r = land.deflection;
     const double part = tau * motion.inverse;
-    const double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;
-    x = static_cast<T>(r * motion.ex);
-    y = static_cast<T>(r * motion.ey);
+    double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;
+    double first_squares = before * before;
+    double further = land.squares;
+    if constexpr (residual) {
+      integral += 2.0 * left * (rest * motion.inverse);
+      first_squares = (before - left) * (before + left);
+      further += 2.0 * left * (rest - r);
+      delta = static_cast<T>(left) + delta;
+    }
+    x = static_cast<T>((left + r) * motion.ex);
+    y = static_cast<T>((left + r) * motion.ey);
     lanes.mean[0][lane] += w * (2.0 * sx * part + motion.ex * integral);
     lanes.mean[1][lane] += w * (2.0 * sy * part + motion.ey * integral);
-    lanes.squares[lane] += w * (before * before + land.squares);
+    lanes.squares[lane] += w * (first_squares + further);
     lanes.further[lane] += w * land.squares;
     lanes.variance[lane] += w * (w * land.variance);
     lanes.snaps[lane] += 1.0 + land.count;
@@ -239,11 +259,11 @@ inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance
 }
 
 /// Advances the bristles [start, start + active) of one block in which a bristle snaps.
-template <class T, int axes, bool redraw>
+template <class T, int axes, bool redraw, bool residual>
 [[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
                                     std::uint32_t active, const double (&p0)[2], const double (&p1)[2]) {
-  const FarMotion motion{advance.direction[0], advance.direction[1], advance.length,
-                         1.0 / advance.length, {p0[0], p0[1]},       {p1[0], p1[1]}};
+  const FarMotion motion{advance.direction[0], advance.direction[1], advance.length, 1.0 / advance.length,
+                         advance.residual,     {p0[0], p0[1]},       {p1[0], p1[1]}};
   const std::uint32_t end = start + active;
   const auto weight_of = [&patch, end](std::uint32_t i) {
     return i < patch.whole ? 1.0 : i < end ? static_cast<double>(patch.fraction) : 0.0;
@@ -252,12 +272,12 @@ template <class T, int axes, bool redraw>
   FarLanes lanes;
   if constexpr (redraw) {
     for (std::uint32_t i = start; i < end; ++i)
-      far_redraw_bristle<T, axes>(patch, advance, motion, i, weight_of(i), lanes);
+      far_redraw_bristle<T, axes, residual>(patch, advance, motion, i, weight_of(i), lanes);
   } else {
     for (std::uint32_t i = start; i < end; i += lane_count) {
       double weight[lane_count];
       for (std::uint32_t k = 0; k < lane_count; ++k) weight[k] = weight_of(i + k);
-      far_keep_row<T, axes>(patch, advance, motion, i, weight, lanes);
+      far_keep_row<T, axes, residual>(patch, advance, motion, i, weight, lanes);
     }
   }
   FarSums sums{};

@@ -12,6 +12,18 @@
 namespace bristle::detail {
 namespace {
 
+/// Snap lengths of draw states.
+template <class T>
+struct FreshLengths {
+  static void fill(const KernelLaw& law, const std::uint32_t* states, std::uint32_t count, T* lengths) {
+    alignas(64) T shares[draws_together] = {};
+    for (std::uint32_t k = 0; k < draws_together; ++k)
+      shares[k] = k < count ? share_of<T>(mix(states[k])) : T(0.5);
+    for (std::uint32_t k = 0; k < count; k += Lanes<T>::size)
+      length_at<T>(law, load(shares + k)).store_aligned(lengths + k);
+  }
+};
+
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   Block& block = patch.blocks[b];
@@ -51,9 +63,11 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
 extern const KernelTable BRISTLE_JOIN(kernels_, BRISTLE_KERNEL_ISA);
 constexpr KernelTable table {
   BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
-      make_kernel_set<float, StepOf>(&rewrite_block<float>, &block_squares<float>),
+      make_kernel_set<float, StepOf, ForeseeOf, FreshLengths<float>>(&rewrite_block<float>,
+                                                                     &block_squares<float>),
 #if BRISTLE_WITH_DOUBLE
-      make_kernel_set<double, StepOf>(&rewrite_block<double>, &block_squares<double>)
+      make_kernel_set<double, StepOf, ForeseeOf, FreshLengths<double>>(&rewrite_block<double>,
+                                                                       &block_squares<double>)
 #else
   {
   }

@@ -244,9 +244,10 @@ template <class T, bool sums>
 }
 
 /// Ends the ways of all vectors of the list round by round, eight vectors at once.
-template <class T, bool sums>
-[[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, const RedrawColumns<T>& columns,
-                                   const PlaceList<T>& places, Walk<T>& walk) {
+template <class T, bool sums, bool has_residual>
+[[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
+                                   const RedrawColumns<T>& columns, const PlaceList<T>& places,
+                                   Walk<T>& walk) {
   const bool may_jump = length > static_cast<T>(law.jump_from);
   PlaceList<T> open = places;
   for (std::uint32_t n = 0; n < places.size; ++n) {
@@ -280,7 +281,10 @@ template <class T, bool sums>
   }
   for (std::uint32_t n = 0; n < places.size; ++n) {
     const std::uint32_t i = places.place[n];
-    load(walk.length + i).store_aligned(columns.new_delta + i);
+    Lanes<T> limit = load(walk.length + i);
+    if constexpr (has_residual)
+      limit = select_lanes(load(walk.path + i) < Lanes<T>(length), Lanes<T>(residual) + limit, limit);
+    limit.store_aligned(columns.new_delta + i);
     std::memcpy(columns.new_draw + i, walk.state + i, Lanes<T>::size * sizeof(std::uint32_t));
   }
 }

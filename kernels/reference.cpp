@@ -120,7 +120,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
   }
 }
 
-template <class T, int axes, Rule rule, bool mean, bool energy>
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
 void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t b, Totals& totals) {
   constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
   constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
@@ -151,6 +151,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T ex = static_cast<T>(advance.direction[0]);
   const T ey = static_cast<T>(advance.direction[1]);
   const T length = static_cast<T>(advance.length);
+  const T left = residual ? static_cast<T>(advance.residual) : T(0);  // bent by this after a snap
   const auto weight = [&patch](std::uint32_t i) { return i < patch.whole ? T(1) : patch.fraction; };
 
   double stored[2] = {0.0, 0.0};
@@ -170,7 +171,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   if (!any) return;  // nothing is written: the displacement grows by itself
 
   if (advance.in_double) {
-    const FarSums far = far_block<T, axes, redraw>(patch, advance, start, end - start, q0, q1);
+    const FarSums far = far_block<T, axes, redraw, residual>(patch, advance, start, end - start, q0, q1);
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = far.stored[axis];
       twice_mean[axis] = far.twice_mean[axis];
@@ -178,7 +179,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     squares = far.squares;
     totals.snaps += to_count(far.snaps);
   } else {
-    LaneSum<T> stored_sum[2], passed[2], along_sum, squares_sum, further, variance, snaps;
+    LaneSum<T> stored_sum[2], passed[2], along_sum, squares_sum, further, jumped, variance, snaps;
     const bool jumps = redraw && !literal && (mean || energy) && advance.length > patch.law->jump_from;
     const std::uint32_t key = jumps ? noise_key(patch.draw + start) : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
@@ -187,7 +188,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       const T start_y = axes == 2 ? patch.zy[i] + p0[1] : T(0);
       T next_x = patch.zx[i] + p1[0];
       T next_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
-      T delta = patch.delta[i];
+      T limit = patch.delta[i];  // residual + snap length
       std::uint32_t state = redraw ? patch.draw[i] : 0u;
       if constexpr (literal) {
         if (beyond_at(i)) {
@@ -196,37 +197,45 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           next_x = next_y = T(0);
           if constexpr (redraw) {
             state += draw_stride;
-            delta = length_at<T>(*patch.law, share_of<T>(mix(state)));
+            limit = length_at<T>(*patch.law, share_of<T>(mix(state)));
           }
         }
       } else {
         T tau;  // distance to the first snap
         if constexpr (axes == 1) {
-          tau = most(delta - start_x * ex, T(0));
+          tau = most(limit - start_x * ex, T(0));
         } else {
           const T along = start_x * ex + start_y * ey;
           const T aside = start_x * ey - start_y * ex;
-          tau = most(root(most(delta * delta - aside * aside, T(0))) - along, T(0));
+          tau = most(root(most(limit * limit - aside * aside, T(0))) - along, T(0));
         }
         const T path = least(tau, length);  // of the first pass
-        BRISTLE_ASSERT(delta > T(0));
+        BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
         BRISTLE_ASSERT(path >= T(0) && path <= length);
         AfterSnaps<T> after;
         if (tau < length) {
-          squares_sum.add(i, delta * delta * w);
+          T delta = residual ? limit - left : limit;
+          squares_sum.add(i, (residual ? (limit - left) * (limit + left) : limit * limit) * w);
           if constexpr (redraw)
             after = after_redraw<T>(*patch.law, length - path, delta, state);
           else
             after = after_keep<T>(length - path, delta);
           BRISTLE_ASSERT(after.deflection >= T(0) && after.deflection <= delta);
+          if constexpr (redraw) limit = residual ? left + delta : delta;
           BRISTLE_ASSERT(after.count >= T(0) && after.squares >= T(0) && after.variance >= T(0));
-          next_x = after.deflection * ex;
-          next_y = after.deflection * ey;
+          const T bent = residual ? left + after.deflection : after.deflection;
+          next_x = bent * ex;
+          next_y = bent * ey;
           snaps.add(i, T(1) + after.count);
-          further.add(i, after.squares * w);
+          T slipped = after.squares;
+          if constexpr (residual) slipped += (left + left) * ((length - path) - after.deflection);
+          further.add(i, slipped * w);
+          jumped.add(i, after.squares * w);
           variance.add(i, after.variance * w * w);
         }
-        along_sum.add(i, ((path * path + after.squares) + after.deflection * after.deflection) * w);
+        T twice_integral = (path * path + after.squares) + after.deflection * after.deflection;
+        if constexpr (residual) twice_integral += (left + left) * (length - path);
+        along_sum.add(i, twice_integral * w);
         passed[0].add(i, start_x * path * w);
         passed[1].add(i, start_y * path * w);
       }
@@ -234,14 +243,14 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
         patch.zx[i] = next_x;
         if constexpr (axes == 2) patch.zy[i] = next_y;
         if constexpr (redraw) {
-          patch.delta[i] = delta;
+          patch.delta[i] = limit;
           patch.draw[i] = state;
         }
       }
       stored_sum[0].add(i, next_x * w);
       stored_sum[1].add(i, next_y * w);
     }
-    const double noise = jumps ? jump_noise(further.total(), variance.total(), key) : 0.0;
+    const double noise = jumps ? jump_noise(jumped.total(), variance.total(), key) : 0.0;
     const T direction[2] = {ex, ey};
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = stored_sum[axis].total();
@@ -281,13 +290,46 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   if (advance.commit) block.reach = -1.0f;
 }
 
-template <class T, int axes, Rule rule, bool mean, bool energy>
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
 struct StepOf {
   static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
                   Totals& totals) {
     assert_step(patch, advance, first, last, axes, rule == rule_redraw || rule == rule_literal_redraw);
     for (std::uint32_t b = first; b < last; ++b)
-      step_block<T, axes, rule, mean, energy>(patch, advance, b, totals);
+      step_block<T, axes, rule, mean, energy, residual>(patch, advance, b, totals);
+  }
+};
+
+/// How many bristles the step will carry beyond their length.
+template <class T, int axes, bool redraw>
+struct ForeseeOf {
+  static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+                           std::uint32_t last) {
+    const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
+    const std::uint32_t end = last * block_size < in_contact ? last * block_size : in_contact;
+    std::uint64_t count = 0;
+    for (std::uint32_t i = first * block_size; i < end; ++i) {
+      const Block& block = patch.blocks[i / block_size];
+      const T px = static_cast<T>(displacement(advance.to[0], block.position[0]));
+      const T x = (block.zero ? T(0) : patch.zx[i]) + px;
+      const T limit = (block.zero ? patch.first : patch.delta)[i];
+      if constexpr (axes == 1) {
+        count += x > limit || -x > limit ? 1u : 0u;
+      } else {
+        const T py = static_cast<T>(displacement(advance.to[1], block.position[1]));
+        const T y = (block.zero ? T(0) : patch.zy[i]) + py;
+        count += x * x + y * y > limit * limit ? 1u : 0u;
+      }
+    }
+    return count;
+  }
+};
+
+/// Snap lengths of draw states.
+template <class T>
+struct FreshLengths {
+  static void fill(const KernelLaw& law, const std::uint32_t* states, std::uint32_t count, T* lengths) {
+    for (std::uint32_t k = 0; k < count; ++k) lengths[k] = length_at<T>(law, share_of<T>(mix(states[k])));
   }
 };
 
@@ -321,9 +363,12 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
 
 extern const KernelTable kernels_scalar;
 const KernelTable kernels_scalar {
-  "scalar", make_kernel_set<float, StepOf>(&rewrite_block<float>, &block_squares<float>),
+  "scalar",
+      make_kernel_set<float, StepOf, ForeseeOf, FreshLengths<float>>(&rewrite_block<float>,
+                                                                     &block_squares<float>),
 #if BRISTLE_WITH_DOUBLE
-      make_kernel_set<double, StepOf>(&rewrite_block<double>, &block_squares<double>)
+      make_kernel_set<double, StepOf, ForeseeOf, FreshLengths<double>>(&rewrite_block<double>,
+                                                                       &block_squares<double>)
 #else
   {
   }

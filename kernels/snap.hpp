@@ -2,7 +2,9 @@
 //
 // A step moves the patch by `length` along the unit vector e. A bristle bends along until its deflection
 // reaches its snap length, after a distance tau; there it lets go, and what is left of the path bends it
-// again, or snaps it again (core/MODEL.md, section 3, with the symbols).
+// again, or snaps it again (core/MODEL.md, section 3, with the symbols). With a residual the bristle stays
+// bent by it along e when it lets go, and snaps when it is bent by the residual and its snap length together
+// (core/patches/RUBBING.md).
 #pragma once
 
 #include <limits>
@@ -21,15 +23,44 @@ struct FirstPass {
   Mask<T> snaps;
 };
 
+/// What a snap leaves, for all bristles. `limit` is what the column `delta` holds: residual + snap length.
+template <class T, bool has_residual>
+struct Residual {
+  explicit Residual(Lanes<T>) {}
+  Lanes<T> length_of(Lanes<T> limit) const { return limit; }
+  Lanes<T> limit_of(Lanes<T> length) const { return length; }
+  Lanes<T> squares_of(Lanes<T> limit) const { return limit * limit; }
+  Lanes<T> squares_over(Lanes<T> squares, Lanes<T>) const { return squares; }
+  Lanes<T> passed_over(Lanes<T> squares, Lanes<T>) const { return squares; }
+};
+
+template <class T>
+struct Residual<T, true> {
+  Lanes<T> left;
+
+  explicit Residual(Lanes<T> residual) : left(residual) {}
+  Lanes<T> length_of(Lanes<T> limit) const { return limit - left; }
+  Lanes<T> limit_of(Lanes<T> length) const { return left + length; }
+  /// Twice the energy of a snap, over the stiffness.
+  Lanes<T> squares_of(Lanes<T> limit) const { return (limit - left) * (limit + left); }
+  /// The same of many snaps from the sum of delta^2 and that of delta.
+  Lanes<T> squares_over(Lanes<T> squares, Lanes<T> lengths) const {
+    return squares + (left + left) * lengths;
+  }
+  /// Twice the integral of the deflection along `path`, from what it is without a residual.
+  Lanes<T> passed_over(Lanes<T> integral, Lanes<T> path) const { return integral + (left + left) * path; }
+};
+
 /// What all bristles of a block share in a step: columns, direction, and displacement since the block's
 /// last rewrite at the start (p0) and the end (p1) of the step. A local copy, so that it stays in registers.
-template <class T, int axes>
+template <class T, int axes, bool has_residual>
 struct BlockMotion {
   T* zx;
   T* zy;
   T* delta;
   std::uint32_t* draw;
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
+  Residual<T, has_residual> residual;
 
   /// Which of the bristles at i are beyond their length at the end of the step. A block in which none is
   /// stays as it is.
@@ -98,8 +129,8 @@ struct RowSums {
   Lanes<T> stored[2];  ///< deflections at the end
   Lanes<T> passed[2];  ///< start x path of the first pass
   Lanes<T> along;      ///< sum over all passes of their squares
-  Lanes<T> squares;    ///< delta^2 over the first snaps
-  Lanes<T> further;    ///< delta^2 over the others
+  Lanes<T> squares;    ///< over the first snaps: delta^2, with a residual (residual + delta)^2 - residual^2
+  Lanes<T> further;    ///< the same over the others
   Lanes<T> snaps;
 
   RowSums() {
@@ -140,45 +171,51 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
 }
 
 /// Books the first pass.
-template <class T, int axes, bool mean, bool energy, bool partial>
-inline void add_pass(const BlockMotion<T, axes>& motion, const FirstPass<T>& pass, Lanes<T> delta,
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
+inline void add_pass(const BlockMotion<T, axes, residual>& motion, const FirstPass<T>& pass, Lanes<T> limit,
                      const Weights<T, partial>& weights, RowSums<T>& sums) {
   if constexpr (mean) {
     weights.add(sums.passed[0], pass.start_x * pass.path);
     if constexpr (axes == 2) weights.add(sums.passed[1], pass.start_y * pass.path);
   }
   if constexpr (energy)
-    weights.add(sums.squares, select_lanes(pass.path < motion.length, delta * delta, Lanes<T>(T(0))));
+    weights.add(sums.squares,
+                select_lanes(pass.path < motion.length, motion.residual.squares_of(limit), Lanes<T>(T(0))));
 }
 
 /// Books what came after it, and writes where the bristles at i have come to. `land` is 0 where none
 /// snapped.
-template <class T, int axes, bool mean, bool energy, bool partial>
-inline void put_snapped(const BlockMotion<T, axes>& motion, const BlockOutput<T>& output, std::uint32_t i,
-                        Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
+inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
+                        std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  if constexpr (mean) weights.add(sums.along, (path * path + land.squares) + r * r);
+  // Of bristles that did not snap no path is left, and r is 0.
+  const Lanes<T> left = motion.length - path;
+  if constexpr (mean)
+    weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));
   if constexpr (energy) {
-    weights.add(sums.further, land.squares);
+    weights.add(sums.further, motion.residual.squares_over(land.squares, left - r));
     sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)) + land.count, none);
   }
   Lanes<T> next_y = none;
-  const Lanes<T> next_x = select_lanes(snapped, r * motion.ex, load(motion.zx + i) + motion.p1x);
-  if constexpr (axes == 2) next_y = select_lanes(snapped, r * motion.ey, load(motion.zy + i) + motion.p1y);
+  const Lanes<T> bent = motion.residual.limit_of(r);
+  const Lanes<T> next_x = select_lanes(snapped, bent * motion.ex, load(motion.zx + i) + motion.p1x);
+  if constexpr (axes == 2) next_y = select_lanes(snapped, bent * motion.ey, load(motion.zy + i) + motion.p1y);
   put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
 }
 
 /// Keep: a bristle snaps every delta. Advances the bristles at i of a block that is being rewritten.
 /// `again`: the step is long enough that one may snap more than once.
-template <class T, int axes, bool mean, bool energy, bool partial>
-[[gnu::always_inline]] inline void advance_keep(const BlockMotion<T, axes>& motion,
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
+[[gnu::always_inline]] inline void advance_keep(const BlockMotion<T, axes, residual>& motion,
                                                 const BlockOutput<T>& output, std::uint32_t i,
                                                 const T* row_weights, bool again, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
-  const Lanes<T> delta = load(motion.delta + i);
+  const Lanes<T> limit = load(motion.delta + i);
+  const Lanes<T> delta = motion.residual.length_of(limit);
   const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
 
   // R = H - tau, n = 1 + floor(R / delta), r = R - (n - 1) delta
@@ -189,14 +226,14 @@ template <class T, int axes, bool mean, bool energy, bool partial>
     land.deflection = least(positive_part(rest - land.count * delta), delta);
     land.squares = land.count * (delta * delta);
   }
-  add_pass<T, axes, mean, energy>(motion, pass, delta, weights, sums);
+  add_pass<T, axes, mean, energy>(motion, pass, limit, weights, sums);
   put_snapped<T, axes, mean, energy>(motion, output, i, pass.path, pass.snaps, land, weights, sums);
 }
 
 /// Redraw with uniform lengths, where most vectors hold a bristle that snaps: advances the vectors at i,
 /// i + 16 and so on.
-template <class T, int axes, bool mean, bool energy, bool partial, std::uint32_t together>
-[[gnu::always_inline]] inline void advance_uniform(const BlockMotion<T, axes>& motion,
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together>
+[[gnu::always_inline]] inline void advance_uniform(const BlockMotion<T, axes, residual>& motion,
                                                    const BlockOutput<T>& output, std::uint32_t i,
                                                    const T* row_weights, const KernelLaw& law,
                                                    std::uint32_t rounds, RowSums<T>& sums) {
@@ -218,16 +255,18 @@ template <class T, int axes, bool mean, bool energy, bool partial, std::uint32_t
 #pragma GCC unroll 8
   for (std::uint32_t k = 0; k < together; ++k) {
     const std::uint32_t at = i + k * lane_count;
-    walkers[k].delta.store_aligned(output.delta + at % block_size);
+    const Mask<T> snapped = path[k] < motion.length;
+    Lanes<T> limit = walkers[k].delta;
+    if constexpr (residual) limit = select_lanes(snapped, motion.residual.limit_of(limit), limit);
+    limit.store_aligned(output.delta + at % block_size);
     walkers[k].states.store(output.draw + at % block_size);
-    put_snapped<T, axes, mean, energy>(motion, output, at, path[k], path[k] < motion.length, walkers[k].land,
-                                       weights, sums);
+    put_snapped<T, axes, mean, energy>(motion, output, at, path[k], snapped, walkers[k].land, weights, sums);
   }
 }
 
 /// Redraw, before the walk by rounds: the first pass. Returns whether any bristle snaps.
-template <class T, int axes, bool mean, bool energy, bool partial>
-[[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes>& motion, std::uint32_t i,
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
+[[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
   const Weights<T, partial> weights(row_weights);
   const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
@@ -237,8 +276,8 @@ template <class T, int axes, bool mean, bool energy, bool partial>
 }
 
 /// Redraw, after the walk.
-template <class T, int axes, bool mean, bool energy, bool partial>
-[[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes>& motion,
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
+[[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,
                                               const T* row_weights, const Walk<T>& walk, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
@@ -270,7 +309,7 @@ inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& wal
 
 /// The paper's loop: z += v dt; if |z| > delta then z = 0. Loses what a bristle overshoots.
 template <class T, int axes, bool redraw, bool partial>
-[[gnu::always_inline]] inline void advance_literal(const BlockMotion<T, axes>& motion,
+[[gnu::always_inline]] inline void advance_literal(const BlockMotion<T, axes, false>& motion,
                                                    const BlockOutput<T>& output, std::uint32_t i,
                                                    const T* row_weights, const KernelLaw* law,
                                                    RowSums<T>& sums) {

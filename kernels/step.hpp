@@ -15,11 +15,29 @@
 namespace bristle::detail {
 namespace {
 
-template <class T, int axes, Rule rule, bool mean, bool energy>
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
 class Stepper {
  public:
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
       : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
+
+  /// Bristles of blocks [first, last) that are beyond their length at the end of the step.
+  std::uint64_t foresee(std::uint32_t first, std::uint32_t last) const {
+    std::uint64_t count = 0;
+    for (std::uint32_t b = first; b < last; ++b) {
+      const Reach& group = patch.groups[b / blocks_per_group];
+      if (advance.skips_blocks && within(group.anchor, group.reach)) {
+        b = b / blocks_per_group * blocks_per_group + blocks_per_group - 1;
+        continue;
+      }
+      Block& block = patch.blocks[b];
+      if (advance.skips_blocks && within(block.anchor, static_cast<double>(block.reach))) continue;
+      const Extent extent = find_extent(b);
+      if (block.zero) write_zero_block(block, extent.start);
+      count += count_beyond(block, extent);
+    }
+    return count;
+  }
 
   /// Advances blocks [first, last); `first` begins a group.
   void run(std::uint32_t first, std::uint32_t last) {
@@ -117,17 +135,19 @@ class Stepper {
     BRISTLE_ASSERT(is_near(q0[0]) && is_near(q0[1]) && is_near(q1[0]) && is_near(q1[1]));
     const T p1x = static_cast<T>(q1[0]);
     const T p1y = static_cast<T>(q1[1]);
-    const BlockMotion<T, axes> motion{patch.zx,
-                                      patch.zy,
-                                      patch.delta,
-                                      patch.draw,
-                                      Lanes<T>(static_cast<T>(advance.direction[0])),
-                                      Lanes<T>(static_cast<T>(advance.direction[1])),
-                                      Lanes<T>(static_cast<T>(advance.length)),
-                                      Lanes<T>(static_cast<T>(q0[0])),
-                                      Lanes<T>(static_cast<T>(q0[1])),
-                                      Lanes<T>(p1x),
-                                      Lanes<T>(p1y)};
+    const BlockMotion<T, axes, residual> motion{
+        patch.zx,
+        patch.zy,
+        patch.delta,
+        patch.draw,
+        Lanes<T>(static_cast<T>(advance.direction[0])),
+        Lanes<T>(static_cast<T>(advance.direction[1])),
+        Lanes<T>(static_cast<T>(advance.length)),
+        Lanes<T>(static_cast<T>(q0[0])),
+        Lanes<T>(static_cast<T>(q0[1])),
+        Lanes<T>(p1x),
+        Lanes<T>(p1y),
+        Residual<T, residual>(Lanes<T>(static_cast<T>(advance.residual)))};
     if (!advance.snaps_all) {
       T margin = std::numeric_limits<T>::max();
       const bool any = advance.renews_bounds ? any_snap<true>(motion, extent, margin)
@@ -140,6 +160,24 @@ class Stepper {
     const BlockSums sums = advance.in_double ? rewrite_far(extent, q0, q1) : rewrite(motion, extent);
     record(block, b, sums);
     if (advance.commit) block.reach = -1.0f;
+  }
+
+  std::uint64_t count_beyond(const Block& block, const Extent& extent) const {
+    const Lanes<T> none(T(0));
+    const Lanes<T> one(T(1));
+    BlockMotion<T, axes, false> motion{patch.zx, patch.zy, patch.delta, patch.draw,
+                                       none,     none,     none,        none,
+                                       none,     none,     none,        Residual<T, false>(none)};
+    motion.p1x = Lanes<T>(static_cast<T>(displacement(advance.to[0], block.position[0])));
+    motion.p1y = Lanes<T>(static_cast<T>(displacement(advance.to[1], block.position[1])));
+    Lanes<T> sum = none;
+    const std::uint32_t end = extent.start + extent.full_rows * lane_count;
+    for (std::uint32_t i = extent.start; i < end; i += width)
+      sum = sum + select_lanes(motion.beyond_at(i), one, none);
+    if (extent.partial)
+      for (std::uint32_t k = 0; k < lane_count; k += width)
+        sum = sum + select_lanes(motion.beyond_at(end + k) & (load(extent.weights + k) > none), one, none);
+    return to_count(static_cast<double>(fold_lanes<width, T>(sum)));
   }
 
   Extent find_extent(std::uint32_t b) const {
@@ -173,7 +211,7 @@ class Stepper {
   /// Whether any bristle of the block snaps. If none does and bounds are kept, `margin` becomes the
   /// shortest distance from a deflection to its snap length.
   template <bool keep_margin>
-  static bool any_snap(const BlockMotion<T, axes>& motion, const Extent& extent, T& margin) {
+  static bool any_snap(const BlockMotion<T, axes, residual>& motion, const Extent& extent, T& margin) {
     const std::uint32_t end = extent.start + extent.full_rows * lane_count;
     Lanes<T> shortest(margin);
     for (std::uint32_t i = extent.start; i < end; i += lane_count) {
@@ -230,8 +268,9 @@ class Stepper {
     if (extent.partial) advance_row(Flag<true>{}, at + extent.full_rows * lane_count, extent.weights + k);
   }
 
-  BlockSums rewrite(const BlockMotion<T, axes>& block_motion, const Extent& extent) {
-    const BlockMotion<T, axes> motion = block_motion;  // whose address nobody takes: stays in registers
+  BlockSums rewrite(const BlockMotion<T, axes, residual>& block_motion, const Extent& extent) {
+    const BlockMotion<T, axes, residual> motion =
+        block_motion;  // whose address nobody takes: stays in registers
     Scratch scratch;
     BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.draw};
     if (advance.commit) {
@@ -249,12 +288,14 @@ class Stepper {
               advance_literal<T, axes, redraw, partial.value>(motion, output, i, weights, patch.law, *sum);
             });
     } else if constexpr (!redraw) {
-      const double shortest = static_cast<double>(patch.blocks[extent.start / block_size].shortest);
+      double shortest = static_cast<double>(patch.blocks[extent.start / block_size].shortest);
+      if constexpr (residual) shortest -= advance.residual;
       const bool again = advance.length >= shortest;
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;  // a local stays in registers
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-          advance_keep<T, axes, mean, energy, partial.value>(motion, output, i, weights, again, sum);
+          advance_keep<T, axes, mean, energy, residual, partial.value>(motion, output, i, weights, again,
+                                                                       sum);
         });
         sums[part] = sum;
       }
@@ -272,21 +313,21 @@ class Stepper {
   }
 
   template <std::uint32_t together>
-  void walk_side_by_side(const BlockMotion<T, axes>& block_motion, const BlockOutput<T>& output,
+  void walk_side_by_side(const BlockMotion<T, axes, residual>& block_motion, const BlockOutput<T>& output,
                          const Extent& extent, std::uint32_t k, RowSums<T>& sums) {
-    const BlockMotion<T, axes> motion = block_motion;
+    const BlockMotion<T, axes, residual> motion = block_motion;
     RowSums<T> sum;
     const std::uint32_t at = extent.start + k;
     std::uint32_t row = 0;
     for (; row + together <= extent.full_rows; row += together)
-      advance_uniform<T, axes, mean, energy, false, together>(motion, output, at + row * lane_count, nullptr,
-                                                              *patch.law, rounds, sum);
+      advance_uniform<T, axes, mean, energy, residual, false, together>(motion, output, at + row * lane_count,
+                                                                        nullptr, *patch.law, rounds, sum);
     for (; row < extent.full_rows; ++row)
-      advance_uniform<T, axes, mean, energy, false, 1>(motion, output, at + row * lane_count, nullptr,
-                                                       *patch.law, rounds, sum);
+      advance_uniform<T, axes, mean, energy, residual, false, 1>(motion, output, at + row * lane_count,
+                                                                 nullptr, *patch.law, rounds, sum);
     if (extent.partial)
-      advance_uniform<T, axes, mean, energy, true, 1>(motion, output, at + row * lane_count,
-                                                      extent.weights + k, *patch.law, rounds, sum);
+      advance_uniform<T, axes, mean, energy, residual, true, 1>(motion, output, at + row * lane_count,
+                                                                extent.weights + k, *patch.law, rounds, sum);
     sums = sum;
   }
 
@@ -300,7 +341,7 @@ class Stepper {
   }
 
   /// Returns what jumps leave open of the sum of delta^2, drawn.
-  double rewrite_by_rounds(const BlockMotion<T, axes>& motion, const BlockOutput<T>& output,
+  double rewrite_by_rounds(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
     const bool jumps = (mean || energy) && advance.length > patch.law->jump_from;
     const std::uint32_t key = jumps ? noise_key(patch.draw + extent.start) : 0u;
@@ -309,18 +350,20 @@ class Stepper {
     for (std::uint32_t part = 0; part < parts; ++part) {
       RowSums<T> sum;
       for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-        places.add_if(begin_redraw<T, axes, mean, energy, partial.value>(motion, i, weights, walk, sum),
-                      i % block_size);
+        places.add_if(
+            begin_redraw<T, axes, mean, energy, residual, partial.value>(motion, i, weights, walk, sum),
+            i % block_size);
       });
       sums[part] = sum;
     }
     const RedrawColumns<T> columns{patch.delta + extent.start, patch.draw + extent.start, output.delta,
                                    output.draw};
-    walk_rounds<T, mean || energy>(*patch.law, static_cast<T>(advance.length), columns, places, walk);
+    walk_rounds<T, mean || energy, residual>(*patch.law, static_cast<T>(advance.length),
+                                             static_cast<T>(advance.residual), columns, places, walk);
     for (std::uint32_t part = 0; part < parts; ++part) {
       RowSums<T> sum = sums[part];
       for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-        end_redraw<T, axes, mean, energy, partial.value>(motion, output, i, weights, walk, sum);
+        end_redraw<T, axes, mean, energy, residual, partial.value>(motion, output, i, weights, walk, sum);
       });
       sums[part] = sum;
     }
@@ -340,7 +383,8 @@ class Stepper {
     return tree_sum(row);
   }
 
-  BlockSums total(const BlockMotion<T, axes>& motion, const RowSums<T> (&sums)[parts], double noise) {
+  BlockSums total(const BlockMotion<T, axes, residual>& motion, const RowSums<T> (&sums)[parts],
+                  double noise) {
     BlockSums block;
     const Lanes<T> direction[2] = {motion.ex, motion.ey};
     for (int axis = 0; axis < axes; ++axis) {
@@ -363,7 +407,8 @@ class Stepper {
   }
 
   BlockSums rewrite_far(const Extent& extent, const double (&q0)[2], const double (&q1)[2]) {
-    const FarSums far = far_block<T, axes, redraw>(patch, advance, extent.start, extent.active, q0, q1);
+    const FarSums far =
+        far_block<T, axes, redraw, residual>(patch, advance, extent.start, extent.active, q0, q1);
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) {
       block.stored[axis] = far.stored[axis];
@@ -405,11 +450,21 @@ class Stepper {
   }
 };
 
-template <class T, int axes, Rule rule, bool mean, bool energy>
+template <class T, int axes, bool redraw>
+struct ForeseeOf {
+  static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+                           std::uint32_t last) {
+    Totals unused{};
+    return Stepper < T, axes, redraw ? rule_redraw : rule_keep, false, true,
+           false > (patch, advance, unused).foresee(first, last);
+  }
+};
+
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
 struct StepOf {
   static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
                   Totals& totals) {
-    Stepper<T, axes, rule, mean, energy>(patch, advance, totals).run(first, last);
+    Stepper<T, axes, rule, mean, energy, residual>(patch, advance, totals).run(first, last);
   }
 };
 

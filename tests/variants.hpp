@@ -62,8 +62,55 @@ inline void add_infinite_variants(std::vector<PatchCase>& cases) {
   }
 }
 
+/// Representatives that can be rubbed, for every combination of axes, rule, outputs, precision and law: with
+/// a residual, with shared renewal, with both.
+inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
+  std::uint32_t seed = 700;
+  for (int axes : {1, 2}) {
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+        for (Precision precision : precisions()) {
+          unsigned kind = static_cast<unsigned>(axes) + (rule == SnapRule::keep ? 1u : 0u);
+          for (const SnapLength& law : all_laws()) {
+            ++kind;
+            const double residual = kind % 3 == 1 ? 0.0 : 0.4 * dbar;
+            const double renewal = kind % 3 == 0 ? 0.0 : 1.5;
+            std::ostringstream name;
+            name << axes << " axes, " << table_name(rule) << ", outputs " << static_cast<int>(outputs) << ", "
+                 << name_of(precision) << (residual > 0.0 ? ", residual" : "")
+                 << (renewal > 0.0 ? ", renewal, " : ", ") << to_string(law.law());
+            const Material material = plain_material(law, rule)
+                                          .with_bristle_stiffness(80.0)
+                                          .with_bristle_damping(0.01)
+                                          .with_residual_length(residual)
+                                          .with_shared_renewal(renewal);
+            const Material later = Material(material)
+                                       .with_residual_length(kind % 2 ? 0.25 * dbar : 0.0)
+                                       .with_shared_renewal(kind % 5 ? 0.8 : 0.0);
+            const PatchOptions options = PatchOptions{}
+                                             .with_max_normal_load(2.0)
+                                             .with_bristles(bristles + seed % 7)
+                                             .with_axes(axes)
+                                             .with_outputs(outputs)
+                                             .with_precision(precision)
+                                             .with_seed(seed);
+            ++seed;
+            cases.push_back({name.str(), material, later, options});
+          }
+        }
+      }
+    }
+  }
+  PatchCase large = cases.back();
+  large.name = "large, rubbed";
+  large.options = PatchOptions(large.options).with_bristles(40000).with_outputs(Outputs::all);
+  large.material = Material(large.material).with_residual_length(0.2 * dbar).with_shared_renewal(1.0);
+  large.later = large.material;
+  cases.push_back(large);
+}
+
 /// A patch for every combination of axes, rule, outputs, precision, step rule and law, large ones that are
-/// split over workers, and infinite ones.
+/// split over workers, infinite ones, and ones that can be rubbed.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   std::vector<PatchCase> cases;
   std::uint32_t seed = 100;
@@ -112,6 +159,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
     cases.push_back(large);
   }
   if (!BRISTLE_MINIMAL) add_infinite_variants(cases);
+  if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
   return cases;
 }
 

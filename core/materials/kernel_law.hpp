@@ -8,6 +8,7 @@
 
 #include "bristle/material.hpp"
 #include "core/kernel_table.hpp"
+#include "core/materials/renewal_law.hpp"
 #include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
@@ -32,6 +33,8 @@ struct CompiledMaterial {
 
   /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
   const SurvivalTable& survival() const;
+  /// Steady sliding under shared renewal, for representatives, made at the first call.
+  const RenewalLaw& renewal() const;
 
   CompiledMaterial() = default;
   CompiledMaterial(const CompiledMaterial&) = delete;
@@ -40,6 +43,8 @@ struct CompiledMaterial {
  private:
   mutable std::once_flag survival_made_;
   mutable SurvivalTable survival_;
+  mutable std::once_flag renewal_made_;
+  mutable RenewalLaw renewal_;
 };
 
 /// Throws bristle::Error when the material is out of range.

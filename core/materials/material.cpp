@@ -61,10 +61,6 @@ void Material::validate_for_representatives() const {
     detail::refuse("Material", "snap_length.cv", snap_length.cv(),
                    "0 to " + detail::number_text(widest_redraw_cv) +
                        " with snap_rule redraw and representatives; snap_rule keep takes every law");
-  if (residual_length != 0.0 || shared_renewal != 0.0)
-    detail::refuse("Material", residual_length != 0.0 ? "residual_length" : "shared_renewal",
-                   residual_length != 0.0 ? residual_length : shared_renewal,
-                   "0 with representatives; Population::infinite takes it");
 }
 
 double Material::kinetic_coefficient() const {

@@ -60,6 +60,7 @@ struct alignas(64) Patch {
   bool tracks : 1 = true;             ///< bounds are renewed: worth it while most visited blocks hold still
   bool literal : 1 = false;           ///< StepRule::literal
   bool damps : 1 = false;             ///< the damper depends on the velocity
+  bool renews : 1 = false;            ///< a trial step changes the patch: it is made on a copy
   std::uint8_t fetched_lines = 0;     ///< cache lines of the record that are worth asking for ahead of a step
   double part = 0.0;                  ///< bristles beyond `whole`, a real number
   double newtons_per_unit = 0.0;      ///< elastic force of one unit of the sum

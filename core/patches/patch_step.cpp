@@ -179,6 +179,12 @@ void find_response(Patch& p, const Motion& motion, double dt_s, double contact_l
   write_response(p, step, sums, out);
 }
 
+bool needs_copy(const Patch& p, const Motion& motion) noexcept {
+  if (!p.renews) return false;
+  const PatchStep step = read_motion(p, motion, 1.0, false);
+  return step.moves && !holds_still(p, step);
+}
+
 void note_contact(Patch& p) noexcept {
   const CompiledMaterial& m = p.material();
   p.rests = false;

@@ -76,6 +76,9 @@ std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Respon
 void find_response(Patch& patch, const Motion& motion, double dt_s, double contact_loss,
                    Response& out) noexcept;
 
+/// Whether this motion under the present load may change more than find_response can leave alone.
+bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
+
 /// Numbers of the shared part that follow from load and material. Call after either changed.
 void note_contact(Patch& patch) noexcept;
 

@@ -654,8 +654,15 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     write_refusal(p, Status::bad_input, response);
     return response;
   }
-  if (motion.normal_load == p->normal_load) {
+  if (motion.normal_load == p->normal_load && !needs_copy(*p, motion)) {
     find_response(*p, motion, dt_s, 0.0, response);
+    return response;
+  }
+  if (p->renews) {  // a trial is a step, of a copy
+    Patch copy;
+    p->model->copy(*p, copy, impl.scratch.memory.get());
+    impl.trial.of = nullptr;
+    step_patch(copy, motion, dt_s, response);
     return response;
   }
   // Another load moves bristles in and out of contact: tried on a copy.

@@ -147,12 +147,28 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
+/// Keep, with a residual: of its way from the residual to its snap a copy has gone the same share.
+template <class T>
+void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
+  const double left = static_cast<double>(static_cast<T>(r.material->residual));
+  const double x = static_cast<double>(r.zx[to]);
+  const double y = r.zy == nullptr ? 0.0 : static_cast<double>(r.zy[to]);
+  const double bent = std::sqrt(x * x + y * y);
+  if (!(bent > left)) return;
+  const double lengths =
+      (static_cast<double>(r.delta[to]) - left) / (static_cast<double>(r.delta[from]) - left);
+  const double factor = (left + (bent - left) * lengths) / bent;
+  r.zx[to] = static_cast<T>(x * factor);
+  if (r.zy != nullptr) r.zy[to] = static_cast<T>(y * factor);
+}
+
 /// Bristles [to, to + count) copy those from `from` on, of one block.
 template <class T>
 void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32_t count) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const Block& block = r.blocks[from / block_size];
   const T* lengths = block.zero ? r.first : r.delta;
+  const bool residual = r.material->residual > 0.0;
   T* const columns[2] = {r.zx, r.zy};
   for (int axis = 0; axis < r.options.axes; ++axis) {
     T* const z = columns[axis];
@@ -160,9 +176,11 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
     for (std::uint32_t k = 0; k < count; ++k) {
       const T copied = (block.zero ? T(0) : z[from + k]) + moved;
       // With a length of its own a bristle is as far on the way to its snap.
-      z[to + k] = r.redraws() ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
+      z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
   }
+  if (!r.redraws() && residual)
+    for (std::uint32_t k = 0; k < count; ++k) fit_to_length(r, from + k, to + k);
   if (r.redraws()) std::copy_n(lengths + from, count, r.delta + to);
 }
 

@@ -42,12 +42,13 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-int find_variant(const PatchOptions& options, bool redraws) noexcept {
+/// Renewals are counted from snaps: the kernels with energy count them.
+int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews) noexcept {
   const bool literal = options.step_rule == StepRule::literal;
   const Rule rule =
       literal ? (redraws ? rule_literal_redraw : rule_literal_keep) : (redraws ? rule_redraw : rule_keep);
   return variant_index(options.axes, rule, !literal && has(options.outputs, Outputs::mean),
-                       literal || has(options.outputs, Outputs::energy));
+                       literal || renews || has(options.outputs, Outputs::energy), residual);
 }
 
 /// Out of contact: every bristle straight, none of them counted.
@@ -72,9 +73,10 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.first_seed = options.seed;
   made.full_weight = made.weight = weight > 0.0 ? weight : zeta_max / made.bristles;
   made.detail = made.bristles;
-  made.variant = find_variant(options, made.redraws());
+  made.variant = find_variant(options, made.redraws(), material->residual > 0.0, made.renews());
   made.kernels = &kernels;
-  if (kernels.step[made.variant] == nullptr)
+  if (kernels.step[made.variant] == nullptr ||
+      (made.renews() && kernels.renew[options.axes - 1][made.redraws() ? 1 : 0] == nullptr))
     throw Error(
         std::string("PatchOptions: this build of bristle has no kernel for the features asked for; build it "
                     "with BRISTLE_MINIMAL=OFF") +
@@ -82,6 +84,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.block_count = (made.padded() + block_size - 1) / block_size;
   made.group_count = (made.block_count + blocks_per_group - 1) / blocks_per_group;
 
+  if (made.renews()) plan_pieces(made);
   const std::size_t columns = column_bytes(made);
   auto* r = make_record<Representatives<T>>(std::move(material), columns);
   made.bytes = r->bytes;
@@ -92,20 +95,23 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   fill_first(*r);
   fill_columns(*r);
   Patch p = make_shared_part(*r, representatives_model<T>);
+  p.renews = r->renews();
   leave_contact<T>(p);
   note_count<T>(p);
   return p;
 }
 
-/// Names of the variants: axes, rule, mean, energy, precision, step rule.
-const std::array<std::string, 64>& kernel_names() {
-  static const std::array<std::string, 64> names = [] {
-    std::array<std::string, 64> all;
-    for (unsigned i = 0; i < 64; ++i) {
+/// Names of the variants: axes, rule, mean, energy, precision, step rule, residual, renewal.
+const std::array<std::string, 256>& kernel_names() {
+  static const std::array<std::string, 256> names = [] {
+    std::array<std::string, 256> all;
+    for (unsigned i = 0; i < all.size(); ++i) {
       std::string& name = all[i];
       name = i & 1 ? "2 axes" : "1 axis";
       name += i & 2 ? ", redraw" : ", keep";
       if (i & 32) name += ", literal";
+      if (i & 64) name += ", residual";
+      if (i & 128) name += ", renewal";
       name += i & 4 ? ", end + mean" : ", end";
       if (i & 8) name += ", energy";
       name += i & 16 ? ", double" : ", single";
@@ -150,12 +156,14 @@ template <class T>
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Representatives<T>& r = representatives<T>(p);
   static_cast<RepresentativeCount&>(r) = RepresentativeCount{};
+  static_cast<RenewalState&>(r) = RenewalState{};
   r.weight = r.full_weight;
   r.detail = r.bristles;
   r.options.key = key;
   change_seed(r, seed);
   fill_columns(r);
   p = make_shared_part(r, *p.model);
+  p.renews = r.renews();
   leave_contact<T>(p);
   note_count<T>(p);
 }
@@ -185,16 +193,22 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
       bytes += sizeof *column;
   });
   info.bytes_per_bristle = static_cast<std::uint32_t>(bytes);
-  const unsigned index = (p.axes == 2 ? 1u : 0u) | (r.redraws() ? 2u : 0u) |
-                         (has(p.outputs, Outputs::mean) ? 4u : 0u) |
-                         (has(p.outputs, Outputs::energy) ? 8u : 0u) |
-                         (sizeof(T) == sizeof(double) ? 16u : 0u) | (p.literal ? 32u : 0u);
+  const unsigned index =
+      (p.axes == 2 ? 1u : 0u) | (r.redraws() ? 2u : 0u) | (has(p.outputs, Outputs::mean) ? 4u : 0u) |
+      (has(p.outputs, Outputs::energy) ? 8u : 0u) | (sizeof(T) == sizeof(double) ? 16u : 0u) |
+      (p.literal ? 32u : 0u) | (p.material().residual > 0.0 ? 64u : 0u) |
+      (p.material().material.shared_renewal > 0.0 ? 128u : 0u);
   info.kernel = kernel_names()[index].c_str();
 }
 
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight) {
-  material->material.validate_for_representatives();
+  const Material& m = material->material;
+  m.validate_for_representatives();
+  if (options.step_rule == StepRule::literal && (m.residual_length != 0.0 || m.shared_renewal != 0.0))
+    refuse("Material", m.residual_length != 0.0 ? "residual_length" : "shared_renewal",
+           m.residual_length != 0.0 ? m.residual_length : m.shared_renewal,
+           "0 with StepRule::literal, the paper's loop; StepRule::exact takes it");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels.f64, weight);

@@ -1,4 +1,5 @@
 // A live change of material (core/MODEL.md, section 6).
+#include <cmath>
 #include <cstring>
 
 #include "core/patches/representatives/representatives.hpp"
@@ -12,6 +13,7 @@ template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
   const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // power of two
   const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
+  const bool same_residual = to.material->residual == from.material->residual;
   const bool both_draw = to.redraws() && from.redraws();
   const std::uint32_t contact = from.in_contact();
   const auto take = [&](auto* column, const auto* old, const ColumnRule& rule) {
@@ -21,6 +23,12 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::zero)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
+      if (rule.filler == Filler::first_length && both_draw && same_law && !same_residual) {
+        const double less = static_cast<double>(static_cast<T>(from.material->residual));
+        for (std::uint32_t i = 0; i < contact; ++i)
+          column[i] = static_cast<T>(to.material->residual + (static_cast<double>(old[i]) - less));
+        return;
+      }
     }
     if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
@@ -36,20 +44,23 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Bristles beyond their new snap length snap at once, to 0.
+/// Bristles beyond their new snap length snap at once. The patch does not move: they slip along their own
+/// deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const double joules = joules_per_square<T>(p);
+  const double left = p.material().residual;
   for (std::uint32_t i = 0; i < r.in_contact(); ++i) {
     const auto x = static_cast<double>(r.zx[i]);
     const double y = r.zy == nullptr ? 0.0 : static_cast<double>(r.zy[i]);
     const auto limit = static_cast<double>(r.delta[i]);
     if (x * x + y * y > limit * limit) {
       const double w = i < r.whole ? 1.0 : r.fraction;
-      r.zx[i] = T(0);
-      if (r.zy != nullptr) r.zy[i] = T(0);
-      p.pending_dissipated += joules * w * (x * x + y * y);
+      const double share = left / std::sqrt(x * x + y * y);
+      r.zx[i] = static_cast<T>(x * share + 0.0);  // no negative zero
+      if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
+      p.pending_dissipated += joules * w * (x * x + y * y - left * left);
       ++p.pending_snaps;
     }
   }
@@ -73,6 +84,7 @@ void take_over(Patch& to, Patch& from) noexcept {
   to.pending_loss = from.pending_loss;
   to.overload = from.overload;
   static_cast<RepresentativeCount&>(r) = old;
+  if (r.renews()) static_cast<RenewalState&>(r) = old;
   take_over_columns(r, old);
   snap_beyond<T>(to);
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {

@@ -28,8 +28,29 @@ struct RepresentativeCount {
   std::uint32_t whole = 0;
 };
 
+/// What shared renewal adds to the state. Saved and hashed where the material has it.
+struct RenewalState {
+  double due = 0.0;         ///< draws owed: kappa for each snap so far, less those made
+  std::uint64_t draws = 0;  ///< made so far: numbers the next
+};
+
+/// Sums over the pieces of a step under shared renewal.
+struct PieceSums {
+  double length = 0.0;                    ///< of the whole step, scaled
+  double carried = 0.0;                   ///< of it: the way along which the patch is carried as it stands
+  double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
+  double squares = 0.0;                   ///< of what slipped, scaled
+  std::uint64_t snaps = 0, visited = 0;
+  std::int64_t from[2] = {0, 0};  ///< patch position at the start of the step
+  bool changed = false;           ///< a bristle snapped or was renewed
+};
+
+/// Longest piece of a step under shared renewal, in mean snap lengths; shorter where kappa is above 2
+/// (core/patches/RUBBING.md).
+constexpr double longest_piece = 0.25;
+
 template <class T>
-struct Representatives : PatchRecord, RepresentativeCount {
+struct Representatives : PatchRecord, RepresentativeCount, RenewalState {
   using Number = T;
 
   std::uint32_t bristles = 0;  ///< n
@@ -38,12 +59,21 @@ struct Representatives : PatchRecord, RepresentativeCount {
   int variant = 0;  ///< of the step kernel
   const KernelSet<T>* kernels = nullptr;
 
+  // Shared renewal: the material's plan, scaled, and the step under way.
+  double piece = 0.0;         ///< longest piece
+  double inverse_mean = 0.0;  ///< of the snap length
+  double forget = 0.0;        ///< way after which a straight slide is steady
+  double steady_bend = 0.0;   ///< mean deflection there
+  double steady_snaps = 0.0;  ///< of a bristle, per length
+  PieceSums walked;
+
   Block* blocks = nullptr;
   Reach* groups = nullptr;
   T* zx = nullptr;
-  T* zy = nullptr;                ///< null with one axis
-  T* first = nullptr;             ///< first snap lengths
-  T* delta = nullptr;             ///< snap lengths now; == first with keep
+  T* zy = nullptr;  ///< null with one axis
+  // How far a bristle bends before it snaps: the residual and its snap length together.
+  T* first = nullptr;             ///< with the first snap length
+  T* delta = nullptr;             ///< with the snap length now; == first with keep
   std::uint32_t* draw = nullptr;  ///< null with keep
 
   /// Every column, in the order in which it is laid out, saved and hashed.
@@ -65,6 +95,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   }
 
   bool redraws() const noexcept { return material->redraw; }
+  bool renews() const noexcept { return material->material.shared_renewal > 0.0; }
   std::uint32_t in_contact() const noexcept { return whole + (fraction > 0.0 ? 1u : 0u); }
   std::uint32_t full_blocks() const noexcept { return whole / block_size; }
   std::uint32_t active_blocks() const noexcept { return (in_contact() + block_size - 1) / block_size; }
@@ -152,6 +183,31 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
                 Totals& totals) noexcept;
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
+
+/// What finish does but for renewals, bounds and response of a step in pieces: state and sums after the
+/// kernels.
+template <class T>
+void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
+/// What the kernels need to know of a step or a piece of it.
+template <class T>
+void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
+/// After a step that visited blocks: how far the patch may go before one must be visited again.
+template <class T>
+void renew_bound(Patch& p, const Totals& totals) noexcept;
+/// Whether the sum over full blocks is what their parts say.
+template <class T>
+bool sums_agree(const Patch& p) noexcept;
+
+// Shared renewal (renewal.cpp). `advance_pieces` takes all pieces of a step but the last, which it leaves in
+// `step` with its renewals made; `finish_piece` ends a piece; `finish_walk` gives the sums over all of them.
+template <class T>
+void plan_pieces(Representatives<T>& r) noexcept;
+template <class T>
+void advance_pieces(Patch& p, PatchStep& step) noexcept;
+template <class T>
+void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
+template <class T>
+void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept;
 
 template <class T>
 Status set_detail(Patch& p, std::uint32_t bristles) noexcept;

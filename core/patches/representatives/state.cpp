@@ -20,6 +20,14 @@ void count_fields(Io& io, Count& c) noexcept {
 }
 constexpr std::size_t count_size = 3 * 8 + 2 * 4;
 
+/// The same, where the material has shared renewal.
+template <class Io, class State>
+void renewal_fields(Io& io, State& state) noexcept {
+  io(state.due);
+  io(state.draws);
+}
+constexpr std::size_t renewal_size = 2 * 8;
+
 template <class Io, class AnyBlock>
 void block_fields(Io& io, AnyBlock& block) noexcept {
   for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
@@ -58,6 +66,9 @@ struct Reading {
   template <class Other>
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
+
+/// Of a bristle: more than a piece may owe renewals for.
+constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
@@ -111,6 +122,7 @@ void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<doub
                    Span<double> delta) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const double metres = p.material().metres_per_length;
+  const auto residual = static_cast<double>(static_cast<T>(p.material().residual));
   const std::uint32_t contact = r.in_contact();
   const T* const columns[2] = {r.zx, r.zy};
   const Span<double> wanted[2] = {zx, zy};
@@ -123,7 +135,8 @@ void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<doub
       const double stored = z == nullptr || block.zero ? 0.0 : static_cast<double>(z[i]);
       wanted[axis][i] = in ? (stored + moved_since(p, block, axis)) * metres : 0.0;
     }
-    if (!delta.empty()) delta[i] = static_cast<double>((in && !block.zero ? r.delta : r.first)[i]) * metres;
+    if (!delta.empty())
+      delta[i] = (static_cast<double>((in && !block.zero ? r.delta : r.first)[i]) - residual) * metres;
   }
 }
 
@@ -135,6 +148,10 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
   hasher.add(r.weight);
   hasher.add(r.active);
   hasher.add(p.overload);
+  if (r.renews()) {
+    hasher.add(r.due);
+    hasher.add(r.draws);
+  }
   const std::uint32_t contact = r.in_contact();
   for (std::uint32_t i = 0; i < r.bristles; ++i) {
     const Block& block = r.blocks[i / block_size];
@@ -169,13 +186,15 @@ std::size_t saved_size(const Patch& p) noexcept {
   Representatives<T>::columns(r, [&bristle](const auto* column, const ColumnRule& rule) {
     if (is_saved(rule.filler) && rule.count > 0) bristle += sizeof *column;
   });
-  return count_size + r.block_count * block_fields_size + r.bristles * bristle;
+  return count_size + (r.renews() ? renewal_size : 0) + r.block_count * block_fields_size +
+         r.bristles * bristle;
 }
 
 template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   count_fields(write, static_cast<const RepresentativeCount&>(r));
+  if (r.renews()) renewal_fields(write, static_cast<const RenewalState&>(r));
   constexpr Block away{};
   for (std::uint32_t b = 0; b < r.block_count; ++b)
     block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
@@ -203,10 +222,17 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   RepresentativeCount count;
   count_fields(read, count);
   if (const char* fault = find_count_fault(r, contact, count)) return fault;
+  if (r.renews()) {
+    RenewalState renewal;
+    renewal_fields(read, renewal);
+    const double most = most_snaps_of_piece * largest_renewal * r.bristles;
+    if (!within(renewal.due, -most, most)) return "renewals due";
+  }
 
   // Rounding may carry a bristle a little over its length.
-  const double longest = p.material().longest * (1.0 + 1e-3);
-  const double shortest = p.material().shortest * (1.0 - 1e-3);
+  const double residual = p.material().residual;
+  const double longest = (residual + p.material().longest) * (1.0 + 1e-3);
+  const double shortest = (residual + p.material().shortest) * (1.0 - 1e-3);
   const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
   ByteReader blocks = read;
   ByteReader columns = read;
@@ -252,6 +278,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Representatives<T>& r = representatives<T>(p);
   change_seed(r, seed);
   count_fields(read, static_cast<RepresentativeCount&>(r));
+  if (r.renews()) renewal_fields(read, static_cast<RenewalState&>(r));
   for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(read, r.blocks[b]);
   Representatives<T>::columns(r, [&](auto* column, const ColumnRule& rule) {
     using Entry = std::remove_pointer_t<decltype(column)>;

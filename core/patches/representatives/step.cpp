@@ -11,7 +11,8 @@ namespace {
 
 /// Unit in which the sum of delta^2 of a block's snaps fits 62 bits with room, as a power of two.
 double energy_unit(double length, double longest, bool literal) noexcept {
-  // The literal rule squares what a bristle reached before it was reset.
+  // The literal rule squares what a bristle reached before it was reset. Any other loses at most path x
+  // longest.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * (literal ? path : longest);
   int exponent = 0;
@@ -37,9 +38,10 @@ std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   return hasher.value();
 }
 
-/// Whether the sum over full blocks is what their parts say.
+}  // namespace
+
 template <class T>
-[[maybe_unused]] bool sums_agree(const Patch& p) noexcept {
+bool sums_agree(const Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   Patch counted = p;
   counted.sum[0] = counted.sum[1] = 0;
@@ -47,7 +49,6 @@ template <class T>
   return counted.sum[0] == p.sum[0] && counted.sum[1] == p.sum[1];
 }
 
-/// After a step that visited blocks: how far the patch may go before one must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -70,13 +71,12 @@ void renew_bound(Patch& p, const Totals& t) noexcept {
   p.bound.anchor[1] = p.position[1];
 }
 
-}  // namespace
-
 template <class T>
-std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
+void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const CompiledMaterial& m = p.material();
   Advance& a = step.advance;
+  a.residual = m.residual;
   if (a.snaps_all) {
     // Redraw that ends in law needs no remainder: float holds the step as long as its square.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
@@ -84,10 +84,18 @@ std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
     a.in_double = 1;
   }
-  if (p.literal || has(p.outputs, Outputs::energy))
-    a.energy_unit = energy_unit(a.length, m.longest, p.literal);
+  if (p.literal || p.renews || has(p.outputs, Outputs::energy))
+    a.energy_unit = energy_unit(a.length, m.longest + 2.0 * m.residual, p.literal);
   a.renews_bounds = a.skips_blocks && p.tracks ? 1 : 0;
-  return r.active_blocks();
+}
+
+template <class T>
+std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
+  if (p.renews)
+    advance_pieces<T>(p, step);
+  else
+    prepare_kernel<T>(p, step);
+  return representatives<T>(p).active_blocks();
 }
 
 template <class T>
@@ -98,8 +106,7 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 }
 
 template <class T>
-void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) noexcept {
-  const Advance& a = step.advance;
+void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
   // Sums of deflections at the end of the step and, twice, over the step; fixed point, exact. An axis at a
   // time, so that its 128-bit sums stay in registers.
@@ -126,6 +133,18 @@ void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) no
       p.position[axis] = a.to[axis];
     }
   }
+  if (a.commit && t.tail_snapped) note_tail<T>(p);
+}
+
+template <class T>
+void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) noexcept {
+  const Advance& a = step.advance;
+  if (p.renews) {
+    finish_piece<T>(p, a, t);
+    finish_walk<T>(p, a.direction, sums);
+    return;
+  }
+  finish_kernel<T>(p, a, t, sums);
   if (has(p.outputs, Outputs::energy)) {
     sums.dissipated =
         std::min(joules_per_square<T>(p) * (to_double(t.squares) / a.energy_unit), highest_energy);
@@ -133,7 +152,6 @@ void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) no
   }
   sums.visited = t.visited;
   if (!a.commit) return;
-  if (t.tail_snapped) note_tail<T>(p);
   BRISTLE_ASSERT(sums_agree<T>(p));
   renew_bound<T>(p, t);
 }
@@ -165,11 +183,15 @@ void add_totals(Totals& sum, const Totals& part) noexcept {
   }
 }
 
-#define BRISTLE_STEP(T)                                                                     \
-  template std::uint32_t prepare<T>(Patch&, PatchStep&) noexcept;                           \
-  template void run_blocks<T>(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t, \
-                              Totals&) noexcept;                                            \
-  template void finish<T>(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;     \
+#define BRISTLE_STEP(T)                                                                      \
+  template bool sums_agree<T>(const Patch&) noexcept;                                        \
+  template void renew_bound<T>(Patch&, const Totals&) noexcept;                              \
+  template void prepare_kernel<T>(const Patch&, PatchStep&) noexcept;                        \
+  template void finish_kernel<T>(Patch&, const Advance&, const Totals&, StepSums&) noexcept; \
+  template std::uint32_t prepare<T>(Patch&, PatchStep&) noexcept;                            \
+  template void run_blocks<T>(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t,  \
+                              Totals&) noexcept;                                             \
+  template void finish<T>(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;      \
   template void advance<T>(Patch&, PatchStep&, StepSums&) noexcept;
 BRISTLE_FOR_NUMBERS(BRISTLE_STEP)
 

@@ -1,0 +1,157 @@
+#include "core/materials/renewal_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "core/materials/elementary.hpp"
+#include "core/materials/kernel_law.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr int per_mean = 32;  ///< cells of a mean snap length
+constexpr int reach = 40;     ///< mean lengths; what forgets more slowly is taken to have forgotten there
+constexpr int cells = per_mean * reach;
+constexpr double near_steady = 1e-3;  ///< of the steady deflection
+constexpr int shares = 4096;          ///< equal shares of the law over which means are taken
+constexpr int classes = 64;           ///< bristles of keep, by their snap length
+
+/// A bristle of length d is bent to d, or to where it is renewed at the rate `rate` per length: from the
+/// mean over its cycles come path, area under the deflection, and snaps of a cycle.
+struct Cycle {
+  double path, area, snaps;
+};
+Cycle find_cycle(double d, double rate) {
+  const double x = rate * d;
+  if (x < 1e-3)  // the forms below lose digits
+    return {d * (1.0 - x / 2.0 + x * x / 6.0), d * d * (0.5 - x / 3.0 + x * x / 8.0), exp(-x)};
+  const double left = exp(-x);
+  return {(1.0 - left) / rate, (1.0 - (1.0 + x) * left) / (rate * rate), left};
+}
+
+/// Steady sliding when every bristle is renewed at `rate`.
+struct Steady {
+  double bend, snaps;
+};
+Steady find_steady(const std::vector<double>& lengths, bool keep, double rate) {
+  double path = 0.0, area = 0.0, snaps = 0.0, bend = 0.0, frequency = 0.0;
+  for (const double d : lengths) {
+    const Cycle cycle = find_cycle(d, rate);
+    path += cycle.path;
+    area += cycle.area;
+    snaps += cycle.snaps;
+    bend += cycle.area / cycle.path;
+    frequency += cycle.snaps / cycle.path;
+  }
+  // keep: each bristle goes its own cycle for ever. redraw: one is met in proportion to its cycle's path.
+  const auto count = static_cast<double>(lengths.size());
+  if (keep) return {bend / count, frequency / count};
+  return {area / path, snaps / path};
+}
+
+/// Bristles by the cell that their bend has reached; a step carries all of them on by a cell.
+class Slide {
+ public:
+  explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
+    const double mean = m.snap_length.mean();
+    if (redraw_) {
+      mass_.assign(1, std::vector<double>(cells + 1, 0.0));
+      mass_[0][0] = 1.0;
+      for (int k = 0; k <= cells; ++k)
+        survival_.push_back(m.snap_length.survival(mean * k / static_cast<double>(per_mean)));
+      return;
+    }
+    for (int j = 0; j < classes; ++j) {
+      const double d = m.snap_length.quantile((j + 0.5) / classes) / mean * per_mean;
+      const auto last = static_cast<std::size_t>(std::clamp(std::floor(d + 0.5), 1.0, double{cells}));
+      mass_.emplace_back(last, 0.0);
+      mass_.back()[0] = 1.0 / classes;
+    }
+  }
+
+  /// One cell on. Returns the mean bend after it.
+  double step() {
+    double snapped = 0.0;
+    std::vector<double> born(mass_.size(), 0.0);
+    for (std::size_t j = 0; j < mass_.size(); ++j) {
+      std::vector<double>& mass = mass_[j];
+      for (std::size_t k = mass.size(); k-- > 0;) {
+        double lost = k + 1 == mass.size() ? mass[k] : 0.0;
+        if (redraw_ && k + 1 < mass.size() && survival_[k] > 0.0)
+          lost = mass[k] * (1.0 - survival_[k + 1] / survival_[k]);
+        if (k + 1 < mass.size()) mass[k + 1] = mass[k] - lost;
+        born[j] += lost;
+      }
+      snapped += born[j];
+    }
+    const double stay = exp(-renewal_ * snapped);
+    double bend = 0.0;
+    for (std::size_t j = 0; j < mass_.size(); ++j) {
+      std::vector<double>& mass = mass_[j];
+      mass[0] = born[j];
+      for (std::size_t k = 1; k < mass.size(); ++k) {
+        mass[0] += mass[k] * (1.0 - stay);
+        mass[k] *= stay;
+        bend += mass[k] * static_cast<double>(k);
+      }
+    }
+    return bend / per_mean;
+  }
+
+ private:
+  double renewal_;
+  bool redraw_;
+  std::vector<std::vector<double>> mass_;
+  std::vector<double> survival_;
+};
+
+double find_forget(const Material& m) {
+  Slide slide(m);
+  std::vector<double> bend;
+  for (int k = 0; k < cells; ++k) bend.push_back(slide.step());
+  const double end = bend.back();
+  int last_off = 0;
+  for (int k = 0; k < cells; ++k)
+    if (std::abs(bend[static_cast<std::size_t>(k)] - end) > near_steady * end) last_off = k + 1;
+  return (last_off + 1.0) / per_mean;
+}
+
+}  // namespace
+
+RenewalLaw find_renewal_law(const Material& m) {
+  const double mean = m.snap_length.mean();
+  const bool keep = m.snap_rule == SnapRule::keep;
+  std::vector<double> lengths;
+  for (int i = 0; i < shares; ++i) lengths.push_back(m.snap_length.quantile((i + 0.5) / shares) / mean);
+  // Every snap makes kappa renewals: rate = kappa snaps(rate), which falls with the rate.
+  double low = 0.0;
+  double high = 64.0 * (1.0 + m.shared_renewal);
+  for (int i = 0; i < 60; ++i) {
+    const double rate = 0.5 * (low + high);
+    (m.shared_renewal * find_steady(lengths, keep, rate).snaps > rate ? low : high) = rate;
+  }
+  const Steady steady = find_steady(lengths, keep, 0.5 * (low + high));
+  RenewalLaw law;
+  law.bend = steady.bend;
+  law.snaps = steady.snaps;
+  law.forget = find_forget(m);
+  // The mean of 1 - S over the path.
+  constexpr int parts = 8;
+  double sum = 0.0;
+  for (int k = 1; k <= law.again_knots; ++k) {
+    const double knot = law.again_reach / law.again_knots;
+    for (int i = 0; i < parts; ++i)
+      sum += (1.0 - m.snap_length.survival(mean * knot * (k - 1 + (i + 0.5) / parts))) / parts;
+    law.again[k] = sum / k;
+  }
+  return law;
+}
+
+const RenewalLaw& CompiledMaterial::renewal() const {
+  std::call_once(renewal_made_, [this] { renewal_ = find_renewal_law(material); });
+  return renewal_;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,206 @@
+// Shared renewal (core/patches/RUBBING.md): a step goes piece by piece; in each the bristles advance as they
+// always do, then the snaps of the piece renew others.
+#include <algorithm>
+#include <cmath>
+
+#include "core/common/assert.hpp"
+#include "core/common/hashing.hpp"
+#include "core/materials/elementary.hpp"
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+std::int64_t moved_by(std::int64_t from, double way) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) +
+                                   static_cast<std::uint64_t>(std::llrint(way * fixed_per_length)));
+}
+
+/// Draws per bristle that a piece makes when `snaps` of a bristle would reach their snap in it, were there no
+/// renewals. Some of those are renewed before: at y draws, s (1 - exp(-y)) / y of them snap. Of bristles that
+/// began anew, by snap or renewal, a share `again` snaps within the piece too. All snaps together cause y.
+double find_draws(double renewal, double snaps, double again) noexcept {
+  const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
+  double y = x;
+  for (int i = 0; i < 4; ++i) {  // y^2 = x (1 - exp(-y)): convex, from the right
+    const double stay = exp(-y);
+    y -= (y * y - x * (1.0 - stay)) / (2.0 * y - x * stay);
+  }
+  return y;
+}
+
+/// RenewalLaw::again for a piece of this length, in mean snap lengths.
+double share_again(const RenewalLaw& law, double length) noexcept {
+  const double at = std::min(length / law.again_reach, 1.0) * law.again_knots;
+  const int k = std::min(static_cast<int>(at), law.again_knots - 1);
+  return law.again[k] + (law.again[k + 1] - law.again[k]) * (at - k);
+}
+
+template <class T>
+std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
+  Hasher hasher;
+  hasher.add(std::uint64_t{r.options.seed} + 0x7265u);
+  hasher.add(r.options.key);
+  return hasher.value();
+}
+
+/// The renewals of the piece ahead: as many as its snaps will cause, foreseen, and what earlier ones still
+/// owe. Nothing will snap: nothing is renewed.
+/// Returns the bristles that the piece would carry beyond their length.
+template <class T>
+std::uint64_t renew(Patch& p, const Advance& a) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const int axes = p.axes - 1;
+  const int redraw = r.redraws() ? 1 : 0;
+  const std::uint64_t beyond = r.kernels->foresee[axes][redraw](r.view(), a, 0, r.active_blocks());
+  if (beyond == 0) return 0;
+  const double kappa = p.material().material.shared_renewal;
+  const double count = r.in_contact();
+  const double again = share_again(p.material().renewal(), a.length * r.inverse_mean);
+  const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
+  const double draws = std::floor(r.due + foreseen);
+  if (!(draws > 0.0)) return beyond;
+  Renewal renewal{};
+  for (int axis = 0; axis < 2; ++axis) {
+    renewal.from[axis] = a.from[axis];
+    renewal.direction[axis] = a.direction[axis];
+  }
+  renewal.length = a.length;
+  renewal.residual = a.residual;
+  renewal.key = renewal_key(r);
+  renewal.first_draw = r.draws;
+  renewal.draws = static_cast<std::uint64_t>(draws);
+  RenewalTotals totals{};
+  r.kernels->renew[axes][redraw](r.view(), renewal, totals);
+  r.draws += renewal.draws;
+  r.due += kappa * static_cast<double>(totals.snaps) - draws;
+  for (int axis = 0; axis < p.axes; ++axis) {
+    p.sum[axis] += totals.stored[axis];
+    r.walked.twice_integral[axis] += totals.twice_integral[axis] * fixed_per_length;
+  }
+  r.walked.squares += totals.squares;
+  r.walked.changed |= totals.renewed > 0;
+  r.walked.snaps += totals.snaps;
+  if (totals.tail_changed) note_tail<T>(p);
+  return beyond;
+}
+
+}  // namespace
+
+template <class T>
+void plan_pieces(Representatives<T>& r) noexcept {
+  const CompiledMaterial& m = *r.material;
+  const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
+  const RenewalLaw& law = m.renewal();
+  r.piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
+  // Bristles bent the other way come by the residual twice before they snap.
+  r.forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
+  r.inverse_mean = 1.0 / mean;
+  r.steady_bend = m.residual + law.bend * mean;
+  r.steady_snaps = law.snaps / mean;
+}
+
+template <class T>
+void advance_pieces(Patch& p, PatchStep& step) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const Advance whole = step.advance;
+  BRISTLE_ASSERT(whole.commit);
+  r.walked = PieceSums{};
+  r.walked.length = whole.length;
+  for (int axis = 0; axis < 2; ++axis) r.walked.from[axis] = whole.from[axis];
+  const double followed = std::min(whole.length, r.forget);
+  const double pieces = std::max(std::ceil(followed / r.piece * (1.0 - 1e-12)), 1.0);
+  if (r.in_contact() == 0 || (pieces <= 1.0 && followed == whole.length)) {
+    prepare_kernel<T>(p, step);
+    renew<T>(p, step.advance);
+    return;
+  }
+  Advance& a = step.advance;
+  a.snaps_all = 0;
+  a.skips_blocks = p.skips ? 1 : 0;
+  for (int axis = 0; axis < 2; ++axis) a.to[axis] = whole.from[axis];
+  double way = 0.0;
+  for (double k = 1.0;; k += 1.0) {
+    way = k <= pieces ? followed * (k / pieces) : std::min(way + r.piece, whole.length);
+    const bool arrives = way >= whole.length;
+    for (int axis = 0; axis < 2; ++axis) {
+      a.from[axis] = a.to[axis];
+      a.to[axis] = arrives ? whole.to[axis] : moved_by(whole.from[axis], whole.direction[axis] * way);
+    }
+    find_direction(a);
+    prepare_kernel<T>(p, step);
+    const std::uint64_t beyond = renew<T>(p, a);
+    // Where nothing has snapped yet nothing slides: such a patch is not carried, but bent on.
+    if (arrives || (k >= pieces && (beyond > 0 || r.walked.changed))) {
+      r.walked.carried = whole.length - way;
+      return;
+    }
+    Totals totals{};
+    run_blocks<T>(p, step, 0, r.active_blocks(), totals);
+    finish_piece<T>(p, a, totals);
+  }
+}
+
+template <class T>
+void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  StepSums sums;
+  finish_kernel<T>(p, a, t, sums);
+  r.due += p.material().material.shared_renewal * static_cast<double>(t.snaps);
+  PieceSums& walked = r.walked;
+  for (int axis = 0; axis < p.axes; ++axis) walked.twice_integral[axis] += sums.twice_mean[axis] * a.length;
+  walked.squares += to_double(t.squares) / a.energy_unit;
+  walked.snaps += t.snaps;
+  walked.changed |= t.blocks_rewritten > 0;
+  walked.visited += t.visited;
+  BRISTLE_ASSERT(sums_agree<T>(p));
+  renew_bound<T>(p, t);
+}
+
+namespace {
+
+/// Twice the mean over a step in which nothing changed: as `hold` gives it, to the bit.
+template <class T>
+double held_mean(const Patch& p, int axis) noexcept {
+  const std::int64_t from = representatives<T>(p).walked.from[axis];
+  Int128 twice_mean = 2 * p.sum[axis] - Int128{p.whole} * difference(p.position[axis], from);
+  if (p.part > 0.0)
+    twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                  weighted(p.part, difference(from, p.part_position[axis])) +
+                  weighted(p.part, difference(p.position[axis], p.part_position[axis]));
+  return to_double(twice_mean);
+}
+
+}  // namespace
+
+template <class T>
+void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const PieceSums& walked = r.walked;
+  // What the patch is carried along as it stands is steady sliding.
+  const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
+  const double share = walked.carried / walked.length;
+  const double steady = 2.0 * weight * r.steady_bend;
+  for (int axis = 0; axis < p.axes; ++axis) {
+    sums.end[axis] = deflection_sum(p, axis) * fixed_per_length;
+    sums.twice_mean[axis] =
+        walked.twice_integral[axis] / walked.length + direction[axis] * (steady * share) * fixed_per_length;
+    if (!walked.changed) sums.twice_mean[axis] = held_mean<T>(p, axis);
+  }
+  sums.visited = walked.visited;
+  if (!has(p.outputs, Outputs::energy)) return;
+  const double squares = walked.squares + steady * walked.carried;
+  sums.dissipated = std::min(joules_per_square<T>(p) * squares, highest_energy);
+  const double snaps = walked.carried * r.steady_snaps * r.in_contact();
+  sums.snaps =
+      walked.snaps + (snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u});
+}
+
+#define BRISTLE_RENEWAL(T)                                                       \
+  template void plan_pieces<T>(Representatives<T>&) noexcept;                    \
+  template void advance_pieces<T>(Patch&, PatchStep&) noexcept;                  \
+  template void finish_piece<T>(Patch&, const Advance&, const Totals&) noexcept; \
+  template void finish_walk<T>(Patch&, const double(&)[2], StepSums&) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_RENEWAL)
+
+}  // namespace bristle::detail

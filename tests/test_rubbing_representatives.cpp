@@ -1,0 +1,424 @@
+// Representatives that can be rubbed: residual and shared renewal (core/patches/RUBBING.md) against tables
+// made by an independent solver (tests/data/rubbing_*.csv), and what must hold of every patch.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "brute_force.hpp"
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+#include "variants.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+Material rubbed(const SnapLength& law, SnapRule rule, double residual_over_dbar, double renewal) {
+  return plain_material(law, rule)
+      .with_residual_length(residual_over_dbar * dbar)
+      .with_shared_renewal(renewal);
+}
+
+/// The rows of a table that belong together: one law, rule, kappa and residual.
+struct TableCase {
+  std::string name;
+  SnapLength law;
+  SnapRule rule = SnapRule::redraw;
+  double renewal = 0.0;
+  double residual = 0.0;  ///< over dbar
+  std::vector<Row> rows;
+};
+
+std::vector<TableCase> read_cases(const std::string& file) {
+  std::vector<TableCase> cases;
+  for (const Row& row : read_table(file)) {
+    const std::string name = row.at("dist") + ", " + row.at("variant") + ", kappa " + row.at("kappa") +
+                             ", residual " + row.at("residual_over_dbar");
+    if (cases.empty() || cases.back().name != name) {
+      TableCase c;
+      c.name = name;
+      for (const NamedLaw& law : reference_laws())
+        if (row.at("dist") == law.name) c.law = law.law;
+      c.rule = row.at("variant") == table_name(SnapRule::keep) ? SnapRule::keep : SnapRule::redraw;
+      c.renewal = number(row, "kappa");
+      c.residual = number(row, "residual_over_dbar");
+      cases.push_back(c);
+    }
+    cases.back().rows.push_back(row);
+  }
+  return cases;
+}
+
+/// A patch of a case, and its mean deflection over dbar: minus the force with plain_material.
+struct Rub {
+  std::uint32_t n;
+  OnePatch patch;
+
+  Rub(const TableCase& c, std::uint32_t bristles, int axes, std::uint32_t seed = 1)
+      : n(bristles),
+        patch(rubbed(c.law, c.rule, c.residual, c.renewal), plain_options(bristles, axes).with_seed(seed)) {}
+
+  Response move(double dx, double dy = 0.0) { return patch.step(dx * dbar, dy * dbar, n); }
+  double bend(const Response& r, int axis = 0) const { return -r.end[axis] / n / dbar; }
+  double mean_bend(const Response& r) const { return -r.mean[0] / n / dbar; }
+};
+
+/// Standard error of the mean deflection of n bristles, at most (exponential law: dbar / sqrt(n)).
+double sampling_error(std::uint32_t n) { return 1.0 / std::sqrt(static_cast<double>(n)); }
+
+/// The first multiple of `step` that the table has at or beyond x, as a number of steps; 0 where it lies
+/// between steps.
+int steps_to(double x, double step) {
+  const double k = x / step;
+  return std::abs(k - std::round(k)) < 1e-6 ? static_cast<int>(std::round(k)) : 0;
+}
+
+/// Slides to steady sliding in the steps given, lengths of dbar.
+void slide(Rub& rub, double path, double step) {
+  for (double way = 0.0; way < path - 1e-9; way += step) rub.move(step);
+}
+
+}  // namespace
+
+TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any length", "[rubbing]") {
+  const std::uint32_t n = test_size(100000);
+  for (const TableCase& c : read_cases("rubbing_virgin.csv")) {
+    for (const double step : {0.01, 0.1, 1.0}) {
+      INFO(c.name << ", step " << step);
+      Rub rub(c, n, 1);
+      int done = 0;
+      for (const Row& row : c.rows) {
+        const double x = number(row, "x_over_dbar");
+        const int steps = steps_to(x, step);
+        if (steps == 0 || x > 8.0) continue;
+        Response r;
+        for (; done < steps; ++done) r = rub.move(step);
+        // Pieces of a quarter length err by 0.004 at the most.
+        expect_near(rub.bend(r), number(row, "f"), 4.0 * sampling_error(n) + (step > 0.1 ? 0.004 : 0.001),
+                    "mean deflection");
+      }
+    }
+  }
+}
+
+TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables at any step", "[rubbing]") {
+  const std::uint32_t n = test_size(20000);
+  for (const TableCase& c : read_cases("rubbing_summary.csv")) {
+    const double f = number(c.rows[0], "f_kinetic");
+    const double rate = number(c.rows[0], "snap_rate");
+    for (const double step : {0.1, 1.0, 10.0, 100.0, 1e4}) {
+      INFO(c.name << ", step " << step);
+      Rub rub(c, n, 1);
+      slide(rub, 20.0, std::min(step, 1.0));
+      double bend = 0.0;
+      double snaps = 0.0;
+      const int steps = static_cast<int>(std::max(20.0 / step, 6.0));
+      for (int k = 0; k < steps; ++k) {
+        const Response r = rub.move(step);
+        bend += rub.mean_bend(r) / steps;
+        snaps += static_cast<double>(r.snaps) / n / step / steps;
+      }
+      // Over 20 lengths sampling errors shrink to a third. 0.5 % is what pieces may take.
+      expect_near(bend, f, 0.005 * f + sampling_error(n), "kinetic friction");
+      expect_near(snaps, rate, 0.01 * rate + sampling_error(n), "snaps per length");
+    }
+  }
+}
+
+TEST_CASE("Rubbed bristles follow the tables through a reversal and a turn", "[rubbing]") {
+  const std::uint32_t n = test_size(100000);
+  for (const double step : {0.02, 0.1, 0.5}) {
+    for (const TableCase& c : read_cases("rubbing_reversal.csv")) {
+      INFO(c.name << ", back, step " << step);
+      Rub rub(c, n, 1);
+      slide(rub, 12.0, 0.25);
+      int done = 0;
+      for (const Row& row : c.rows) {
+        const int steps = steps_to(number(row, "y_over_dbar"), step);
+        if (steps == 0) continue;
+        Response r;
+        for (; done < steps; ++done) r = rub.move(-step);
+        expect_near(rub.bend(r), number(row, "f"), 4.0 * sampling_error(n) + 0.004, "mean deflection");
+      }
+    }
+    for (const TableCase& c : read_cases("rubbing_turn.csv")) {
+      INFO(c.name << ", turned, step " << step);
+      Rub rub(c, n, 2);
+      slide(rub, 12.0, 0.25);
+      int done = 0;
+      for (const Row& row : c.rows) {
+        const int steps = steps_to(number(row, "y_over_dbar"), step);
+        if (steps == 0) continue;
+        Response r;
+        for (; done < steps; ++done) r = rub.move(0.0, step);
+        expect_near(rub.bend(r, 0), number(row, "f_parallel"), 4.0 * sampling_error(n) + 0.004,
+                    "along the first way");
+        expect_near(rub.bend(r, 1), number(row, "f_perp"), 4.0 * sampling_error(n) + 0.004,
+                    "along the turned way");
+      }
+    }
+  }
+}
+
+TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against the tables", "[rubbing]") {
+  const std::uint32_t n = test_size(5000);
+  for (const TableCase& c : read_cases("rubbing_stroke.csv")) {
+    Rub* rub = nullptr;
+    std::string width;
+    int cycle = 0;
+    const double step = 0.02;
+    for (const Row& row : c.rows) {
+      if (row.at("half_width_over_presliding") != width) {
+        delete rub;
+        rub = new Rub(c, n, 1, 7);
+        width = row.at("half_width_over_presliding");
+        cycle = 0;
+      }
+      const double half = number(row, "half_width_over_presliding") * (1.0 + c.residual);
+      const int steps = static_cast<int>(std::ceil(half / step));
+      const int wanted = static_cast<int>(number(row, "cycle"));
+      double highest = 0.0;
+      double work = 0.0;
+      for (; cycle < wanted; ++cycle) {
+        highest = work = 0.0;
+        for (int k = 0; k < 4 * steps; ++k) {
+          const double d = half / steps * (k < steps || k >= 3 * steps ? 1.0 : -1.0);
+          const Response r = rub->move(d);
+          highest = std::max(highest, std::abs(rub->bend(r)));
+          work += rub->mean_bend(r) * d;
+        }
+      }
+      INFO(c.name << ", half width " << width << ", cycle " << wanted);
+      expect_near(highest, number(row, "highest_f"), 0.01 + 6.0 * sampling_error(n), "highest force");
+      expect_near(work, number(row, "loop_work"),
+                  0.01 * number(row, "loop_work") + 8.0 * sampling_error(n) * half, "work of a loop");
+    }
+    delete rub;
+  }
+}
+
+namespace {
+
+/// One bristle after another, in pieces of the path so short that their order does not matter: snaps, then
+/// renewals of all bristles with the chance that follows from them.
+class BruteRub {
+ public:
+  BruteRub(std::size_t n, Quantile quantile, bool redraw, double residual, double renewal, std::uint64_t seed)
+      : quantile_(std::move(quantile)),
+        redraw_(redraw),
+        residual_(residual),
+        renewal_(renewal),
+        random_(seed),
+        z_(n, 0.0),
+        delta_(n) {
+    for (double& d : delta_) d = draw();
+  }
+  /// Moves by d along one axis. Returns the mean deflection.
+  double move(double d) {
+    const double e = d < 0.0 ? -1.0 : 1.0;
+    std::size_t snaps = 0;
+    for (std::size_t i = 0; i < z_.size(); ++i) {
+      z_[i] += d;
+      if (z_[i] * e > residual_ + delta_[i]) {
+        z_[i] -= e * delta_[i];  // on along the rest of the piece
+        if (redraw_) delta_[i] = draw();
+        ++snaps;
+      }
+    }
+    const double chance = renewal_ * static_cast<double>(snaps) / static_cast<double>(z_.size());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < z_.size(); ++i) {
+      if (flat() < chance && z_[i] * e > residual_) {
+        z_[i] = e * residual_;
+        if (redraw_) delta_[i] = draw();
+      }
+      sum += z_[i];
+    }
+    return sum / static_cast<double>(z_.size());
+  }
+
+ private:
+  Quantile quantile_;
+  bool redraw_;
+  double residual_, renewal_;
+  std::mt19937_64 random_;
+  std::vector<double> z_, delta_;
+
+  double flat() { return (static_cast<double>(random_() >> 11) + 0.5) * 0x1p-53; }
+  double draw() { return quantile_(flat()); }
+};
+
+}  // namespace
+
+TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in pieces of 1/500 length",
+          "[rubbing]") {
+  const std::uint32_t n = test_size(20000);
+  BruteRub brute(n, lognormal_quantile(1.0, 0.3), false, 0.25, 1.0, 3);
+  TableCase c;
+  c.law = SnapLength::lognormal(dbar, 0.3);
+  c.rule = SnapRule::keep;
+  c.residual = 0.25;
+  c.renewal = 1.0;
+  Rub rub(c, n, 1);
+  // Out, back by half a length, out again, far back.
+  for (const double way : {2.0, -0.5, 2.0, -1.0, -3.0}) {
+    for (int k = 0; k < 10; ++k) {
+      const double d = way / 10.0;
+      double expected = 0.0;
+      const int parts = static_cast<int>(std::ceil(std::abs(d) * 500.0));
+      for (int i = 0; i < parts; ++i) expected = brute.move(d / parts);
+      const Response r = rub.move(d);
+      expect_near(rub.bend(r), expected, 4.0 * sampling_error(n) * std::sqrt(2.0) + 0.002, "mean deflection");
+    }
+  }
+}
+
+TEST_CASE("The energy of a rubbed patch balances in every step", "[rubbing][energy]") {
+  constexpr std::uint32_t n = 530;
+  const int steps = static_cast<int>(test_size(150));
+  for (Precision precision : precisions()) {
+    for (const SnapLength& law : all_laws()) {
+      for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+        for (int axes : {1, 2}) {
+          for (int kind = 0; kind < 3; ++kind) {
+            const double residual = kind == 1 ? 0.0 : 0.4;
+            const double renewal = kind == 0 ? 0.0 : 1.0;
+            INFO(name_of(precision) << ", " << to_string(law.law()) << ", " << table_name(rule) << ", axes "
+                                    << axes << ", residual " << residual << ", renewal " << renewal);
+            OnePatch patch(rubbed(law, rule, residual, renewal).with_bristle_damping(0.02),
+                           plain_options(n, axes, precision));
+            int failures = 0;
+            for (int k = 0; k < steps && failures < 3; ++k) {
+              const Motion m = scripted_motion(3, k, axes);
+              Motion motion = m;
+              motion.id = patch.id;
+              motion.has_velocity = false;
+              motion.normal_load *= 0.5 * n;
+              const double before = patch.energy();
+              const Response r = patch.step(motion);
+              const double after = patch.energy();
+              double work = 0.0;
+              double force = 0.0;
+              double digits = 0.0;
+              for (int axis = 0; axis < 2; ++axis) {
+                const double f = r.mean[axis] - r.damper[axis];
+                work -= f * motion.displacement[axis];
+                force += std::abs(f);
+                digits += 0x1p-52 * std::abs(r.damper[axis] * motion.displacement[axis]);
+              }
+              const double path = std::hypot(motion.displacement[0], motion.displacement[1]);
+              const double involved =
+                  before + after + r.dissipated + std::abs(r.contact_loss) + std::abs(work);
+              const double one = std::max(1.0, r.stiffness / n);
+              const double longest = law.longest() + 0.8 * dbar;
+              const double grain = 0x1p-44 * 2.0 * dbar;
+              // As in test_energy.cpp: rounding of numbers, and of fixed point.
+              const double tolerance =
+                  (precision == Precision::double_ ? 1e-12 : 1e-6) * involved + digits + force * grain +
+                  3.0 * one * (grain * path + 0x1p-50 * (path + 2.0 * longest) * longest);
+              const double off = work - (after - before) - r.dissipated - r.contact_loss;
+              if (!(std::abs(off) <= tolerance) || r.dissipated < 0.0) {
+                ++failures;
+                FAIL_CHECK("step " << k << ": off by " << off << ", allowed " << tolerance << ", dissipated "
+                                   << r.dissipated << ", work " << work);
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no trace", "[rubbing]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    OnePatch patch(rubbed(uniform, rule, 0.4, 1.0), plain_options(3000, 1));
+    for (int k = 0; k < 60; ++k) patch.step(0.1 * dbar, 0.0, 3000.0);
+    patch.step(-0.5 * dbar, 0.0, 3000.0);
+    const std::uint64_t before = patch.hash();
+    std::uint64_t visited = 0;
+    for (int k = 0; k < 10000; ++k) {
+      patch.step((k % 2 ? -0.3 : 0.3) * dbar, 0.0, 3000.0);
+      visited += patch.report.bristles_visited;
+    }
+    CHECK(patch.hash() == before);
+    if (!is_scalar(patch.batch)) CHECK(visited < 10 * 3000);
+  }
+}
+
+TEST_CASE("A rubbed patch has the same bits lazy or eager, and on any number of threads", "[rubbing]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);
+    const auto options = plain_options(test_size(60000), 2);
+    OnePatch one(material, options, BatchOptions{}.with_threads(1));
+    OnePatch eager(material, options, BatchOptions{}.with_threads(1).with_eager(true));
+    OnePatch four(material, options, BatchOptions{}.with_threads(4));
+    std::mt19937_64 random(11);
+    int wrong = 0;
+    for (int k = 0; k < 150; ++k) {
+      static constexpr double lengths[] = {0.0, 1e-4, 0.01, 0.1, 0.24, 0.26, 0.9, 3.0, 40.0, 6000.0};
+      const double d = dbar * lengths[random() % 10] * (random() % 3 ? 1.0 : -1.0);
+      const double load = options.max_normal_load * (k % 20 == 19 ? 0.7 : 1.0);
+      const Response a = one.step(d, 0.3 * d, load);
+      if (!first_difference(a, eager.step(d, 0.3 * d, load)).empty()) ++wrong;
+      if (!first_difference(a, four.step(d, 0.3 * d, load)).empty()) ++wrong;
+    }
+    CHECK(wrong == 0);
+    CHECK(one.hash() == eager.hash());
+    CHECK(one.hash() == four.hash());
+  }
+}
+
+TEST_CASE("A rubbed patch has the same state whatever its outputs", "[rubbing]") {
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    std::vector<std::uint64_t> hashes;
+    for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+      OnePatch patch(rubbed(uniform, rule, 0.3, 1.0), plain_options(700, 2, Precision::single, outputs));
+      for (int k = 0; k < 60; ++k) {
+        Motion motion = scripted_motion(2, k, 2);
+        motion.id = patch.id;
+        motion.normal_load *= 350.0;
+        patch.step(motion);
+      }
+      hashes.push_back(patch.hash());
+    }
+    for (std::uint64_t hash : hashes) CHECK(hash == hashes[0]);
+  }
+}
+
+TEST_CASE("A material without residual lets bristles beyond its lengths slip along their own deflection",
+          "[rubbing]") {
+  OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 2.0, 0.0), plain_options(100, 2));
+  patch.step(1.2 * dbar, 1.6 * dbar, 100.0);  // |z| = 2 of 3
+  patch.batch.set_material(patch.id, rubbed(SnapLength::single(dbar), SnapRule::keep, 0.5, 0.0));
+  const Response r = patch.step(0.0, 0.0, 100.0);
+  CHECK(r.snaps == 100);
+  CHECK(r.end[0] == Approx(-100.0 * 0.3 * dbar));
+  CHECK(r.end[1] == Approx(-100.0 * 0.4 * dbar));
+  CHECK(r.dissipated == Approx(0.5 * 100.0 * (4.0 - 0.25) * dbar * dbar));
+}
+
+TEST_CASE("The literal rule refuses a residual and shared renewal by name", "[rubbing]") {
+  PatchBatch batch;
+  const auto options = plain_options(10, 1).with_step_rule(StepRule::literal);
+  CHECK(names(message_of([&] { batch.add(rubbed(uniform, SnapRule::redraw, 0.4, 0.0), options); }),
+              {"residual_length", "StepRule::literal", "StepRule::exact"}));
+  CHECK(names(message_of([&] { batch.add(rubbed(uniform, SnapRule::redraw, 0.0, 1.0), options); }),
+              {"shared_renewal", "StepRule::literal"}));
+}
+
+TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") {
+  OnePatch patch(rubbed(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw, 0.4, 1.0),
+                 plain_options(2000, 1));
+  for (int k = 0; k < 40; ++k) patch.step(0.3 * dbar, 0.0, 2000.0);
+  const Bristles b = read(patch, 2000);
+  for (std::size_t i = 0; i < b.delta.size(); ++i) {
+    expect(b.delta[i] > 0.499 * dbar && b.delta[i] < 1.501 * dbar, "a snap length of the law");
+    expect(b.zx[i] > 0.399 * dbar && b.zx[i] < (b.delta[i] + 0.401 * dbar), "bent by the residual at least");
+  }
+}
