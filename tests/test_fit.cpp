@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "tests/reference_table.hpp"
+#include "tests/rubbed_bristles.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
@@ -141,6 +142,56 @@ TEST_CASE("The mean brush follows a large brush through small loops and long str
   for (std::size_t i = 0; i < force.size(); ++i) {
     REQUIRE(std::abs(s.kinetic * force[i] - record_of_brush.force[i]) < 5 * 0.0052 * s.kinetic * 2.0);
   }
+}
+
+TEST_CASE("The mean brush follows rubbed bristles through loops and strokes", "[fit]") {
+  // 20,000 bristles fluctuate by 0.5 % of the kinetic force at most; their steps of 1/200 lengths and the
+  // strides of the mean brush (cv/5) are second order: 0.1 %. Five deviations of the first, and the second.
+  const double length = 1e-5;
+  const struct {
+    double cv, residual, renewal;
+    double stroke;
+  } cases[] = {{0.3, 0.0, 1.0, 1.5}, {0.3, 0.7, 0.0, 2.0}, {0.5, 0.4, 2.0, 1.0}, {0.3, 1.5, 1.0, 4.0}};
+  for (const auto& c : cases) {
+    CAPTURE(c.cv, c.residual, c.renewal, c.stroke);
+    RubbedBristles bristles(20000, lognormal_quantile(length, c.cv), c.residual * length, c.renewal,
+                            length / 200.0, 5);
+    std::vector<cli::PathPoint> path{{0.0, 2.0, false}};
+    std::vector<double> expected;
+    double x = 0.0;
+    const auto go = [&](double to) {
+      const int pieces = 12;
+      const double from = x;
+      for (int i = 1; i <= pieces; ++i) {
+        const double next = from + (to * length - from) * i / pieces;
+        bristles.move(next - x);
+        x = next;
+        path.push_back({x, 2.0, true});
+        expected.push_back(bristles.mean_deflection() / length);
+      }
+    };
+    for (int i = 0; i < 6; ++i) {
+      go(c.stroke);
+      go(-c.stroke);
+    }
+    go(0.3);
+    go(0.0);
+    go(8.0);
+    go(7.0);
+    const auto law = bristle::SnapLength::lognormal(length, c.cv);
+    const cli::Rubbing rubbing{c.residual * length, c.renewal};
+    const std::vector<double> force =
+        cli::mean_brush_force(path, law, SnapRule::redraw, cli::StartState::straight, rubbing);
+    const double kinetic = cli::kinetic_deflection(law, SnapRule::redraw, rubbing) / length;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      worst = std::max(worst, std::abs(0.5 * force[i] * kinetic - expected[i]));
+    }
+    CHECK(worst < 0.02 * kinetic);
+  }
+  // core/MODEL.md: lognormal 0.3, renewal 1.
+  CHECK(cli::kinetic_deflection(bristle::SnapLength::lognormal(1.0, 0.3), SnapRule::redraw, {0.0, 1.0}) ==
+        Approx(0.45773).margin(1e-4));
 }
 
 TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling and an encoder", "[fit]") {

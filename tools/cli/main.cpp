@@ -290,6 +290,21 @@ int run(int argc, char** argv) {
       fit_app, "--decay",
       {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
       fit_options.decay, "Decay of the damper with speed (default exponential)");
+  fit_app
+      ->add_option("--residual", fit_options.residual,
+                   "Hold the residual at this share of the presliding length (default: fitted)")
+      ->check(within(0.0, 0.95));
+  fit_app->add_option("--renewal", fit_options.renewal, "Hold the shared renewal (default: fitted)")
+      ->check(within(0.0, 8.0));
+  fit_app->add_flag(
+      "--rivals", fit_options.rivals,
+      "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the "
+      "rest");
+  fit_app
+      ->add_option(
+          "--fit-until", fit_options.fit_until,
+          "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
+      ->check(within(1e-9, 1e9));
   fit_app->add_option("--write", fit_options.write,
                       "Write the material, in a scene that replays the data, TOML");
   fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)");

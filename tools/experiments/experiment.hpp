@@ -66,7 +66,8 @@ const std::vector<Experiment>& experiments();
 /// Throws UserError that lists the names, and `other_names` (", all") after them.
 const Experiment& find_experiment(std::string_view name, std::string_view other_names = "");
 
-/// Six rivals, the two readings of the brush, and the infinite brush (of the reading redraw).
+/// Six rivals, the two readings of the brush, the infinite brush (of the reading redraw), and an infinite
+/// brush that can be rubbed: with residual and shared renewal.
 std::span<const std::string_view> model_names();
 /// `wanted`, or all if that is empty. Throws UserError beginning with `where` on unknown and repeated names.
 std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where);
@@ -89,6 +90,7 @@ Experiment break_away_experiment();
 Experiment load_step_experiment();
 Experiment turn_experiment();
 Experiment coulomb_experiment();
+Experiment rubbing_experiment();
 
 /// Time of a step, ns, of every model in one interleaved run.
 struct CostRow {

@@ -12,9 +12,9 @@ namespace cli {
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all = {
-      drift_experiment(),      presliding_experiment(),   break_away_experiment(),
-      stick_slip_experiment(), friction_lag_experiment(), stribeck_experiment(),
-      load_step_experiment(),  turn_experiment(),         coulomb_experiment()};
+      drift_experiment(),        presliding_experiment(), break_away_experiment(), stick_slip_experiment(),
+      friction_lag_experiment(), stribeck_experiment(),   load_step_experiment(),  turn_experiment(),
+      coulomb_experiment(),      rubbing_experiment()};
   return all;
 }
 

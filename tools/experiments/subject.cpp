@@ -10,18 +10,18 @@
 namespace cli {
 namespace {
 
-constexpr std::array<std::string_view, 9> names = {"coulomb",        "dahl",         "lugre",
-                                                   "elasto_plastic", "maxwell_slip", "gms",
-                                                   "brush_redraw",   "brush_keep",   "brush_infinite"};
+constexpr std::array<std::string_view, 10> names = {
+    "coulomb", "dahl",         "lugre",      "elasto_plastic", "maxwell_slip",
+    "gms",     "brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed"};
 
-bristle::SnapLength snap_length(const Settings& settings) {
+bristle::SnapLength snap_length(const Settings& settings, double mean_m) {
   using bristle::SnapLaw;
   const std::string& law = settings.text("law");
   const SnapLaw family = law == "single"        ? SnapLaw::single
                          : law == "exponential" ? SnapLaw::exponential
                          : law == "lognormal"   ? SnapLaw::lognormal
                                                 : SnapLaw::uniform;
-  return make_snap_length(family, settings.number("presliding"), settings.number("cv"));
+  return make_snap_length(family, mean_m, settings.number("cv"));
 }
 
 rivals::Rival make_rival(std::string_view model, const Settings& settings) {
@@ -41,9 +41,9 @@ rivals::Rival make_rival(std::string_view model, const Settings& settings) {
 std::span<const std::string_view> model_names() { return names; }
 
 std::string model_title(std::string_view model) {
-  constexpr std::array<std::string_view, 9> titles = {"Coulomb",        "Dahl",         "LuGre",
-                                                      "elasto-plastic", "Maxwell-slip", "GMS",
-                                                      "brush, redraw",  "brush, keep",  "infinite brush"};
+  constexpr std::array<std::string_view, names.size()> titles = {
+      "Coulomb", "Dahl",          "LuGre",       "elasto-plastic", "Maxwell-slip",
+      "GMS",     "brush, redraw", "brush, keep", "infinite brush", "rubbed brush"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == model) return std::string(titles[i]);
   }
@@ -67,12 +67,14 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   bristle::Material material;
   const double per_newton = settings.number("bristles_per_newton");
   material.snap_rule = model == "brush_keep" ? bristle::SnapRule::keep : bristle::SnapRule::redraw;
-  material.snap_length = snap_length(settings);
+  const double length = settings.number("presliding");
+  const double residual = model == "brush_rubbed" ? settings.number("residual") * length : 0.0;
+  material.snap_length = snap_length(settings, length - residual);
+  material.residual_length = residual;
+  material.shared_renewal = model == "brush_rubbed" ? settings.number("renewal") : 0.0;
   material.normal_stiffness = 1.0 / (per_newton * material.asperity_height_deviation);
-  const double m1 = material.snap_length.moment(1), m2 = material.snap_length.moment(2);
-  const double mean_deflection =
-      material.snap_rule == bristle::SnapRule::keep ? 0.5 * m1 : 0.5 * m2 / m1;  // in steady sliding
-  material.bristle_stiffness = settings.number("kinetic") / (per_newton * mean_deflection);
+  material.bristle_stiffness = 1.0;
+  material.bristle_stiffness = settings.number("kinetic") / material.kinetic_coefficient();
   material.bristle_damping = settings.number("damping") / (per_newton * settings.number("load"));
   material.viscous_friction = settings.number("viscous");
   material.stribeck_velocity = settings.number("stribeck_velocity");
@@ -103,7 +105,7 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   patch.outputs = bristle::Outputs::mean;
   patch.precision =
       settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
-  if (model == "brush_infinite") patch.population = bristle::Population::infinite;
+  if (model == "brush_infinite" || model == "brush_rubbed") patch.population = bristle::Population::infinite;
   patch.seed = static_cast<std::uint32_t>(settings.number("seed"));
   Brush brush;
   brush.id = brush.batch.add(material, patch);

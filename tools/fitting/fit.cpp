@@ -49,6 +49,25 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
   return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
 }
 
+bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
+  bristle::Material m;
+  m.snap_length = make_snap_length(options.law, (1.0 - p[fit_residual]) * p[fit_length], p[fit_spread]);
+  m.snap_rule = options.rule;
+  m.residual_length = p[fit_residual] * p[fit_length];
+  m.shared_renewal = p[fit_renewal];
+  m.damper_decay = options.decay;
+  m.asperity_height_deviation = 1e-6;
+  m.normal_stiffness = 1.0 / (bristles_per_newton * m.asperity_height_deviation);
+  m.bristle_stiffness = p[fit_kinetic] / (bristles_per_newton * model.kinetic_deflection(p));
+  m.bristle_damping = p[fit_damping] / bristles_per_newton;
+  m.viscous_friction = p[fit_viscous];
+  m.stribeck_velocity = p[fit_stribeck];
+  m.validate();
+  return m;
+}
+
+bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
+
 /// Finds the best point, then takes away what the data do not determine.
 class Fitter {
  public:
@@ -56,19 +75,24 @@ class Fitter {
       : data_(data), options_(options), model_(data, options), progress_("fit", options.quiet) {}
 
   FitResult run() {
-    FitPoint point = search();
-    progress_.update(0.5);
-    point = try_starts(point);
-    progress_.update(0.6);
-    point = add_speed_terms(point);
-    progress_.update(0.8);
+    FitPoint point = choose();
+    progress_.update(0.9);
     point = keep_determined(point);
     return report(point);
   }
 
  private:
-  FitPoint search();
-  FitPoint linear_start(double length, double spread, double stribeck, const FitParameterSet& linear);
+  FitPoint search_plain();
+  FitPoint search_rubbed();
+  FitPoint choose();
+  FitParameterSet bending() const {
+    FitParameterSet set{fit_length};
+    if (options_.law != SnapLaw::exponential) set.push_back(fit_spread);
+    return set;
+  }
+  FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
+  FitPoint search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending, double progress);
+  std::vector<FitValues> rubbed_shapes() const;
   FitPoint try_starts(FitPoint best);
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
@@ -104,13 +128,14 @@ class Fitter {
   Progress progress_;
 };
 
-/// The point at this length, spread and Stribeck velocity, everything else being linear.
-FitPoint Fitter::linear_start(double length, double spread, double stribeck, const FitParameterSet& linear) {
+/// The point that is bent like this (length, spread, rubbing, Stribeck velocity), everything else being
+/// linear.
+FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
   point.start = model_.start();
-  point.values[fit_length] = length;
-  point.values[fit_spread] = spread;
-  point.values[fit_stribeck] = stribeck;
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_stribeck}) {
+    point.values[p] = bent[p];
+  }
   point.values[fit_kinetic] = 1.0;  // so that its derivative is the unit force
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) {
@@ -126,33 +151,36 @@ FitPoint Fitter::linear_start(double length, double spread, double stribeck, con
   return point;
 }
 
-/// A grid over length and spread, the rest linear; Levenberg-Marquardt from its best lengths.
-FitPoint Fitter::search() {
+/// A grid over length and shapes (spread, rubbing), the rest linear; Levenberg-Marquardt from its best
+/// lengths over the linear ones and `bending`.
+FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending,
+                             double progress) {
   FitParameterSet linear{fit_kinetic};
-  if (two_ways()) linear.insert(linear.end(), {fit_offset, fit_drift});
+  if (two_ways()) linear.push_back(fit_offset);
+  if (two_ways() && !options_.no_drift) linear.push_back(fit_drift);
   FitParameterSet free = linear;
-  free.push_back(fit_length);
-  std::vector<double> spreads{0.2, 0.5};
-  if (options_.law == SnapLaw::exponential) {
-    spreads = {1.0};
-  } else {
-    free.push_back(fit_spread);
-  }
+  free.insert(free.end(), bending.begin(), bending.end());
   if (data_.fast > one_speed * data_.slow)
     linear.push_back(fit_viscous);  // else it would bend the force of the brush
 
-  std::vector<FitPoint> best_of_length;
+  std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
+  for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
   const int count = static_cast<int>(std::log(high / low) / std::log(1.6)) + 2;
   for (int i = 0; i < count; ++i) {
-    progress_.update(0.4 * i / count);
-    const double length = low * std::pow(high / low, (i + 0.5) / count);
+    progress_.update(progress + 0.3 * i / count);
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
-    for (const double spread : spreads) {
-      const FitPoint point = linear_start(length, std::min(spread, 0.9 * model_.highest(fit_spread)),
-                                          std::max(data_.fast, 1e-9), linear);
-      if (point.values[fit_kinetic] > 0.0 && point.sum_of_squares < best.sum_of_squares) best = point;
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      FitValues shape = shapes[k];
+      shape[fit_length] = low * std::pow(high / low, (i + 0.5) / count);
+      shape[fit_spread] = std::min(shape[fit_spread], 0.9 * model_.highest(fit_spread));
+      const FitPoint point = linear_start(shape, linear);
+      if (!(point.values[fit_kinetic] > 0.0)) continue;
+      if (point.sum_of_squares < best.sum_of_squares) best = point;
+      FitPoint& of_shape = best_of_shape[k];
+      if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
+        of_shape = point;
     }
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
@@ -167,6 +195,12 @@ FitPoint Fitter::search() {
   }
   std::sort(starts.begin(), starts.end(), better);
   if (starts.size() > 3) starts.resize(3);
+  if (rubs(bending)) {  // shapes differ more than lengths
+    starts.clear();
+    for (const FitPoint& point : best_of_shape) {
+      if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
+    }
+  }
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
   for (FitPoint& start : starts) {
@@ -176,11 +210,80 @@ FitPoint Fitter::search() {
     const FitPoint point = minimise(model_, start);
     if (point.sum_of_squares < best.sum_of_squares) best = point;
   }
-  if (best.free.empty()) {
+  return best;
+}
+
+/// Where rubbing is looked for: what is held stays. Empty where both are held.
+std::vector<FitValues> Fitter::rubbed_shapes() const {
+  std::vector<FitValues> shapes;
+  if (options_.residual && options_.renewal) return shapes;
+  constexpr double tried[][2] = {{0.1, 1.0}, {0.4, 0.3}, {0.4, 3.0}, {0.7, 1.0}};
+  for (const auto& [residual, renewal] : tried) {
+    FitValues shape = fit_defaults;
+    shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : 0.4;
+    shape[fit_residual] = options_.residual.value_or(residual);
+    shape[fit_renewal] = options_.renewal.value_or(renewal);
+    const bool there = std::any_of(shapes.begin(), shapes.end(), [&](const FitValues& other) {
+      return other[fit_residual] == shape[fit_residual] && other[fit_renewal] == shape[fit_renewal];
+    });
+    if (!there) shapes.push_back(shape);
+  }
+  return shapes;
+}
+
+/// The paper's brush, or what is held of rubbing.
+FitPoint Fitter::search_plain() {
+  std::vector<FitValues> shapes;
+  for (const double spread : {0.2, 0.5}) {
+    FitValues shape = fit_defaults;
+    shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : spread;
+    shape[fit_residual] = options_.residual.value_or(0.0);
+    shape[fit_renewal] = options_.renewal.value_or(0.0);
+    shapes.push_back(shape);
+    if (options_.law == SnapLaw::exponential) break;
+  }
+  return search_with(shapes, bending(), 0.0);
+}
+
+/// A brush that can be rubbed; nothing free where both numbers are held.
+FitPoint Fitter::search_rubbed() {
+  if (options_.residual && options_.renewal) return {};
+  FitParameterSet free = bending();
+  if (!options_.residual) free.push_back(fit_residual);
+  if (!options_.renewal) free.push_back(fit_renewal);
+  return search_with(rubbed_shapes(), free, 0.4);
+}
+
+/// Rubbing where it pays for its parameters, once both brushes have all else that the data show.
+FitPoint Fitter::choose() {
+  FitPoint plain = search_plain(), rubbed = search_rubbed();
+  if (plain.free.empty() && rubbed.free.empty()) {
     throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
                                 data_.columns.name));
   }
-  return best;
+  const auto complete = [&](FitPoint& point, double progress) {
+    if (point.free.empty()) return why_;
+    why_ = {};
+    point = try_starts(point);
+    progress_.update(progress);
+    point = add_speed_terms(point);
+    return why_;
+  };
+  const auto why_plain = complete(plain, 0.75), why_rubbed = complete(rubbed, 0.85);
+  bool takes_rubbed = plain.free.empty();
+  if (!plain.free.empty() && !rubbed.free.empty()) {
+    const double count = samples_that_count(rubbed);
+    takes_rubbed = criterion(rubbed, count) < criterion(plain, count);
+  }
+  why_ = takes_rubbed ? why_rubbed : why_plain;
+  for (const FitParameter p : {fit_residual, fit_renewal}) {
+    const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
+    if (held)
+      why_[p] = options_.rule == SnapRule::keep ? "with the rule keep there is none" : "held";
+    else if (!takes_rubbed)
+      why_[p] = "not seen: it does not pay for itself";
+  }
+  return takes_rubbed ? rubbed : plain;
 }
 
 /// Straight bristles at the first sample unless the data say clearly that the body came sliding.
@@ -204,8 +307,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
   FitPoint rigid = core;
-  take_out(rigid.free, fit_length);
-  take_out(rigid.free, fit_spread);
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal}) take_out(rigid.free, p);
   std::vector<FitPoint> candidates;
   const auto add = [&](const FitPoint& start) {
     FitPoint point = minimise(model_, start);
@@ -224,7 +326,9 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
     for (double stribeck = data_.slow / 4.0; stribeck < 4.0 * data_.fast; stribeck *= 1.8) {
-      const FitPoint point = linear_start(core.values[fit_length], core.values[fit_spread], stribeck, linear);
+      FitValues bent = core.values;
+      bent[fit_stribeck] = stribeck;
+      const FitPoint point = linear_start(bent, linear);
       if (point.values[fit_damping] > 0.0 && point.values[fit_kinetic] > 0.0 &&
           point.sum_of_squares < best.sum_of_squares) {
         best = point;
@@ -269,6 +373,9 @@ std::string Fitter::lacking(FitParameter p) const {
       return "no presliding: too few samples before break-away and after reversals";
     case fit_spread:
       return "neither break-away nor a reversal is resolved";
+    case fit_residual:
+    case fit_renewal:
+      return "not seen";
     case fit_offset:
     case fit_drift:
       return "cannot be separated from friction";
@@ -279,14 +386,17 @@ std::string Fitter::lacking(FitParameter p) const {
 
 /// Parameters that ran to an end of their range stay there.
 bool Fitter::at_an_edge(FitPoint& point) {
-  for (const FitParameter p : {fit_length, fit_spread}) {
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal}) {
     if (!contains(point.free, p)) continue;
-    const double low = model_.lowest(p), high = model_.highest(p), share = std::log(high / low);
-    const double place = std::log(point.values[p] / low) / share;
+    const double low = model_.lowest(p), high = model_.highest(p);
+    const double place = FitModel::is_logarithmic(p) ? std::log(point.values[p] / low) / std::log(high / low)
+                                                     : (point.values[p] - low) / (high - low);
     if (place > 0.01 && place < 0.99) continue;
     take_out(point.free, p);
     point.values[p] = place < 0.5 ? low : high;
-    why_[p] = p == fit_spread
+    why_[p] = p == fit_residual || p == fit_renewal
+                  ? (place < 0.5 ? std::string("not seen") : fmt::format("{:g} or more", high))
+              : p == fit_spread
                   ? fmt::format("at the {} end of what this law takes", place < 0.5 ? "lower" : "upper")
               : place < 0.5 ? std::string("presliding is shorter than the data resolve")
                             : std::string("presliding is longer than the motion");
@@ -314,8 +424,8 @@ bool Fitter::drop_one(FitPoint& point) {
   const double nothing = 1e-6 * data_.force_scale * std::sqrt(static_cast<double>(samples()));
   const bool without_effect = j.colwise().norm().minCoeff() < nothing;
   const Eigen::MatrixXd cov = without_effect ? Eigen::MatrixXd() : covariance(j, r, correlated_samples(r));
-  for (const FitParameter p :
-       {fit_drift, fit_offset, fit_damping, fit_stribeck, fit_viscous, fit_spread, fit_kinetic, fit_length}) {
+  for (const FitParameter p : {fit_drift, fit_offset, fit_damping, fit_stribeck, fit_viscous, fit_renewal,
+                               fit_residual, fit_spread, fit_kinetic, fit_length}) {
     const auto at = std::find(point.free.begin(), point.free.end(), p);
     if (at == point.free.end()) continue;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
@@ -339,6 +449,7 @@ bool Fitter::drop_one(FitPoint& point) {
 
 FitPoint Fitter::keep_determined(FitPoint point) {
   if (!two_ways()) why_[fit_offset] = why_[fit_drift] = "the motion has one direction only";
+  if (two_ways() && options_.no_drift) why_[fit_drift] = "held";
   if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   return point;
@@ -346,66 +457,42 @@ FitPoint Fitter::keep_determined(FitPoint point) {
 
 /// Peak coefficient and stiffness: functions of what was fitted, errors carried over.
 void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result) {
-  const auto interval = [&](FitEstimate& estimate, double value, double by_kinetic, double by_length,
-                            double by_spread) {
+  const auto moved = [&](FitParameter p, double by) {
+    FitValues values = point.values;
+    values[p] = FitModel::is_logarithmic(p) ? values[p] * std::exp(by) : values[p] + by;
+    values[p] = std::clamp(values[p], p == fit_kinetic ? 0.0 : model_.lowest(p), model_.highest(p));
+    return values;
+  };
+  // Derivatives of the logarithm in units of FitModel::scale.
+  const auto interval = [&](FitEstimate& estimate, const auto& function) {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(cov.rows());
     for (std::size_t i = 0; i < point.free.size(); ++i) {
       const FitParameter p = point.free[i];
-      gradient[static_cast<Eigen::Index>(i)] = p == fit_kinetic  ? by_kinetic
-                                               : p == fit_length ? by_length
-                                               : p == fit_spread ? by_spread
-                                                                 : 0.0;
+      if (p != fit_kinetic && !FitModel::bends(p)) continue;
+      constexpr double step = 0.02;
+      const FitValues up = moved(p, step), down = moved(p, -step);
+      const double between = FitModel::is_logarithmic(p) ? std::log(up[p] / down[p]) : up[p] - down[p];
+      gradient[static_cast<Eigen::Index>(i)] = std::log(function(up) / function(down)) / between;
     }
     const double width = quantile * std::sqrt(std::max(gradient.dot(cov * gradient), 0.0));
-    estimate.value = value;
-    estimate.low = value * std::exp(-width);
-    estimate.high = value * std::exp(width);
-    // Parameters that stayed where they were put count as known only where they do not matter.
-    estimate.fitted = (by_kinetic == 0.0 || contains(point.free, fit_kinetic) || by_length != 0.0) &&
-                      (by_length == 0.0 || contains(point.free, fit_length));
+    estimate.value = function(point.values);
+    estimate.low = estimate.value * std::exp(-width);
+    estimate.high = estimate.value * std::exp(width);
   };
-  const double spread = point.values[fit_spread];
-  const auto peak_at = [&](double s) {
-    bristle::Material m = result.material;
-    m.snap_length = make_snap_length(options_.law, point.values[fit_length], s);
-    return m.peak_coefficient() / m.kinetic_coefficient();
-  };
-  const double peak = peak_at(spread);
-  const double up = std::min(1.02 * spread, model_.highest(fit_spread)), down = 0.98 * spread;
-  const double slope = options_.law == SnapLaw::exponential
-                           ? 0.0
-                           : std::log(peak_at(up) / peak_at(down)) / std::log(up / down);
-  interval(result.peak, result.material.kinetic_coefficient() * peak, 1.0, 0.0, slope);
-  result.peak.fitted =
-      contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || slope == 0.0);
-  const double cv = result.material.snap_length.cv();
-  const double bend = kinetic_bend(options_.rule, cv);
-  const double by_spread = options_.rule == SnapRule::keep ? 0.0 : -2.0 * cv * cv / (1.0 + cv * cv);
+  interval(result.peak,
+           [&](const FitValues& p) { return make_material(p, options_, model_).peak_coefficient(); });
   interval(result.stiffness,
-           result.material.kinetic_coefficient() / (bend * result.material.snap_length.mean()), 1.0, -1.0,
-           by_spread);
-}
-
-bristle::Material make_material(const FitValues& p, const FitOptions& options) {
-  bristle::Material m;
-  m.snap_length = make_snap_length(options.law, p[fit_length], p[fit_spread]);
-  m.snap_rule = options.rule;
-  m.damper_decay = options.decay;
-  m.asperity_height_deviation = 1e-6;
-  m.normal_stiffness = 1.0 / (bristles_per_newton * m.asperity_height_deviation);
-  m.bristle_stiffness = 1.0;
-  m.bristle_stiffness = p[fit_kinetic] / m.kinetic_coefficient();
-  m.bristle_damping = p[fit_damping] / bristles_per_newton;
-  m.viscous_friction = p[fit_viscous];
-  m.stribeck_velocity = p[fit_stribeck];
-  m.validate();
-  return m;
+           [&](const FitValues& p) { return p[fit_kinetic] / model_.kinetic_deflection(p); });
+  // Parameters that stayed where they were put count as known only where they do not matter.
+  result.peak.fitted = contains(point.free, fit_kinetic) &&
+                       (contains(point.free, fit_spread) || options_.law == SnapLaw::exponential);
+  result.stiffness.fitted = contains(point.free, fit_length);
 }
 
 FitResult Fitter::report(const FitPoint& point) {
   FitResult result;
   result.start = point.start;
-  result.material = make_material(point.values, options_);
+  result.material = make_material(point.values, options_, model_);
   const Eigen::VectorXd r = residuals(point);
   const Eigen::VectorXd curve = model_.force(point.values);
   result.curve.assign(curve.begin(), curve.end());
@@ -453,6 +540,8 @@ FitResult Fitter::report(const FitPoint& point) {
       estimate.low = estimate.value - width * model_.scale(point.values, p);
       estimate.high = estimate.value + width * model_.scale(point.values, p);
     }
+    if (p == fit_residual || p == fit_renewal) estimate.low = std::max(estimate.low, 0.0);
+    if (p == fit_residual) estimate.high = std::min(estimate.high, 1.0);
   }
   FitEstimate& length = result.estimates[fit_length];
   if (length.fitted && !contains(point.free, fit_kinetic)) {
@@ -470,8 +559,15 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
   if (options.law == SnapLaw::single || options.law == SnapLaw::table) {
     throw UserError("--law: allowed are lognormal, normal, uniform, exponential");
   }
+  FitOptions held = options;
+  if (options.rule == SnapRule::keep) {
+    if (options.residual.value_or(0.0) != 0.0 || options.renewal.value_or(0.0) != 0.0) {
+      throw UserError("--residual and --renewal: other values than 0 need --rule redraw");
+    }
+    held.residual = held.renewal = 0.0;
+  }
   try {
-    return Fitter(data, options).run();
+    return Fitter(data, held).run();
   } catch (const bristle::Error& error) {
     throw UserError(
         fmt::format("{}: the fit leaves what a material allows: {}", data.columns.name, error.what()));

@@ -20,15 +20,23 @@ struct FitOptions {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
+  std::optional<double> residual;  ///< share of the presliding length; held there. keep: 0
+  std::optional<double> renewal;   ///< held there. keep: 0
+  bool rivals = false;             ///< fit them too, to a part of the record, and judge all on the rest
+  std::optional<double>
+      fit_until;  ///< s after the first sample, end of that part; none: a third of the record
   std::string json, csv, write, plot;  ///< files; empty: none
+  bool no_drift = false;               ///< the sensor's is held at 0
   bool quiet = false;                  ///< no progress on a terminal
 };
 
-/// What is fitted: six numbers of the material, two of the force sensor.
+/// What is fitted: eight numbers of the material, two of the force sensor.
 enum FitParameter : unsigned {
   fit_kinetic,    ///< friction over load in slow sliding
-  fit_length,     ///< m, mean snap length
-  fit_spread,     ///< its deviation over its mean
+  fit_length,     ///< m, presliding length: residual and mean snap length
+  fit_spread,     ///< deviation of the snap length over its mean
+  fit_residual,   ///< share of the presliding length that a snap leaves
+  fit_renewal,    ///< bristles renewed per snap, where all are bent far enough
   fit_viscous,    ///< N s/m
   fit_damping,    ///< s/m, per newton of load
   fit_stribeck,   ///< m/s
@@ -39,7 +47,7 @@ enum FitParameter : unsigned {
 using FitValues = std::array<double, fit_parameters>;
 
 /// Where a parameter stays when the data do not determine it.
-inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 1e-3, 0.0, 0.0};
+inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0};
 
 struct FitEstimate {
   double value = 0.0;

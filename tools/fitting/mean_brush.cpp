@@ -44,46 +44,78 @@ class LawTable {
     return {a.survival + share * (b.survival - a.survival), a.first + share * (b.first - a.first)};
   }
   double reach() const noexcept { return reach_; }
+  double step() const noexcept { return 1.0 / per_length_; }
 
  private:
   double per_length_, reach_;
   std::vector<Value> nodes_;
 };
 
+/// Deflection of steady sliding beyond the residual: bristles snap with the law, and each is renewed at the
+/// rate renewal nu, nu being the snaps per bristle and length, (1 + renewal) nu int T dr = 1 with
+/// T = S(r) exp(-renewal nu r). By trapezoids over the nodes of the table.
+double steady_bend(const LawTable& law, double renewal) {
+  const auto integrals = [&](double rate) {
+    std::pair<double, double> sum{0.5 * law.step(), 0.0};
+    for (double r = law.step(); r < law.reach(); r += law.step()) {
+      const double left = law.at(r).survival * std::exp(-renewal * rate * r);
+      sum.first += left * law.step();
+      sum.second += r * left * law.step();
+    }
+    return sum;
+  };
+  double rate = 1.0 / (1.0 + renewal);
+  for (int i = 0; i < 60; ++i) {
+    const double next = 1.0 / ((1.0 + renewal) * integrals(rate).first);
+    if (std::fabs(next - rate) < 1e-13) break;
+    rate = 0.5 * (rate + next);
+  }
+  const auto [time, way] = integrals(rate);
+  return way / time;
+}
+
 /// Path after which a long slide has forgotten how it began, to 1e-4: waves of the renewal equation die out
 /// as exp(-2 pi^2 spread^2 x), slower where the density of the law jumps, and no bristle is older than the
 /// longest length.
-double forgetting_path(const SnapLength& law, double reach) {
+double forgetting_path(const SnapLength& law, double reach, double residual) {
   const double waves = law.law() == SnapLaw::uniform ? 25.0 : 9.2;
-  return std::min(reach + waves / (19.7 * law.cv() * law.cv()), 400.0);
+  return 2.0 * residual + std::min(reach + waves / (19.7 * law.cv() * law.cv()), 400.0);
 }
 
 /// Longest piece of path taken at once: a small part of the width of the law.
 double fitting_stride(const SnapLength& law) { return std::clamp(law.cv() / 5.0, 1.0 / 64, 1.0 / 16); }
 
-/// Bristles that were last straight at one place. On one axis all of them are bent alike, and those are left
-/// whose snap length is above the farthest they have been bent.
+/// Bristles that snapped, were renewed or came into contact at one place. On one axis all of them are bent
+/// alike, and those are left whose snap length is above the farthest they have been bent beyond the residual,
+/// and that were not renewed.
 struct Cohort {
-  double place;   // where they were straight
-  double begin;   // where the first of them was: a cohort spans a stride at most
-  double weight;  // load that they carried when they were straight
-  double reach;   // farthest they have been bent since
+  double root;    // where they are, or would be, straight
+  double begin;   // where the first of them was born: a cohort spans a stride at most
+  double weight;  // load that they carried when they were born, less what was renewed
+  double reach;   // farthest they have been bent since, beyond the residual
   LawTable::Value at_reach;
+  double snaps_seen;  // Layer::snaps_per_bristle_ up to which renewals are taken out of the weight
   double mass() const noexcept { return weight * at_reach.survival; }
+};
+
+/// Of the material, in mean snap lengths.
+struct LayerLaw {
+  const LawTable* law;
+  double residual, renewal;
+  double stride, forgetting;
 };
 
 /// A part of the brush that carries load together: bristles between two loads, the last in being the first
 /// out.
 class Layer {
  public:
-  Layer(const LawTable& law, double stride, double forgetting)
-      : law_(&law), stride_(stride), forgetting_(forgetting) {}
+  explicit Layer(const LayerLaw& law) : law_(law) {}
 
   /// Load that the layer is to carry from now on.
   void set_load(double load, double x) {
     if (load > load_) {
       if (load - load_ > 1e-3 * load) run_ = 0.0;
-      add(load - load_, x, x);
+      add(load - load_, x, x, x, snaps_per_bristle_);
     } else if (load < load_) {
       for (Cohort& c : cohorts_) c.weight *= load / load_;
       waiting_ *= load / load_;
@@ -101,18 +133,18 @@ class Layer {
       run_ = 0.0;
     }
     double left = std::fabs(d);
-    const double explicitly = std::min(left, std::max(forgetting_ - run_, 0.0));
+    const double explicitly = std::min(left, std::max(law_.forgetting - run_, 0.0));
     if (explicitly > 0.0) {
-      const double pieces = std::ceil(explicitly / stride_);
+      const double pieces = std::ceil(explicitly / law_.stride);
       for (double i = 0.0; i < pieces; ++i) {
-        snap(x + direction_ * explicitly * (i / pieces), x + direction_ * explicitly * ((i + 1.0) / pieces));
+        slide(x + direction_ * explicitly * (i / pieces), x + direction_ * explicitly * ((i + 1.0) / pieces));
       }
       run_ += explicitly;
       left -= explicitly;
     }
     if (left > 0.0) {  // steady sliding: the brush stays as it is and is carried along
       for (Cohort& c : cohorts_) {
-        c.place += direction_ * left;
+        c.root += direction_ * left;
         c.begin += direction_ * left;
       }
       waiting_place_ += direction_ * left;
@@ -121,26 +153,67 @@ class Layer {
 
   double force(double x) const noexcept {
     double sum = 0.0;
-    for (const Cohort& c : cohorts_) sum += c.mass() * (x - c.place);
+    for (const Cohort& c : cohorts_) sum += c.mass() * (x - c.root);
     return sum;
   }
 
  private:
-  // From x0 to x1, a stride at most: bristles whose length is passed snap where they reach it.
-  void snap(double x0, double x1) {
+  double reach_at(const Cohort& c, double x) const noexcept {
+    return std::max(std::fabs(x - c.root) - law_.residual, c.reach);
+  }
+  /// Share of the piece that ends at x1 in which the cohort is bent along the motion beyond the residual.
+  double exposed(const Cohort& c, double x1, double way) const noexcept {
+    return std::clamp((direction_ * (x1 - c.root) - law_.residual) / way, 0.0, 1.0);
+  }
+
+  /// Snaps per bristle in a piece: by the law alone, and from that with bristles that are renewed before they
+  /// could snap. Second order in the piece.
+  double snaps_in(double x1, double way) const noexcept {
+    double alone = 0.0, exposed_sum = 0.0;
+    for (const Cohort& c : cohorts_) {
+      const double reach = reach_at(c, x1);
+      if (reach == c.reach) continue;
+      const double lost = c.weight * (c.at_reach.survival - law_.law->at(reach).survival);
+      alone += lost;
+      exposed_sum += lost * exposed(c, x1, way);
+    }
+    alone /= load_;
+    return alone * std::exp(-0.5 * law_.renewal * exposed_sum / load_);
+  }
+
+  // From x0 to x1, a stride at most: bristles whose length is passed snap where they reach it, others are
+  // renewed evenly along the piece. All of them are born again where that happens, bent by the residual.
+  void slide(double x0, double x1) {
+    const double way = std::fabs(x1 - x0), snaps = law_.renewal > 0.0 ? snaps_in(x1, way) : 0.0;
+    const double before = snaps_per_bristle_;
+    snaps_per_bristle_ += snaps;
     double mass = waiting_, moment = waiting_ * waiting_place_;
     for (Cohort& c : cohorts_) {
-      const double bent = std::fabs(x1 - c.place);
-      if (bent <= c.reach) continue;
-      const LawTable::Value now = law_->at(bent);
-      const double lost = c.weight * (c.at_reach.survival - now.survival);
-      mass += lost;
-      moment += lost * c.place + direction_ * c.weight * (now.first - c.at_reach.first);
-      c.reach = bent;
-      c.at_reach = now;
+      const double reach = reach_at(c, x1);
+      double half = 1.0;  // not renewed up to the middle of the piece
+      if (snaps > 0.0) {
+        const double share = exposed(c, x1, way);
+        const double seen = share < 1.0 ? share * snaps : snaps_per_bristle_ - c.snaps_seen;
+        c.snaps_seen = snaps_per_bristle_;
+        half = share > 0.0 ? std::exp(-0.5 * law_.renewal * seen) : 1.0;
+        const double renewed =
+            c.weight * (1.0 - half) * (c.at_reach.survival + half * law_.law->at(reach).survival);
+        mass += renewed;
+        moment += renewed * (x1 - 0.5 * direction_ * way * share);
+      }
+      if (reach > c.reach) {
+        const LawTable::Value now = law_.law->at(reach);
+        const double snapped = half * c.weight * (c.at_reach.survival - now.survival);
+        mass += snapped;
+        moment += snapped * (c.root + direction_ * law_.residual) +
+                  half * direction_ * c.weight * (now.first - c.at_reach.first);
+        c.reach = reach;
+        c.at_reach = now;
+      }
+      c.weight *= half * half;
     }
     const double least = negligible_mass * load_;
-    if (++snaps_ % 8 == 0) {
+    if (++pieces_ % 8 == 0) {
       std::erase_if(cohorts_, [&](const Cohort& c) {
         if (c.mass() > least) return false;
         mass += c.mass();
@@ -151,44 +224,48 @@ class Layer {
     waiting_ = mass;
     waiting_place_ = mass > 0.0 ? moment / mass : x1;
     if (mass > 0.1 * least) {
-      add(mass, std::clamp(waiting_place_, std::min(x0, x1), std::max(x0, x1)), x0);
+      const double place = std::clamp(waiting_place_, std::min(x0, x1), std::max(x0, x1));
+      add(mass, place, place - direction_ * law_.residual, x0, before + snaps * std::fabs(place - x0) / way);
       waiting_ = 0.0;
     }
   }
 
-  // Straight bristles at x. They join the cohort born last where it stays narrow.
-  void add(double mass, double x, double begin) {
+  // Bristles born at x. They join the cohort born last where it stays narrow.
+  void add(double mass, double x, double root, double begin, double seen) {
     if (mass <= 0.0) return;
     if (!cohorts_.empty()) {
       Cohort& last = cohorts_.back();
-      if (std::fabs(x - last.begin) <= stride_ && last.reach <= stride_ && last.at_reach.survival > 0.5) {
+      if (std::fabs(x - last.begin) <= law_.stride && std::fabs(root - last.root) <= law_.stride &&
+          last.reach <= law_.stride && last.at_reach.survival > 0.5) {
         // Those that joined have been bent less, by a stride at most: counted as if they had been as far.
         const double there = last.mass();
-        last.place = (there * last.place + mass * x) / (there + mass);
+        last.root = (there * last.root + mass * root) / (there + mass);
+        last.snaps_seen = (there * last.snaps_seen + mass * seen) / (there + mass);
         last.weight += mass / last.at_reach.survival;
         return;
       }
     }
     if (cohorts_.size() >= most_) merge();
-    cohorts_.push_back({x, begin, mass, 0.0, {1.0, 0.0}});
+    cohorts_.push_back({root, begin, mass, 0.0, {1.0, 0.0}, seen});
   }
 
-  // Cohorts of nearly one place and reach become one, so that many small loops stay cheap.
+  // Cohorts of nearly one root and reach become one, so that many small loops stay cheap.
   void merge() {
-    const auto cell = [this](double length) { return std::floor(length / stride_); };
+    const auto cell = [this](double length) { return std::floor(length / law_.stride); };
     std::sort(cohorts_.begin(), cohorts_.end(), [&](const Cohort& a, const Cohort& b) {
-      const double pa = cell(a.place), pb = cell(b.place);
+      const double pa = cell(a.root), pb = cell(b.root);
       return pa != pb ? pa < pb : a.reach < b.reach;
     });
     std::vector<Cohort> merged;
     for (const Cohort& c : cohorts_) {
-      if (!merged.empty() && cell(merged.back().place) == cell(c.place) &&
-          c.reach - merged.back().reach <= stride_) {
+      if (!merged.empty() && cell(merged.back().root) == cell(c.root) &&
+          c.reach - merged.back().reach <= law_.stride) {
         Cohort& m = merged.back();
         const double a = m.mass(), b = c.mass(), both = a + b;
-        m.place = (a * m.place + b * c.place) / both;
+        m.root = (a * m.root + b * c.root) / both;
         m.reach = (a * m.reach + b * c.reach) / both;
-        m.at_reach = law_->at(m.reach);
+        m.snaps_seen = (a * m.snaps_seen + b * c.snaps_seen) / both;
+        m.at_reach = law_.law->at(m.reach);
         m.weight = both / std::max(m.at_reach.survival, 1e-300);
       } else {
         merged.push_back(c);
@@ -198,20 +275,21 @@ class Layer {
     cohorts_ = std::move(merged);
   }
 
-  const LawTable* law_;
-  double stride_, forgetting_;
+  LayerLaw law_;
   std::vector<Cohort> cohorts_;
   std::size_t most_ = 1024;
   double load_ = 0.0;
   double direction_ = 1.0, run_ = 0.0;
-  unsigned snaps_ = 0;
+  unsigned pieces_ = 0;
+  double snaps_per_bristle_ = 0.0;              // since the beginning
   double waiting_ = 0.0, waiting_place_ = 0.0;  // too few to be a cohort yet
 };
 
-std::vector<double> redraw_force(const std::vector<PathPoint>& path, const SnapLength& law,
+std::vector<double> redraw_force(const std::vector<PathPoint>& path, const SnapLength& law, Rubbing rubbing,
                                  StartState start) {
   const LawTable table(law);
-  const double forgetting = forgetting_path(law, table.reach()), mean = law.mean();
+  const double mean = law.mean(), residual = rubbing.residual_length / mean;
+  const double forgetting = forgetting_path(law, table.reach(), residual);
   const auto extremes =
       std::minmax_element(path.begin(), path.end(), [](auto& a, auto& b) { return a.load < b.load; });
   const double lowest = extremes.first->load, highest = extremes.second->load;
@@ -222,7 +300,8 @@ std::vector<double> redraw_force(const std::vector<PathPoint>& path, const SnapL
     for (int i = 0; i < load_layers; ++i) floors.push_back(lowest + varying * i / load_layers);
   }
   if (floors.size() > 1 && floors[1] == 0.0) floors.erase(floors.begin());
-  std::vector<Layer> layers(floors.size(), Layer(table, fitting_stride(law), forgetting));
+  std::vector<Layer> layers(
+      floors.size(), Layer({&table, residual, rubbing.shared_renewal, fitting_stride(law), forgetting}));
   const auto set_load = [&](double load, double x) {
     for (std::size_t i = 0; i < layers.size(); ++i) {
       const double top = i + 1 < floors.size() ? floors[i + 1] : highest;
@@ -238,7 +317,7 @@ std::vector<double> redraw_force(const std::vector<PathPoint>& path, const SnapL
     for (Layer& layer : layers) layer.move(x, -x);
     x = 0.0;
   }
-  const double per_newton = 1.0 / (0.5 * (1.0 + law.cv() * law.cv()));
+  const double per_newton = mean / kinetic_deflection(law, SnapRule::redraw, rubbing);
   std::vector<double> forces;
   for (const PathPoint& point : path) {
     const double next = (point.x - origin) / mean;
@@ -339,9 +418,17 @@ std::vector<double> keep_force(const std::vector<PathPoint>& path, const SnapLen
 
 }  // namespace
 
+double kinetic_deflection(const SnapLength& law, SnapRule rule, Rubbing rubbing) {
+  const double mean = law.mean();
+  if (rule == SnapRule::keep) return 0.5 * mean;
+  if (rubbing.shared_renewal == 0.0)
+    return rubbing.residual_length + 0.5 * mean * (1.0 + law.cv() * law.cv());
+  return rubbing.residual_length + mean * steady_bend(LawTable(law), rubbing.shared_renewal);
+}
+
 std::vector<double> mean_brush_force(const std::vector<PathPoint>& path, const SnapLength& law, SnapRule rule,
-                                     StartState start) {
-  return rule == SnapRule::redraw ? redraw_force(path, law, start) : keep_force(path, law, start);
+                                     StartState start, Rubbing rubbing) {
+  return rule == SnapRule::redraw ? redraw_force(path, law, rubbing, start) : keep_force(path, law, start);
 }
 
 }  // namespace cli

@@ -23,11 +23,20 @@ enum class StartState : unsigned char {
   backward   ///< after a long slide towards -x
 };
 
+/// What a snap leaves and whom it renews (core/MODEL.md; fields of Material).
+struct Rubbing {
+  double residual_length = 0.0;  ///< m
+  double shared_renewal = 0.0;
+};
+
+/// Mean deflection in steady sliding, m.
+double kinetic_deflection(const bristle::SnapLength& law, bristle::SnapRule rule, Rubbing rubbing);
+
 /// Elastic friction (positive along the motion) at every wanted point, N, for a kinetic coefficient of 1: the
-/// mean deflection over that of steady sliding, times the load. redraw: the renewal equation along the path.
+/// mean deflection over that of steady sliding, times the load. redraw: cohorts along the path.
 /// keep: a stratified population; after a long slide its phases are spread evenly, so that it does not return
-/// to its origin in step, which no measured surface does.
+/// to its origin in step, which no measured surface does. It knows no rubbing.
 std::vector<double> mean_brush_force(const std::vector<PathPoint>& path, const bristle::SnapLength& law,
-                                     bristle::SnapRule rule, StartState start);
+                                     bristle::SnapRule rule, StartState start, Rubbing rubbing = {});
 
 }  // namespace cli

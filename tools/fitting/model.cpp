@@ -7,20 +7,36 @@
 
 namespace cli {
 
-Eigen::VectorXd FitModel::elastic_at(double length, double spread) {
+namespace {
+
+constexpr double widest_residual = 0.95;  // share of the presliding length
+constexpr double most_renewed = 8.0;
+
+bristle::SnapLength law_of(const FitOptions& options, const FitValues& p) {
+  return make_snap_length(options.law, (1.0 - p[fit_residual]) * p[fit_length], p[fit_spread]);
+}
+Rubbing rubbing_of(const FitValues& p) { return {p[fit_residual] * p[fit_length], p[fit_renewal]}; }
+
+}  // namespace
+
+Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
   ++evaluations_;
   const std::vector<double> forces =
-      mean_brush_force(data_.path, make_snap_length(options_.law, length, spread), options_.rule, start_);
+      mean_brush_force(data_.path, law_of(options_, p), options_.rule, start_, rubbing_of(p));
   return Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size()));
 }
 
-const Eigen::VectorXd& FitModel::elastic(double length, double spread) {
-  if (length != known_length_ || spread != known_spread_) {
-    known_ = elastic_at(length, spread);
-    known_length_ = length;
-    known_spread_ = spread;
+const Eigen::VectorXd& FitModel::elastic(const FitValues& p) {
+  const auto same = [&](FitParameter q) { return p[q] == known_values_[q]; };
+  if (!(same(fit_length) && same(fit_spread) && same(fit_residual) && same(fit_renewal))) {
+    known_ = elastic_at(p);
+    known_values_ = p;
   }
   return known_;
+}
+
+double FitModel::kinetic_deflection(const FitValues& p) const {
+  return cli::kinetic_deflection(law_of(options_, p), options_.rule, rubbing_of(p));
 }
 
 double FitModel::decay(double speed, double stribeck) const {
@@ -30,7 +46,7 @@ double FitModel::decay(double speed, double stribeck) const {
 }
 
 Eigen::VectorXd FitModel::force(const FitValues& p) {
-  Eigen::VectorXd f = p[fit_kinetic] * elastic(p[fit_length], p[fit_spread]);
+  Eigen::VectorXd f = p[fit_kinetic] * elastic(p);
   const double middle = data_.start() + 0.5 * data_.length();
   for (Eigen::Index i = 0; i < f.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -45,19 +61,21 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
 Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter, bool central) {
   const auto n = static_cast<Eigen::Index>(data_.columns.t.size());
   const double unit = scale(p, parameter);
-  if (parameter == fit_kinetic) return unit * elastic(p[fit_length], p[fit_spread]);
-  if (parameter == fit_length || parameter == fit_spread) {
-    // Central difference of the logarithm. The force is smooth over such a step, and far from rounding.
-    constexpr double step = 0.02;
-    const auto shifted = [&](double by) {
-      const double factor = std::exp(by);
-      return elastic_at(p[fit_length] * (parameter == fit_length ? factor : 1.0),
-                        p[fit_spread] * (parameter == fit_spread ? factor : 1.0));
+  if (parameter == fit_kinetic) return unit * elastic(p);
+  if (bends(parameter)) {
+    // Difference of the logarithm or of the number. The force is smooth over such a step, and far from
+    // rounding.
+    const double step = parameter == fit_renewal ? 0.02 * (1.0 + p[fit_renewal]) : 0.02;
+    const auto moved = [&](double by) {
+      FitValues values = p;
+      values[parameter] = is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by;
+      return values;
     };
-    const bool at_top = parameter == fit_spread && p[fit_spread] * std::exp(step) > highest(fit_spread);
-    if (!central || at_top)
-      return p[fit_kinetic] * (elastic(p[fit_length], p[fit_spread]) - shifted(-step)) / step;
-    return p[fit_kinetic] * (shifted(step) - shifted(-step)) / (2.0 * step);
+    const bool at_top = parameter != fit_length && moved(step)[parameter] > highest(parameter);
+    const bool at_bottom = !is_logarithmic(parameter) && moved(-step)[parameter] < lowest(parameter);
+    if (at_bottom) return p[fit_kinetic] * (elastic_at(moved(step)) - elastic(p)) / step;
+    if (!central || at_top) return p[fit_kinetic] * (elastic(p) - elastic_at(moved(-step))) / step;
+    return p[fit_kinetic] * (elastic_at(moved(step)) - elastic_at(moved(-step))) / (2.0 * step);
   }
   Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
   const double middle = data_.start() + 0.5 * data_.length();
@@ -91,6 +109,9 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
   if (is_logarithmic(parameter)) return p[parameter];
   const double force = data_.force_scale;
   switch (parameter) {
+    case fit_residual:
+    case fit_renewal:
+      return 1.0;
     case fit_viscous:
       return force / std::max(data_.fast, 1e-12);
     case fit_damping:  // of a damper whose highest force is that of the data
@@ -108,6 +129,9 @@ double FitModel::lowest(FitParameter parameter) const {
       return std::max({0.5 * data_.quantum, 0.02 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
       return 0.04;
+    case fit_residual:
+    case fit_renewal:
+      return 0.0;
     case fit_stribeck:
       return std::max(0.1 * data_.slow, 1e-9);
     default:
@@ -121,6 +145,10 @@ double FitModel::highest(FitParameter parameter) const {
       return std::min(std::max(10.0 * data_.range, 10.0 * lowest(fit_length)), 100.0);
     case fit_spread:
       return largest_spread(options_.law, options_.rule);
+    case fit_residual:
+      return widest_residual;
+    case fit_renewal:
+      return most_renewed;
     case fit_stribeck:
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
     default:

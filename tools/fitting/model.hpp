@@ -12,14 +12,14 @@ class FitModel {
   FitModel(const FitData& data, const FitOptions& options) : data_(data), options_(options) {}
 
   void set_start(StartState start) {
-    if (start != start_) known_length_ = 0.0;
+    if (start != start_) known_values_ = {};
     start_ = start;
   }
   StartState start() const { return start_; }
 
   /// N, by the body, at the samples.
   Eigen::VectorXd force(const FitValues& values);
-  /// dF/dp times scale(p). Length and spread by differences: central ones, or one-sided ones at half the
+  /// dF/dp times scale(p). What bends the brush by differences: central ones, or one-sided ones at half the
   /// cost.
   Eigen::VectorXd derivative(const FitValues& values, FitParameter parameter, bool central = true);
   /// A step of a parameter that counts as one: the value itself where it is positive by nature (a logarithm
@@ -28,24 +28,30 @@ class FitModel {
   static bool is_logarithmic(FitParameter p) {
     return p == fit_kinetic || p == fit_length || p == fit_spread || p == fit_stribeck;
   }
+  /// A number that shapes the elastic force, which is the same for all others.
+  static bool bends(FitParameter p) {
+    return p == fit_length || p == fit_spread || p == fit_residual || p == fit_renewal;
+  }
   /// Range in which a parameter is looked for.
   double lowest(FitParameter parameter) const;
   double highest(FitParameter parameter) const;
 
   /// Elastic friction for a kinetic coefficient of 1, N.
-  const Eigen::VectorXd& elastic(double length, double spread);
+  const Eigen::VectorXd& elastic(const FitValues& values);
+  /// Mean deflection in steady sliding, m: kinetic coefficient over stiffness per newton.
+  double kinetic_deflection(const FitValues& values) const;
   int evaluations() const { return evaluations_; }
   const FitData& data() const { return data_; }
   const FitOptions& options() const { return options_; }
 
  private:
   double decay(double speed, double stribeck) const;
-  Eigen::VectorXd elastic_at(double length, double spread);
+  Eigen::VectorXd elastic_at(const FitValues& values);
 
   const FitData& data_;
   const FitOptions& options_;
   StartState start_ = StartState::straight;
-  double known_length_ = 0.0, known_spread_ = 0.0;
+  FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;
 };

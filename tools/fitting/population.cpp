@@ -16,11 +16,12 @@ using bristle::SnapRule;
 double fluctuating_bristles(const FitModel& model, const FitPoint& point, const Eigen::VectorXd& r) {
   const FitData& data = model.data();
   const FitOptions& options = model.options();
-  const double length = point.values[fit_length];
-  const bristle::SnapLength law = make_snap_length(options.law, length, point.values[fit_spread]);
+  const double length = point.values[fit_length], residual = point.values[fit_residual] * length;
+  const bristle::SnapLength law = make_snap_length(options.law, length - residual, point.values[fit_spread]);
   const double m1 = law.moment(1), bend = kinetic_bend(options.rule, law.cv()) * m1;
   const double third = options.rule == SnapRule::keep ? law.moment(2) / 3.0 : law.moment(3) / (3.0 * m1);
-  const double relative = third / (bend * bend) - 1.0;  // variance of one bristle over its mean squared
+  // Variance of one bristle over its mean squared. (Renewal narrows it a little: still a lower bound.)
+  const double relative = (third - bend * bend) / std::pow(residual + bend, 2);
 
   double slid = 0.0, direction = 0.0, sliding = 0.0, sticking = 0.0, alike = 0.0, counts[3] = {};
   bool slid_before = false, stuck_before = false;
@@ -62,8 +63,9 @@ Eigen::MatrixXd population_error(FitModel& model, const FitPoint& point, const E
   const FitData& data = model.data();
   const FitOptions& options = model.options();
   const auto samples = static_cast<Eigen::Index>(data.force.size());
+  const double share = point.values[fit_residual];
   const bristle::SnapLength law =
-      make_snap_length(options.law, point.values[fit_length], point.values[fit_spread]);
+      make_snap_length(options.law, (1.0 - share) * point.values[fit_length], point.values[fit_spread]);
   const double m1 = law.moment(1), m2 = law.moment(2), m3 = law.moment(3), m4 = law.moment(4);
   const double variance = m2 - m1 * m1, third = m3 - 3.0 * m2 * m1 + 2.0 * m1 * m1 * m1;
   const double fourth = m4 - 4.0 * m3 * m1 + 6.0 * m2 * m1 * m1 - 3.0 * m1 * m1 * m1 * m1;
@@ -79,12 +81,24 @@ Eigen::MatrixXd population_error(FitModel& model, const FitPoint& point, const E
 
   model.set_start(point.start);
   const Eigen::VectorXd kinetic = model.derivative(point.values, fit_kinetic);
-  const double cv2 = law.cv() * law.cv();
+  // The kinetic coefficient goes with the deflection of sliding, the residual stays.
+  const auto kinetic_slope = [&](double lengthened, double widened) {
+    FitValues moved = point.values;
+    const double mean = (1.0 - share) * moved[fit_length] * std::exp(lengthened);
+    moved[fit_length] = share * moved[fit_length] + mean;
+    moved[fit_residual] = 1.0 - mean / moved[fit_length];
+    moved[fit_spread] *= std::exp(widened);
+    return std::log(model.kinetic_deflection(moved) / model.kinetic_deflection(point.values));
+  };
+  constexpr double step = 1e-3;
   Eigen::MatrixXd effect(samples, 2);
-  effect.col(0) = model.derivative(point.values, fit_length) + kinetic;
+  effect.col(0) = (1.0 - share) * model.derivative(point.values, fit_length) +
+                  kinetic_slope(-step, 0.0) / -step * kinetic;
+  if (share > 0.0) effect.col(0) -= share * (1.0 - share) * model.derivative(point.values, fit_residual);
   effect.col(1) = Eigen::VectorXd::Zero(samples);
-  if (options.law != SnapLaw::exponential) effect.col(1) += model.derivative(point.values, fit_spread);
-  if (options.rule == SnapRule::redraw) effect.col(1) += 2.0 * cv2 / (1.0 + cv2) * kinetic;
+  if (options.law != SnapLaw::exponential) {
+    effect.col(1) += model.derivative(point.values, fit_spread) + kinetic_slope(0.0, -step) / -step * kinetic;
+  }
 
   const Eigen::MatrixXd pseudo = j.completeOrthogonalDecomposition().pseudoInverse();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(pseudo.rows(), pseudo.rows());

@@ -15,6 +15,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
+#include "tools/fitting/judge.hpp"
 #include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
@@ -34,6 +35,8 @@ struct Row {
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0},
                                        {"presliding_length", "um", 1e6},
                                        {"spread", "", 1.0},
+                                       {"residual_share", "", 1.0},
+                                       {"shared_renewal", "", 1.0},
                                        {"viscous_friction", "N s/m", 1.0},
                                        {"damping_per_newton", "s/m", 1.0},
                                        {"stribeck_velocity", "mm/s", 1e3},
@@ -87,6 +90,8 @@ void draw(const FitData& data, const FitResult& result, const std::string& pictu
 const std::array<const char*, fit_report_rows> fit_names = {"kinetic",
                                                             "presliding_length",
                                                             "spread",
+                                                            "residual_share",
+                                                            "shared_renewal",
                                                             "viscous_friction",
                                                             "damping_per_newton",
                                                             "stribeck_velocity",
@@ -229,9 +234,11 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
       "\n[[material]]\nname = \"fitted\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\n"
       "normal_stiffness = {}  # N/m\nasperity_height_deviation = {}  # m\nsnap_length = {{ law = \"{}\", {} "
       "}}  # m\n"
-      "rule = \"{}\"\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\n",
+      "rule = \"{}\"\nresidual_length = {}  # m\nshared_renewal = {}\nviscous_friction = {}  # N "
+      "s/m\nstribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\n",
       m.bristle_stiffness, m.bristle_damping, m.normal_stiffness, m.asperity_height_deviation, name, length,
-      options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.viscous_friction, m.stribeck_velocity,
+      options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.residual_length, m.shared_renewal,
+      m.viscous_friction, m.stribeck_velocity,
       options.decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
   text += fmt::format(
       "\n[scene]\nname = \"fitted\"\ndt = {}  # s\n{}\n[[patch]]\nname = \"body\"\nmaterial = \"fitted\"\n"
@@ -252,7 +259,28 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   return text;
 }
 
+namespace {
+
+void rivals_command(const FitOptions& options) {
+  if (!options.csv.empty() || !options.write.empty() || !options.plot.empty()) {
+    throw UserError("--rivals: writes a table and --json only; leave out --csv, --write and --plot");
+  }
+  if (options.rule == bristle::SnapRule::keep)
+    throw UserError("--rivals: the brush is one with --rule redraw");
+  const bool on_stdout = takes_stdout({{"--json", options.json}});
+  const FitColumns columns = parse_fit_columns(read_text_file(options.data), options.data);
+  if (columns.t.empty()) throw UserError(options.data + ": no data rows");
+  const double third = (columns.t.back() - columns.t.front()) / 3.0;
+  const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
+  if (!options.json.empty()) OutputFile(options.json).write(judgement_json(columns, judgements));
+  if (!on_stdout) fmt::print("{}", judgement_table(judgements));
+}
+
+}  // namespace
+
 void fit_command(const FitOptions& options) {
+  if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
+  if (options.rivals) return rivals_command(options);
   const bool on_stdout =
       takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
   const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),

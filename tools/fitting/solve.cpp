@@ -24,8 +24,8 @@ class Coordinates {
       const FitParameter p = from_.free[i];
       double& place = u[static_cast<Eigen::Index>(i)];
       if (ranged(p)) {
-        const double low = std::log(model_.lowest(p)), high = std::log(model_.highest(p));
-        const double share = std::clamp((std::log(values[p]) - low) / (high - low), 1e-3, 1.0 - 1e-3);
+        const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
+        const double share = std::clamp((scaled(p, values[p]) - low) / (high - low), 1e-3, 1.0 - 1e-3);
         place = std::log(share / (1.0 - share));
       } else {
         place = FitModel::is_logarithmic(p) ? std::log(values[p]) : values[p] / units_[i];
@@ -40,8 +40,9 @@ class Coordinates {
       const FitParameter p = from_.free[i];
       const double place = u[static_cast<Eigen::Index>(i)];
       if (ranged(p)) {
-        const double low = std::log(model_.lowest(p)), high = std::log(model_.highest(p));
-        values[p] = std::exp(low + (high - low) / (1.0 + std::exp(-place)));
+        const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
+        const double at = low + (high - low) / (1.0 + std::exp(-place));
+        values[p] = FitModel::is_logarithmic(p) ? std::exp(at) : at;
       } else {
         values[p] =
             FitModel::is_logarithmic(p) ? std::exp(std::clamp(place, -40.0, 40.0)) : place * units_[i];
@@ -55,13 +56,16 @@ class Coordinates {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
       const double share = 1.0 / (1.0 + std::exp(-place));
-      return std::log(model_.highest(p) / model_.lowest(p)) * share * (1.0 - share);
+      return (scaled(p, model_.highest(p)) - scaled(p, model_.lowest(p))) * share * (1.0 - share);
     }
     return FitModel::is_logarithmic(p) ? 1.0 : units_[i] / model_.scale(values, p);
   }
 
  private:
-  static bool ranged(FitParameter p) { return FitModel::is_logarithmic(p) && p != fit_kinetic; }
+  static bool ranged(FitParameter p) { return FitModel::bends(p) || p == fit_stribeck; }
+  static double scaled(FitParameter p, double value) {
+    return FitModel::is_logarithmic(p) ? std::log(value) : value;
+  }
   const FitModel& model_;
   const FitPoint& from_;
   std::vector<double> units_;
@@ -109,7 +113,12 @@ FitPoint minimise(FitModel& model, FitPoint from) {
     solver.parameters.maxfev = 60;
     solver.parameters.ftol = 1e-7;
     solver.parameters.xtol = 1e-5;
-    solver.parameters.factor = 1.0;  // first step of length 1: a factor e of each parameter
+    // First step of length 1: a factor e of each parameter. Where the brush can be rubbed the ends of the
+    // ranges are near, and flat.
+    const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
+      return FitModel::bends(p) && !FitModel::is_logarithmic(p);
+    });
+    solver.parameters.factor = rubbed ? 0.1 : 1.0;
     Eigen::VectorXd u = coordinates.inside(from.values);
     solver.minimize(u);
     best.values = coordinates.outside(u);

@@ -1,8 +1,8 @@
 # What the pictures of `bristle experiment` share. Loaded by experiment_*.gp, which get csv='FILE' (of --csv), png='FILE'
 # and folder='...' (where this file is).
 if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
-models = "coulomb dahl lugre elasto_plastic maxwell_slip gms brush_redraw brush_keep brush_infinite"
-titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'brush, redraw' 'brush, keep' 'infinite brush'"
+models = "coulomb dahl lugre elasto_plastic maxwell_slip gms brush_redraw brush_keep brush_infinite brush_rubbed"
+titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush'"
 index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
 name(m) = word(titles, index_of(m))
 # Okabe and Ito: told apart by everybody. The brush is drawn thick.
@@ -15,6 +15,7 @@ set linetype 6 linecolor rgb "#000000" dashtype 2 linewidth 1.4 pointtype 2
 set linetype 7 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
 set linetype 8 linecolor rgb "#56B4E9" dashtype 1 linewidth 2.6 pointtype 5
 set linetype 9 linecolor rgb "#332288" dashtype 1 linewidth 2.6 pointtype 9
+set linetype 10 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
 is_there(m) = strstrt(" ".present, " ".m." ") > 0

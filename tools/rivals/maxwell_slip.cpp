@@ -32,11 +32,12 @@ Force MaxwellSlip::step(Pair displacement, double /*dt_s*/, double load_n) noexc
   }
   const double way = length(displacement);
   const Pair e = way > 0.0 ? (1.0 / way) * displacement : Pair{};
-  const double longest = 2.0 * surface.kinetic_coefficient * load_n / surface.stiffness;
+  const double unit = surface.kinetic_coefficient * load_n / surface.stiffness;
   Pair end, mean;
   for (int i = 0; i < elements; ++i) {
-    Pair& element = z[static_cast<std::size_t>(i)];
-    const double limit = longest * (i + 0.5) / elements;
+    const auto at = static_cast<std::size_t>(i);
+    Pair& element = z[at];
+    const double limit = unit * slip_length[at], k = surface.stiffness * stiffness_share[at];
     const double size = length(element);
     if (size > limit) element = (limit / size) * element;
     Pair element_mean = element;
@@ -47,11 +48,10 @@ Force MaxwellSlip::step(Pair displacement, double /*dt_s*/, double load_n) noexc
       element_mean = (1.0 / way) * (stuck * (element + 0.5 * stuck * e) + (way - stuck) * slid.mean);
       element = slid.end;
     }
-    end = end + element;
-    mean = mean + element_mean;
+    end = end + k * element;
+    mean = mean + k * element_mean;
   }
-  const double k = surface.stiffness / elements;
-  return {-k * end, -k * mean};
+  return {-end, -mean};
 }
 
 }  // namespace rivals

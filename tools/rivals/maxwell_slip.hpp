@@ -4,11 +4,11 @@
 //   k_i z_i
 //
 // Source: Iwan, A distributed-element model for hysteresis, J. Appl. Mech. 33, 1966; Lampaert, Swevers,
-// Al-Bender, IEEE TAC 47(4), 2002. Ten elements of equal stiffness; D_i spread evenly up to 2 mu N / sigma0,
-// so that the first stiffness is sigma0 and all slip together at mu N. Depends on the path alone and is
-// exact: a straight line to the limit, then in the plane the tractrix of a spring that drags its block,
-// tan(a/2) falling by exp(-way/D). A limit that shrinks with the load makes the block slip at once. No static
-// peak, no speed in it.
+// Al-Bender, IEEE TAC 47(4), 2002. Ten elements, unless set otherwise of equal stiffness with D_i spread
+// evenly up to 2 mu N / sigma0, so that the first stiffness is sigma0 and all slip together at mu N. Depends
+// on the path alone and is exact: a straight line to the limit, then in the plane the tractrix of a spring
+// that drags its block, tan(a/2) falling by exp(-way/D). A limit that shrinks with the load makes the block
+// slip at once. No static peak, no speed in it.
 #pragma once
 
 #include <array>
@@ -21,6 +21,9 @@ struct MaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
+  /// Of each element: stiffness over that of the whole, and the length at which it slips over mu N / sigma0.
+  std::array<double, elements> stiffness_share{0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1};
+  std::array<double, elements> slip_length{0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7, 1.9};
   std::array<Pair, elements> z{};  ///< m, length of each spring
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;

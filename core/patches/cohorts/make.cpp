@@ -144,6 +144,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.pieces = static_cast<std::uint32_t>(std::ceil(made.options.resolution));
   made.options.bristles = made.pieces;
   made.first_seed = options.seed;
+  made.endless = true;
   made.full_weight =
       zeta_max > 0.0 ? zeta_max : material->material.bristles_in_contact(options.max_normal_load);
   made.largest_work = static_cast<std::uint32_t>(full_mass / mass_per_count);
