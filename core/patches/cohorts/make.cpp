@@ -157,7 +157,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
-  made.law.snap_rate = 1.0 / table.mean;
+  made.law.snap_rate = made.law.renewal > 0.0 ? material->snap_rate : 1.0 / table.mean;
   set_pieces(made, made.pieces);
   double capacity = options.cohorts;
   if (options.cohorts == 0)
