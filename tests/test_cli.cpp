@@ -354,6 +354,31 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
                 {"--record-decisions -: only one can have stdout"});
 }
 
+TEST_CASE("A scene's material has residual and shared renewal, by coefficients or by bristle parameters",
+          "[cli][rubbing]") {
+  SmallScene small;
+  replace(small.patch, "bristles = 100", "population = \"infinite\"");
+  replace(small.material, "presliding", "residual_share = 0.2\nshared_renewal = 1.5\npresliding");
+  const cli::SceneMaterial coefficients = cli::parse_scene(small.text(), "small.toml").materials.at(0);
+  CHECK(coefficients.material.residual_length == Approx(0.2e-5));
+  CHECK(coefficients.material.snap_length.mean() == Approx(0.8e-5));
+  CHECK(coefficients.material.shared_renewal == 1.5);
+  CHECK(coefficients.material.peak_coefficient() == Approx(0.46).epsilon(1e-6));
+
+  replace(small.material, "residual_share = 0.2", "residual_length = 3e-6");
+  replace(small.material, "presliding_length = 1e-5", "bristle_stiffness = 10");
+  const cli::SceneMaterial parameters = cli::parse_scene(small.text(), "small.toml").materials.at(0);
+  CHECK(parameters.material.residual_length == 3e-6);
+  CHECK(parameters.material.shared_renewal == 1.5);
+
+  const Folder folder;
+  replace(small.material, "residual_length", "residual_share");
+  check_refused(folder, "run '" + folder.write("mixed.toml", small.text()) + "'", {"mixes coefficients"});
+  replace(small.material, "bristle_stiffness = 10", "kinetic = 0.4");
+  replace(small.material, "residual_share = 3e-6", "residual_share = 0.99");
+  check_refused(folder, "run '" + folder.write("share.toml", small.text()) + "'", {"residual_share is 0.99"});
+}
+
 TEST_CASE("What a step has decided is written when it has been timed, once", "[cli][overload]") {
   const Folder folder;
   const std::string decisions = folder.at("decisions.csv");

@@ -227,6 +227,22 @@ TEST_CASE("Steady sliding with shared renewal follows bristles one by one", "[ru
   }
 }
 
+TEST_CASE("Far out a virgin curve with shared renewal is steady sliding, by equations that share nothing",
+          "[rubbing][virgin]") {
+  const std::vector<double> values{0.3, 0.8, 1.0, 1.1, 1.9};
+  for (SnapRule rule : both_rules) {
+    for (const SnapLength& law :
+         {SnapLength::uniform(0.3, 1.7), SnapLength::normal(1.0, 0.3), SnapLength::lognormal(1.0, 0.4),
+          SnapLength::lognormal(1.0, 1.2), SnapLength::table(values)}) {
+      INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw"));
+      const Material material = rubbed(law, rule, 2.0, 0.4);
+      CHECK(virgin_deflection(material, 20.0) == Approx(material.kinetic_coefficient()).margin(1e-5));
+      if (law.law() != SnapLaw::table)
+        CHECK(virgin_deflection(material, 1e6) == Approx(material.kinetic_coefficient()).margin(1e-5));
+    }
+  }
+}
+
 TEST_CASE("Before the residual length every bristle sticks", "[rubbing][virgin]") {
   for (SnapRule rule : both_rules) {
     const Material material = rubbed(SnapLength::lognormal(1e-4, 0.3), rule, 1.0, 0.6);

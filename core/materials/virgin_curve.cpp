@@ -608,23 +608,38 @@ class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
       : cell_(cell), last_(static_cast<std::size_t>(end / cell) + 1), at_(last_ + 1) {
+    few_ = unit.partial_moment(0, shortest_that_counts);
+    const double few_first = unit.partial_moment(1, shortest_that_counts);
+    const auto moments = [&](double x) {
+      return Moments{std::max(unit.partial_moment(0, x) - few_, 0.0),
+                     std::max(unit.partial_moment(1, x) - few_first, 0.0),
+                     {}};
+    };
+    shortest_ = shortest_that_counts;
     for (std::size_t i = 0; i <= last_; ++i) {
       const double x = static_cast<double>(i) * cell;
-      at_[i].mass = unit.partial_moment(0, x);
-      at_[i].first = unit.partial_moment(1, x);
-      if (at_[i].mass < 1e-12) shortest_ = x;
+      at_[i] = moments(x);
+      if (at_[i].mass < 1e-12) shortest_ = std::max(shortest_, x);
     }
-    shortest_ = std::max(shortest_, shortest_that_counts);
     for (std::size_t i = 1; i <= last_; ++i) {
-      const double x = static_cast<double>(i) * cell, before = x - cell;
+      const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
-      if (before < shortest_) continue;
-      // Simpson's rule: near the shortest a cell is as long as the length.
-      const Moments middle{
-          0.5 * (at_[i].mass + at_[i - 1].mass), 0.5 * (at_[i].first + at_[i - 1].first), {}};
-      at_[i].rest.add(cell / (6.0 * square(before)), at_[i - 1], before);
-      at_[i].rest.add(cell / (1.5 * square(x - 0.5 * cell)), middle, x - 0.5 * cell);
-      at_[i].rest.add(cell / (6.0 * square(x)), at_[i], x);
+      if (x <= shortest_) continue;
+      // Simpson's rule. Near the shortest a cell is as long as the length: there in parts.
+      const int parts = i < 64 ? 8 : 1;
+      const double part = (x - start) / parts;
+      Moments low = i < 64 ? moments(start) : at_[i - 1];
+      for (int k = 0; k < parts; ++k) {
+        const double begin = start + k * part, middle = begin + 0.5 * part, stop = begin + part;
+        const Moments high = k + 1 < parts ? moments(stop) : at_[i];
+        const Moments between =
+            i < 64 ? moments(middle)
+                   : Moments{0.5 * (low.mass + high.mass), 0.5 * (low.first + high.first), {}};
+        at_[i].rest.add(part / (6.0 * square(begin)), low, begin);
+        at_[i].rest.add(part / (1.5 * square(middle)), between, middle);
+        at_[i].rest.add(part / (6.0 * square(stop)), high, stop);
+        low = high;
+      }
     }
   }
 
@@ -643,6 +658,7 @@ class DividedLaw {
     // Many short ones are their integral over k, which is one over the length u = x / k.
     constexpr double direct = 100.0;
     Snaps snaps;
+    snaps.lost = x * few_;  // shorter than all that count, hence never bent
     double k = 1.0;
     for (; k <= direct && x > shortest_ * k; k += 1.0) {
       const Place place = find(x / k);
@@ -681,7 +697,7 @@ class DividedLaw {
 
   double cell_;
   std::size_t last_;
-  double shortest_ = 0.0;
+  double shortest_ = 0.0, few_ = 0.0;
   std::vector<Moments> at_;
 };
 

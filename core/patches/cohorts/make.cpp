@@ -120,7 +120,10 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double resolution = r.options.resolution * (static_cast<double>(detail) / r.pieces);
   const double mean = r.law.mean;
   // A narrow law needs finer pieces: what snaps in one of them is a larger share.
-  const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
+  double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
+  // So does a renewal that few bristles outlive: 1 / (kappa nu) is its length.
+  const double renewals = r.law.renewal * r.law.snap_rate * mean;
+  if (renewals > 1.5) share *= 1.5 / renewals;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
   // Of a wide law many snap twice in a long piece.
@@ -157,7 +160,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
-  made.law.snap_rate = made.law.renewal > 0.0 ? material->snap_rate : 1.0 / table.mean;
+  made.law.snap_rate = material->snap_rate;
   set_pieces(made, made.pieces);
   double capacity = options.cohorts;
   if (options.cohorts == 0)
