@@ -39,6 +39,11 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
   }
+  /// Cache lines of the record and of the rows in use.
+  std::uint8_t fetched_lines() const noexcept {
+    const std::uint32_t lines = static_cast<std::uint32_t>(sizeof(Cohorts) / 64 + 1) + used_numbers() / 8;
+    return static_cast<std::uint8_t>(lines < 64 ? lines : 64);
+  }
   bool rubs() const noexcept { return law.residual > 0.0 || law.renewal > 0.0; }
   double zeta_max() const noexcept { return full_weight; }
   double units_per_bristle() const noexcept { return full_mass / full_weight; }

@@ -163,6 +163,7 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
     p.sum[axis] = axis < p.axes ? deflections_at(r, slide.move.to[axis], axis) : 0;
   }
   p.bound.reach = -1.0;
+  p.fetched_lines = r.fetched_lines();
 }
 
 }  // namespace bristle::detail
