@@ -219,6 +219,55 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
   }
 }
 
+TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbed", "[fit]") {
+  // Strokes of one to four presliding lengths (18 um) to either side, 100 samples a second, noise of 10 mN.
+  const double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, cv = 0.4, load = 2.0;
+  RubbedBristles bristles(1800, lognormal_quantile(length, cv), residual, renewal, length / 100.0, 17);
+  // Its own kinetic deflection, by sliding: no formula.
+  RubbedBristles sliding(20000, lognormal_quantile(length, cv), residual, renewal, length / 100.0, 18);
+  sliding.move(20.0 * length);
+  double bend = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    sliding.move(0.25 * length);
+    bend += sliding.mean_deflection() / 40.0;
+  }
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  std::string csv = "t,x,load,force\n";
+  double x = 0.0;
+  for (int i = 0; i < 1200; ++i) {
+    const double t = 0.01 * i, swing = 18e-6 * (1.0 + 3.0 * t / 12.0);
+    const double next = swing * std::sin(2.0 * M_PI * t);
+    bristles.move(next - x);
+    x = next;
+    csv += fmt::format("{},{},{},{}\n", t, x, load,
+                       kinetic * load * bristles.mean_deflection() / bend + noise(generator));
+  }
+  const Fitted fitted = fit(csv);
+  check_recovered(fitted[cli::fit_kinetic], kinetic, 0.02 * kinetic);
+  check_recovered(fitted[cli::fit_length], length + residual, 0.1 * (length + residual));
+  check_recovered(fitted[cli::fit_residual], residual / (length + residual), 0.15);
+  check_recovered(fitted[cli::fit_renewal], renewal, 0.6 * renewal);
+  CHECK(fitted.result.material.residual_length ==
+        Approx(fitted[cli::fit_residual].value * fitted[cli::fit_length].value));
+  CHECK(fitted.result.material.shared_renewal == fitted[cli::fit_renewal].value);
+
+  // The paper's brush, held, is told apart; and what is held stays.
+  cli::FitOptions paper;
+  paper.residual = paper.renewal = 0.0;
+  const Fitted plain = fit(csv, paper);
+  CHECK(plain[cli::fit_residual].value == 0.0);
+  CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
+  CHECK(plain.result.residual_rms > 2.0 * fitted.result.residual_rms);
+  cli::FitOptions half;
+  half.renewal = 1.5;
+  CHECK(fit(csv, half)[cli::fit_renewal].value == 1.5);
+  cli::FitOptions keep;
+  keep.rule = SnapRule::keep;
+  keep.renewal = 1.0;
+  CHECK_THAT(refusal(csv, keep), Contains("need --rule redraw"));
+}
+
 TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") {
   SyntheticFriction s = usual();
   s.viscous = 100.0;
