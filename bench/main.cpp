@@ -180,6 +180,7 @@ int main(int argc, char** argv) {
     add_context();
     register_kernels();
     register_batches();
+    register_cohorts();
     register_keys();
     register_scaling();
     register_long_motion();

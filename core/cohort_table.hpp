@@ -28,6 +28,9 @@ enum CohortColumn : std::uint32_t {
   cohort_columns
 };
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< doubles of a row
+/// R is this much above the deflection that set it (scaled): a patch that trembles comes back to its farthest
+/// place, and to the place at which the last were born, without another look.
+constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< R of a lane that holds no cohort: nothing is bent so far
 
 /// Survival function of a law, linear between nodes. Cells are 1/128 of (x + 1/16) wide: cell number by the
@@ -47,16 +50,18 @@ constexpr double longest_piece_share = 0.6;
 
 struct CohortLaw {
   const SurvivalCell* cells;
-  double end;         ///< S(end) = 0; longer arguments are taken as `end`
-  double sure;        ///< S(sure) = 1 to the last unit of mass: a cohort's R is at least this
-  double mean;        ///< scaled
-  double piece;       ///< longest piece of path taken at once, scaled
-  double forget;      ///< straight path after which a patch has forgotten how it began, scaled
-  double negligible;  ///< share of a patch's mass: a cohort that has less snaps as a whole
-  double slow;        ///< from this distance on pieces of a long step may grow with it, scaled
-  double residual;    ///< l_r, scaled: what a snap leaves; R counts from it
-  double renewal;     ///< kappa: bristles renewed by a snap
-  double snap_rate;   ///< snaps of a bristle per scaled length of steady sliding
+  double end;             ///< S(end) = 0; longer arguments are taken as `end`
+  double sure;            ///< S(sure) = 1 to the last unit of mass: a cohort's R is at least this
+  double mean;            ///< scaled
+  double piece;           ///< longest piece of path taken at once, scaled
+  double forget;          ///< straight path after which a patch has forgotten how it began, scaled
+  double negligible;      ///< share of a patch's mass: a cohort that has less snaps as a whole
+  double slow;            ///< from this distance on pieces of a long step may grow with it, scaled
+  double longest_growth;  ///< of these pieces, as a factor
+  double most_apart;      ///< squared distance of a pair of cohorts that was moved apart over what it was
+  double residual;        ///< l_r, scaled: what a snap leaves; R counts from it
+  double renewal;         ///< kappa: bristles renewed by a snap
+  double snap_rate;       ///< snaps of a bristle per scaled length of steady sliding
 };
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
@@ -71,10 +76,15 @@ struct CohortState {
   /// Cohorts that may still grow: [0] of bristles that snapped, [1] of those that came into contact. Each
   /// takes in what is born within a piece of `begin` (where the first of them would be straight).
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
-  std::uint32_t open[2] = {no_cohort, no_cohort};
+  /// [2]: of bristles that snapped, closed, and to be moved apart from [0] when that one closes.
+  std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
+  double spread =
+      0.0;  ///< of the places in [0] and [2], lost by joining them: sum of mass x length^2, stored
+  /// 0: all came into contact at once, and every cohort's ranks are [0, mass). 1: load has risen since.
+  std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< at least 8
-  /// What a move tells: bristles snap no nearer than this to where it ended; below 0 = not known. No state.
+  /// What a move tells: bristles snap no nearer than this to its middle; below 0 = not known. No state.
   double slack = -1.0;
 };
 
@@ -82,7 +92,8 @@ struct CohortState {
 struct CohortMove {
   double from[2], to[2];
   double direction[2];
-  double length;  ///< scaled, > 0
+  double length;      ///< scaled, > 0
+  bool books = true;  ///< false: CohortTotals::integral and lost are not asked for, and may be wrong
 };
 
 /// Sums of one move, in units of mass.

@@ -39,6 +39,8 @@ inline Survival survival_at(const CohortLaw& law, double x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
 }
 
+inline double square_of(double a) { return a * a; }
+
 /// A lane that holds no cohort: it never snaps and weighs nothing.
 inline void clear_lane(double* rows, std::uint32_t i) {
   for (std::uint32_t c = 0; c < cohort_columns; ++c) cohort(rows, i, static_cast<CohortColumn>(c)) = 0.0;
@@ -101,11 +103,12 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   const double zx = to[0] - x;
   const double zy = to[1] - y;
   const double mean = reach + share * (n.reach - reach);
-  reach = most(mean, root(zx * zx + zy * zy) - law.residual);
+  reach = most(mean, root(zx * zx + zy * zy) - law.residual + reach_margin);
   const Survival at = survival_at(law, reach);
   cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   cohort(rows, i, cohort_left) = at.left;
   cohort(rows, i, cohort_moment) = at.moment;
+  if (s.layered == 0) return m * share * (dx * dx + dy * dy);  // both have all ranks
   double& low = cohort(rows, i, cohort_low);
   double& high = cohort(rows, i, cohort_high);
   const double of_ranks = rank_mean(low, high);
@@ -127,9 +130,68 @@ inline void append(const CohortLaw& law, CohortState& s, double* rows, const New
   cohort(rows, i, cohort_fresh) = fresh_mass(n.mass, at.left);
   cohort(rows, i, cohort_left) = at.left;
   cohort(rows, i, cohort_moment) = at.moment;
-  const Ranks ranks = ranks_of(n.rank_mean, n.rank_square, s.mass);
+  const Ranks ranks = s.layered == 0 ? Ranks{0.0, s.mass} : ranks_of(n.rank_mean, n.rank_square, s.mass);
   cohort(rows, i, cohort_low) = ranks.low;
   cohort(rows, i, cohort_high) = ranks.high;
+}
+
+/// Cohort i as it is when its place has moved: its R and what goes with it. Its mass stays.
+struct Moved {
+  double x, y, reach;
+  Survival at;
+};
+inline Moved move_place(const CohortLaw& law, const double* rows, std::uint32_t i, double dx, double dy,
+                        const double to[2]) {
+  const double x = cohort(rows, i, cohort_x) + dx;
+  const double y = cohort(rows, i, cohort_y) + dy;
+  const double before =
+      root(square_of(to[0] - cohort(rows, i, cohort_x)) + square_of(to[1] - cohort(rows, i, cohort_y)));
+  const double after = root(square_of(to[0] - x) + square_of(to[1] - y));
+  const double moved = cohort(rows, i, cohort_reach) + (after - before);
+  const double reach = most(most(moved, law.sure), after - law.residual + reach_margin);
+  return {x, y, reach, survival_at(law, reach)};
+}
+inline void put_moved(double* rows, std::uint32_t i, const Moved& moved) {
+  cohort(rows, i, cohort_fresh) = fresh_mass(mass_of(rows, i), moved.at.left);
+  cohort(rows, i, cohort_x) = moved.x;
+  cohort(rows, i, cohort_y) = moved.y;
+  cohort(rows, i, cohort_reach) = moved.reach;
+  cohort(rows, i, cohort_left) = moved.at.left;
+  cohort(rows, i, cohort_moment) = moved.at.moment;
+}
+
+/// The cohort that grew is full. Every second one and that before it are moved apart, until the places of
+/// both vary as those of the bristles in them did: two points for a path, at the abscissae of Gauss where it
+/// was straight. Mass, first and second moment are kept. Returns twice the energy lost: what is beyond that.
+inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2]) {
+  const std::uint32_t i = s.open[2];
+  const std::uint32_t j = s.open[0];
+  s.open[0] = no_cohort;
+  s.open[2] = no_cohort;
+  if (i == no_cohort && j != no_cohort) {
+    s.open[2] = j;
+    return 0.0;
+  }
+  const double spread = s.spread;
+  s.spread = 0.0;
+  if (j == no_cohort) return spread;
+  const double m = mass_of(rows, i);
+  const double n = mass_of(rows, j);
+  const double dx = cohort(rows, j, cohort_x) - cohort(rows, i, cohort_x);
+  const double dy = cohort(rows, j, cohort_y) - cohort(rows, i, cohort_y);
+  const double apart = dx * dx + dy * dy;
+  if (!(apart > 0.0) || !(m > 0.0) || !(n > 0.0)) return spread;
+  const double reduced = m * (n / (m + n));
+  const double wanted = least(apart + spread / reduced, law.most_apart * apart);
+  const double farther = root(wanted / apart) - 1.0;
+  const double back = -farther * (n / (m + n));
+  const double forth = farther * (m / (m + n));
+  const Moved first = move_place(law, rows, i, back * dx, back * dy, to);
+  const Moved second = move_place(law, rows, j, forth * dx, forth * dy, to);
+  if (!(first.at.left > 0.0) || !(second.at.left > 0.0)) return spread;
+  put_moved(rows, i, first);
+  put_moved(rows, j, second);
+  return most(spread - reduced * (wanted - apart), 0.0);
 }
 
 /// What a pass over all cohorts sums for the piece of path that it ends: over the mass that snapped, with gap
@@ -144,6 +206,7 @@ struct PieceSums {
   double x, y;  ///< of the mass that is left: mass x place
   /// Mass that is left, times the share of the piece along which it could be renewed. Laws with renewal only.
   double renewable;
+  bool emptied;  ///< a cohort may have lost all of its mass
 };
 
 /// How often each bristle that can be renewed is drawn for it along a piece: kappa times the snaps of the
@@ -175,26 +238,33 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.rank_squares += renewed.rank_squares;
   p.x = renewed.x;
   p.y = renewed.y;
+  p.emptied = p.emptied || renewed.emptied;
 }
 
 /// Mass that snapped (or was renewed) along a piece starts anew at its mean place, bent by l_r. Its own
 /// weakest may have snapped again since (a law with S < 1 that early): they are counted as one group. Books
-/// energy and path integral. `at` is the end of the piece; `snapped` of the mass had snapped.
+/// energy and path integral. `at` is the end of the piece of this length; `snapped` of the mass had snapped.
+/// `spread`: how the places at which they were straight vary, which is no loss yet.
 template <bool rubs>
-Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& a, const double at[2],
-             double snapped, CohortTotals& t) {
+Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double piece, const double at[2],
+             double snapped, CohortTotals& t, double& spread) {
   const double gap = p.gap / p.lost;
+  // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
+  p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = survival_at(law, gap);
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
-  double of_residual = 0.0;  // that the second snaps lose on top
+  double gap_gap_left = p.gap_gap;  // without the lengths of second snaps
+  double of_second = 0.0;           // that the second snaps lose
   if (again > 0.0) {
     const double length = least(s.moment / (1.0 - s.left), gap);
     const double left = gap - length;
     mean_gap = gap - (1.0 - s.left) * length;
     gap_gap -= again * (gap * gap - (length * length + left * left));
-    if (rubs) of_residual = 2.0 * law.residual * (again * length);
+    of_second = again * (length * length);
+    if (rubs) of_second += 2.0 * law.residual * (again * length);
+    gap_gap_left -= again * (gap * gap - left * left);
   }
   // Without snaps the integral would be that of the survivors: less what the lost would have added after
   // their snap, and what they add as newborn.
@@ -203,14 +273,16 @@ Newborn bear(const CohortLaw& law, const PieceSums& p, const CohortMove& a, cons
   t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
   t.integral[1] += a.direction[1] * of_newborn - p.gap_y;
   const double along = a.direction[0] * p.gap_x + a.direction[1] * p.gap_y;
-  t.lost += (p.squares - 2.0 * along + p.gap_gap) + (gap_gap - p.lost * (mean_gap * mean_gap));
-  if (rubs) t.lost += of_residual - p.lost * (law.residual * law.residual);
+  t.lost += p.squares - 2.0 * along + p.gap_gap;
+  spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
+  t.lost += of_second;
+  if (rubs) t.lost -= p.lost * (law.residual * law.residual);
   t.snapped += snapped + again;
   const double root = rubs ? mean_gap + law.residual : mean_gap;  // where they would be straight
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],
-          most(mean_gap, law.sure),
+          most(mean_gap + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost};
 }
@@ -220,9 +292,9 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
   // Never so long that what snapped early in it would have to be stronger than the law's strongest.
-  const double piece = wide > law.slow
-                           ? least(law.piece * least(wide / law.slow, 4.0), longest_piece_share * law.end)
-                           : law.piece;
+  const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
+                                               longest_piece_share * law.end)
+                                       : law.piece;
   // What is left near the end is cut evenly. A fifth more is no reason for two pieces.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
@@ -267,8 +339,13 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
     if (used[i] || used[pair.j] || pair.cost > cheapest * merge_margin) continue;
     used[i] = used[pair.j] = true;
     lost += merge(law, s, rows, i, pair.j, at);
-    for (std::uint32_t& open : s.open)
-      if (open == i || open == pair.j) open = no_cohort;
+    for (std::uint32_t k = 0; k < 3; ++k)
+      if (s.open[k] == i || s.open[k] == pair.j) {
+        s.open[k] = no_cohort;
+        if (k == 1) continue;
+        lost += s.spread;
+        s.spread = 0.0;
+      }
     cohort(rows, pair.j, cohort_fresh) = 0.0;
     --left;
   }
@@ -280,9 +357,10 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 template <class Engine, int axes, bool rubs>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
-  if (a.length > 1.2 * law.piece) {
-    s.slack = Engine::template find_slack<axes>(law, s, rows, a.to);
-    if (s.slack >= 0.0) return;
+  const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
+  if (a.length > 1.2 * law.piece && Engine::template find_slack<axes>(law, s, rows, a.to) >= 0.0) {
+    s.slack = Engine::template find_slack<axes>(law, s, rows, middle);
+    return;
   }
   double from[2] = {a.from[0], a.from[1]};
   double done = 0.0;
@@ -296,7 +374,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     PieceSums sums{};
     const bool bent = Engine::template bend_all<axes, rubs>(law, s, rows, a, length, at, sums);
     if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
-      s.slack = Engine::template find_slack<axes>(law, s, rows, at);
+      s.slack = Engine::template find_slack<axes>(law, s, rows, middle);
       return;
     }
     s.slack = -1.0;
@@ -310,10 +388,11 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         snapped = draws.snapped;
         add_renewed(sums, Engine::template renew_all<axes>(law, s, rows, a, length, at, draws.hazard));
       }
-      const Newborn newborn = bear<rubs>(law, sums, a, at, snapped, t);
+      double spread = 0.0;
+      const Newborn newborn = bear<rubs>(law, sums, a, length, at, snapped, t, spread);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
-      remove_empty(s, rows);
+      if (sums.emptied) remove_empty(s, rows);
       double first[2] = {from[0], from[1]};  // where what is born first and last would be straight
       double last_born[2] = {at[0], at[1]};
       if (rubs)
@@ -324,8 +403,9 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       const double bx = last_born[0] - s.begin[0][0];
       const double by = last_born[1] - s.begin[0][1];
       if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
-        t.lost += join(law, s, rows, s.open[0], newborn, at);
+        s.spread += join(law, s, rows, s.open[0], newborn, at);
       } else {
+        t.lost += close_open(law, s, rows, at);
         if (s.count == s.capacity) {
           t.lost += make_room<Engine>(law, s, rows, at);
           ++t.merges;
@@ -334,6 +414,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = first[axis];
         append(law, s, rows, newborn);
       }
+      s.spread += spread;
     }
     from[0] = at[0];
     from[1] = at[1];
@@ -344,7 +425,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
 /// or are a cohort of their own, for which there is room. Returns twice the energy lost.
 inline double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass,
                     double low, double high, bool joins) {
-  const Newborn n{mass, at[0], at[1], law.sure, rank_mean(low, high), rank_square(low, high)};
+  const Newborn n{
+      mass, at[0], at[1], most(law.sure, reach_margin), rank_mean(low, high), rank_square(low, high)};
   s.slack = -1.0;
   if (joins) return join(law, s, rows, s.open[1], n, at);
   s.open[1] = s.count;

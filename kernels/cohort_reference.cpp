@@ -37,9 +37,9 @@ struct ReferenceSums {
     y.lane[k] += kept * cohort(rows, i, cohort_y);
   }
   PieceSums totals() const {
-    return {lost.total(),  gap.total(),     gap_gap.total(),  gap_x.total(),
-            gap_y.total(), squares.total(), ranks.total(),    rank_squares.total(),
-            x.total(),     y.total(),       renewable.total()};
+    return {lost.total(),  gap.total(),     gap_gap.total(),   gap_x.total(),
+            gap_y.total(), squares.total(), ranks.total(),     rank_squares.total(),
+            x.total(),     y.total(),       renewable.total(), true};
   }
 };
 
@@ -91,7 +91,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   sums.add(rows, i, zx, zy, square, kept, lost, gap);
   if (rubs) sums.renewable.lane[lane] += kept * renewable;
 
-  cohort(rows, i, cohort_reach) = bent;
+  cohort(rows, i, cohort_reach) = bent + reach_margin;
   cohort(rows, i, cohort_fresh) = kept > 0.0 ? fresh : 0.0;
   cohort(rows, i, cohort_left) = now.left;
   cohort(rows, i, cohort_moment) = now.moment;

@@ -102,30 +102,54 @@ inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(f
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
+  bool books, ranked;  ///< what is asked for; the rest stays 0
+  bool emptied = false;
+
+  VectorSums(bool books_, bool ranked_) : books(books_), ranked(ranked_) {}
 
   /// ReferenceSums::add, for the cohorts at `place`.
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
     const auto sum = [k](LaneSum& total, Vector value) { total.part[k] = total.part[k] + value; };
-    const Vector low = place.get(cohort_low);
-    const Vector high = place.get(cohort_high);
     const Vector lost_gap = left_behind * g;
     sum(lost, left_behind);
     sum(gap, lost_gap);
     sum(gap_gap, lost_gap * g);
-    sum(gap_x, lost_gap * zx);
-    if (axes == 2) sum(gap_y, lost_gap * zy);
-    sum(squares, left_behind * square);
-    sum(ranks, left_behind * ((low + high) * Vector(0.5)));
-    sum(rank_squares, left_behind * ((low * low + low * high + high * high) * Vector(1.0 / 3.0)));
+    if (books) {
+      sum(gap_x, lost_gap * zx);
+      if (axes == 2) sum(gap_y, lost_gap * zy);
+      sum(squares, left_behind * square);
+    }
+    if (ranked) {
+      const Vector low = place.get(cohort_low);
+      const Vector high = place.get(cohort_high);
+      sum(ranks, left_behind * ((low + high) * Vector(0.5)));
+      sum(rank_squares, left_behind * ((low * low + low * high + high * high) * Vector(1.0 / 3.0)));
+    }
     sum(x, kept * place.get(cohort_x));
     if (axes == 2) sum(y, kept * place.get(cohort_y));
   }
+  template <int axes, bool rubs>
   PieceSums totals() const {
-    return {lost.total(),  gap.total(),     gap_gap.total(),  gap_x.total(),
-            gap_y.total(), squares.total(), ranks.total(),    rank_squares.total(),
-            x.total(),     y.total(),       renewable.total()};
+    PieceSums p{};
+    p.lost = lost.total();
+    p.gap = gap.total();
+    p.gap_gap = gap_gap.total();
+    p.x = x.total();
+    if (axes == 2) p.y = y.total();
+    if (rubs) p.renewable = renewable.total();
+    if (books) {
+      p.gap_x = gap_x.total();
+      if (axes == 2) p.gap_y = gap_y.total();
+      p.squares = squares.total();
+    }
+    if (ranked) {
+      p.ranks = ranks.total();
+      p.rank_squares = rank_squares.total();
+    }
+    p.emptied = emptied;
+    return p;
   }
 };
 
@@ -181,8 +205,10 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   sums.add<axes>(place, k, zx, zy, square, kept, lost, gap);
   if (rubs) sums.renewable.part[k] = sums.renewable.part[k] + kept * renewable;
 
-  place.put(cohort_reach, select_lanes<double>(beyond, bent, reach));
-  place.put(cohort_fresh, select_lanes<double>(beyond & (kept == zero), zero, fresh));
+  place.put(cohort_reach, select_lanes<double>(beyond, bent + Vector(reach_margin), reach));
+  const Mask<double> empty = beyond & (kept == zero);
+  if (any_lane<double>(empty)) sums.emptied = true;
+  place.put(cohort_fresh, select_lanes<double>(empty, zero, fresh));
   place.put(cohort_left, select_lanes<double>(beyond, now.left, left));
   place.put(cohort_moment, select_lanes<double>(beyond, now.moment, moment));
   return true;
@@ -221,25 +247,26 @@ struct VectorEngine {
   template <int axes, bool rubs>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], PieceSums& p) {
-    VectorSums sums;
+    VectorSums sums(a.books, s.layered != 0);
     bool bent = false;
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
       for (std::uint32_t k = 0; k < row_parts; ++k)
         if (bend<axes, rubs>(law, least_mass, {rows + k * vector_size}, k, a, length, at, sums)) bent = true;
-    if (bent) p = sums.totals();
+    if (bent) p = sums.totals<axes, rubs>();
     return bent;
   }
 
   template <int axes>
   static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                              double length, const double at[2], double hazard) {
-    VectorSums sums;
+    VectorSums sums(a.books, s.layered != 0);
+    sums.emptied = true;
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
       for (std::uint32_t k = 0; k < row_parts; ++k)
         renew_share<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, hazard, sums);
-    return sums.totals();
+    return sums.totals<axes, true>();
   }
 
   template <int axes>

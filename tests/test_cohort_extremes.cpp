@@ -106,14 +106,14 @@ TEST_CASE("Tremor of every amplitude keeps its error over hundreds of cycles", "
 }
 
 TEST_CASE("Steps of 1e-3 to 1e5 lengths are the same slide for every law", "[cohorts][extreme]") {
-  // A spread of 2 forgets after hundreds of lengths. Its friction is 0.8 to 1.1 % low: the longest, few
-  // in number, snap together once they are negligible.
+  // A spread of 2 forgets after hundreds of lengths, and its longest bristles, one in a hundred thousand,
+  // carry 1 % of the force.
   for (const SnapLength& law : {SnapLength::uniform(0.5 * dbar, 1.5 * dbar), lognormal,
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::lognormal(dbar, 2.0),
                                 SnapLength::exponential(dbar), SnapLength::normal(dbar, 0.1 * dbar)}) {
     for (double stroke : {1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5}) {
       OnePatch patch = make_brush(law);
-      const double path = law.cv() > 1.5 && stroke > 5e-3 ? 4000.0 : 40.0;
+      const double path = law.cv() > 1.5 && stroke > 5e-3 ? 4000.0 : 80.0;
       const int steps = std::max(1, static_cast<int>(path / stroke));
       Response r;
       for (int i = 0; i < steps; ++i) r = patch.step(stroke * dbar, 0.0, load_n);
@@ -122,7 +122,7 @@ TEST_CASE("Steps of 1e-3 to 1e5 lengths are the same slide for every law", "[coh
       if (law.cv() > 1.5 && path < 1000.0)
         CHECK(deflection(r, load_n) > 0.5);
       else
-        CHECK(deflection(r, load_n) == Approx(kinetic(law)).epsilon(law.cv() > 1.5 ? 0.012 : 0.002));
+        CHECK(deflection(r, load_n) == Approx(kinetic(law)).epsilon(law.cv() > 1.5 ? 0.003 : 0.002));
     }
   }
 }

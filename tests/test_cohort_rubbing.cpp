@@ -3,12 +3,15 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <map>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "brute_rubbing.hpp"
 #include "expect.hpp"
 #include "infinite_brush.hpp"
+#include "reference_table.hpp"
 
 using namespace bristle_test;
 
@@ -33,7 +36,7 @@ struct Steady {
   double deflection, snap_rate;
 };
 Steady steady(const SnapLength& law, const Rubbing& rubbing) {
-  const double end = law.longest() / dbar, h = end / 200000;
+  const double end = law.longest() / dbar, h = end / 20000;
   const auto moment = [&](int power, double rate) {
     double sum = 0.0;
     for (double r = 0.5 * h; r < end; r += h)
@@ -63,7 +66,139 @@ Cycle rub(Brush& brush, double stroke) {
   return cycle;
 }
 
+/// Rows of a table about one law and setting: the rule of the infinite brush.
+struct TableCase {
+  NamedLaw law;
+  Rubbing rubbing;
+  std::vector<Row> rows;
+};
+std::vector<TableCase> table_cases(const char* file) {
+  std::vector<TableCase> cases;
+  for (const Row& row : read_table(file)) {
+    if (row.at("variant") != std::string("redraw")) continue;
+    const Rubbing r{number(row, "residual_over_dbar"), number(row, "kappa")};
+    if (cases.empty() || cases.back().law.name != row.at("dist") ||
+        cases.back().rubbing.residual != r.residual || cases.back().rubbing.renewal != r.renewal) {
+      const std::vector<NamedLaw> laws = reference_laws();
+      const auto law =
+          std::find_if(laws.begin(), laws.end(), [&](const NamedLaw& l) { return l.name == row.at("dist"); });
+      REQUIRE(law != laws.end());
+      cases.push_back({*law, r, {}});
+    }
+    cases.back().rows.push_back(row);
+  }
+  return cases;
+}
+
+Brush make_brush(const TableCase& c, double resolution) {
+  return Brush(rubbed(c.law.law, c.rubbing), infinite_options(resolution, 512));
+}
+void slide_far(Brush& brush, double ex = 1.0, double ey = 0.0) {
+  for (int k = 0; k < 60; ++k) brush.step(0.83 * ex, 0.83 * ey);
+}
+
+/// Largest errors of a resolution against the tables, mean snap lengths: of the law in first place.
+using Errors = std::map<std::string, double>;
+void note(Errors& errors, const char* law, double error) {
+  errors[law] = std::max(errors[law], std::abs(error));
+}
+
+Errors virgin_errors(double resolution) {
+  Errors errors;
+  for (const TableCase& c : table_cases("rubbing_virgin.csv")) {
+    Brush brush = make_brush(c, resolution);
+    double x = 0.0;
+    for (const Row& row : c.rows) {
+      const double to = number(row, "x_over_dbar");
+      brush.step((to - x) * 0.6, (to - x) * 0.8);
+      x = to;
+      note(errors, c.law.name, brush.x() * 0.6 + brush.y() * 0.8 - number(row, "f"));
+    }
+  }
+  return errors;
+}
+
+Errors reversal_errors(double resolution) {
+  Errors errors;
+  for (const TableCase& c : table_cases("rubbing_reversal.csv")) {
+    Brush brush = make_brush(c, resolution);
+    slide_far(brush);
+    double y = 0.0;
+    for (const Row& row : c.rows) {
+      const double to = number(row, "y_over_dbar");
+      brush.step(y - to);
+      y = to;
+      note(errors, c.law.name, brush.x() - number(row, "f"));
+    }
+  }
+  return errors;
+}
+
+Errors turn_errors(double resolution) {
+  Errors errors;
+  for (const TableCase& c : table_cases("rubbing_turn.csv")) {
+    Brush brush = make_brush(c, resolution);
+    slide_far(brush, 0.8, 0.6);
+    double y = 0.0;
+    for (const Row& row : c.rows) {
+      const double to = number(row, "y_over_dbar");
+      brush.step((y - to) * 0.6, (to - y) * 0.8);
+      y = to;
+      // f_parallel: along the slide before; f_perp: along the motion now.
+      note(errors, c.law.name, brush.x() * 0.8 + brush.y() * 0.6 - number(row, "f_parallel"));
+      note(errors, c.law.name, brush.y() * 0.8 - brush.x() * 0.6 - number(row, "f_perp"));
+    }
+  }
+  return errors;
+}
+
+Errors errors_of_load(double resolution, const char* column, bool halves) {
+  Errors errors;
+  for (const TableCase& c : table_cases("rubbing_load.csv")) {
+    Brush brush = make_brush(c, resolution);
+    brush.load = 0.5 * load_n;
+    slide_far(brush);
+    brush.load = load_n;
+    double y = 0.0;
+    for (const Row& row : c.rows) {
+      const double to = number(row, "y_over_dbar");
+      brush.step(to - y);
+      y = to;
+      if (halves && y == 0.75) {
+        brush.load = 0.5 * load_n;
+        brush.step(0.0);
+      }
+      note(errors, c.law.name, brush.x() * brush.load / (0.5 * load_n) - number(row, column));
+    }
+  }
+  return errors;
+}
+Errors load_errors(double resolution) { return errors_of_load(resolution, "F_doubled", false); }
+
 }  // namespace
+
+TEST_CASE("A rubbed infinite brush follows the tables with second order", "[cohorts][rubbing][physics]") {
+  const auto check = [](const char* what, Errors (*errors)(double)) {
+    const Errors at[] = {errors(8.0), errors(16.0), errors(32.0)};
+    CHECK(at[0].size() == 3);
+    for (const auto& law : at[0]) {
+      const double e[] = {law.second, at[1].at(law.first), at[2].at(law.first)};
+      INFO(what << ", " << law.first << ": " << e[0] << ", " << e[1] << ", " << e[2]);
+      CHECK(e[0] < 7e-3);
+      CHECK(e[1] < 2e-3);
+      CHECK(e[2] < 8e-4);
+    }
+  };
+  check("virgin", virgin_errors);
+  check("reversal", reversal_errors);
+  check("turn", turn_errors);
+  check("load", load_errors);
+  // Who came last is known of a cohort by mean and variance of rank alone: no resolution mends that.
+  for (const auto& law : errors_of_load(16.0, "F_doubled_then_halved", true)) {
+    INFO("halved again, " << law.first << ": " << law.second);
+    CHECK(law.second < 0.02);
+  }
+}
 
 TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[cohorts][rubbing][physics]") {
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
@@ -88,7 +223,8 @@ TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[
         CHECK(brush.imbalance < 1e-12);
       }
       CHECK(error[0] < 4e-3);
-      CHECK(error[1] < 3e-4);
+      // With eight renewed by each snap an exponential law has a mean age of 0.11, four steps.
+      CHECK(error[1] < (r.renewal > 1.0 ? 7e-4 : 3e-4));
     }
   }
   // As printed in DESIGN.md 2.7.

@@ -409,6 +409,39 @@ TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
   CHECK(std::fabs(mean_deflection(run.now().bristles)) < 0.02 * std::fabs(bent));
 }
 
+TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[room]") {
+  Settings settings = few_bristles();
+  settings.slope = 0.2;
+  settings.kinetic = 0.4;
+  settings.peak = 0.46;
+  Run run(settings);
+  run.until(0.3);
+  auto& wishes = run.loop().exchange().settings;
+  settings.infinite = true;
+  wishes.write(settings);
+  run.until(0.6);
+  const double place = run.now().block_position[0];
+  CHECK(run.now().settings.infinite);
+  REQUIRE(run.now().bristles.count == bristles_shown);
+  // They were straight, and now hold the block.
+  CHECK(std::fabs(run.now().bristles.zx[0]) > 0.05 * settings.presliding_length);
+  CHECK(std::fabs(run.now().bristles.zx[0]) < settings.presliding_length);
+  run.until(1.0);
+  CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);  // it swings
+
+  settings.shared_renewal = 2.0;
+  settings.residual_share = 0.3;
+  wishes.write(settings);
+  run.until(1.2);
+  CHECK(run.now().kinetic_coefficient == Approx(0.4).epsilon(1e-3));
+  // The rule that keeps its bristles needs a number of them.
+  settings.keep = true;
+  wishes.write(settings);
+  run.until(1.3);
+  CHECK_FALSE(run.now().settings.infinite);
+  CHECK(run.now().settings.keep);
+}
+
 TEST_CASE("A slope steeper than the friction lets the block slide as the inclined plane says", "[room]") {
   for (const FrictionModel model : {FrictionModel::brush, FrictionModel::lugre, FrictionModel::coulomb}) {
     INFO("model " << static_cast<int>(model));
@@ -858,6 +891,7 @@ TEST_CASE("Absurd settings are clamped or refused, and the block stays finite", 
     }
     if (random() % 4 == 0) s.bristles = random() % 2 ? 0 : 100;
     s.keep = random() % 2;
+    s.infinite = random() % 2;
     s.model = static_cast<FrictionModel>(random() % 3);
     run.loop().exchange().settings.write(s);
     for (int k = 0; k < 20; ++k) run.tick();

@@ -570,7 +570,7 @@ bristle_result bristle_material_virgin_deflection(const bristle_material* materi
   return guarded([&] {
     const Material m = read_material(material);
     write_column(displacements, "displacements", deflections, "deflections", count,
-                 [&](double x) { return virgin_deflection(m.snap_length, m.snap_rule, x); });
+                 [&](double x) { return virgin_deflection(m, x); });
   });
 }
 

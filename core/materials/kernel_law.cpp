@@ -7,6 +7,7 @@
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/materials/virgin_curve.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -167,6 +168,9 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.longest = length.longest() * per_metre;
   c.shortest = shortest_scaled;
   c.residual = material.residual_length * per_metre;
+  c.snap_rate = material.snap_rate() * c.metres_per_length;
+  c.kinetic = c.residual + kinetic_deflection(length, material.snap_rule, material.shared_renewal) *
+                               length.mean() * per_metre;
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();

@@ -20,6 +20,8 @@ struct CompiledMaterial {
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
   double residual = 0.0;       ///< Material::residual_length, scaled
+  double snap_rate = 0.0;      ///< Material::snap_rate, per scaled length
+  double kinetic = 0.0;        ///< mean deflection in slow steady sliding, scaled
   bool redraw = false;         ///< needs the redraw kernels: the rule, and a spread worth the name
   bool single_length = false;  ///< a single length: remainders in double at every speed
   double peak_coefficient = 0.0;

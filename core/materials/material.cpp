@@ -3,6 +3,8 @@
 
 #include "core/common/range_check.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/materials/steady_sliding.hpp"
+#include "core/materials/virgin_curve.hpp"
 
 namespace bristle {
 
@@ -12,6 +14,11 @@ namespace {
 /// and products of a few of them stay within a double.
 constexpr double largest_parameter = 1e15;
 constexpr double smallest_positive = 1e-15;
+
+// SnapRule::keep with shared renewal: the share of the bristles that may be shorter than a 64th of the mean.
+// The shortest of them all snaps in proportion to the number of bristles: with more of them that number, and
+// not the material, would say how many bristles are renewed.
+constexpr double short_length = 1.0 / 64, short_share = 1e-4;
 
 void require_parameter(const char* name, double value, const char* unit) {
   detail::require_within("Material", name, value, 0.0, largest_parameter, unit);
@@ -39,6 +46,13 @@ void Material::validate() const {
                          largest_residual * snap_length.mean(), "m; at most 64 mean snap lengths");
   detail::require_within("Material", "shared_renewal", shared_renewal, 0.0, largest_renewal,
                          "bristles renewed by a snap");
+  if (snap_rule == SnapRule::keep && shared_renewal != 0.0 &&
+      1.0 - snap_length.survival(short_length * snap_length.mean()) > short_share) {
+    detail::refuse(
+        "Material", "shared_renewal", shared_renewal,
+        "0 with snap_rule keep and a snap_length of which more than 1e-4 is shorter than a 64th of "
+        "its mean; take snap_rule redraw, or lengths farther from 0");
+  }
 }
 
 void Material::validate_for_representatives() const {
@@ -57,8 +71,26 @@ double Material::kinetic_coefficient() const {
   // keep: a bristle of length delta is on average bent by delta / 2. redraw: a bristle met in sliding
   // is long in proportion to its length, so the mean is m2 / (2 m1).
   const double mean = snap_length.mean();
-  const double bend = snap_rule == SnapRule::keep ? 0.5 * mean : 0.5 * snap_length.moment(2) / mean;
-  return bristle_stiffness * bend / (normal_stiffness * asperity_height_deviation);
+  const double beyond = shared_renewal != 0.0
+                            ? mean * detail::kinetic_deflection(snap_length, snap_rule, shared_renewal)
+                        : snap_rule == SnapRule::keep ? 0.5 * mean
+                                                      : 0.5 * snap_length.moment(2) / mean;
+  return bristle_stiffness * (residual_length + beyond) / (normal_stiffness * asperity_height_deviation);
+}
+
+double Material::peak_coefficient() const {
+  const double beyond = detail::peak_deflection(snap_length, snap_rule, shared_renewal);
+  const double force = residual_length == 0.0
+                           ? bristle_stiffness * snap_length.mean() * beyond
+                           : bristle_stiffness * (residual_length + snap_length.mean() * beyond);
+  return force / (normal_stiffness * asperity_height_deviation);
+}
+
+double Material::snap_rate() const {
+  const double per_mean = shared_renewal != 0.0
+                              ? detail::find_steady_sliding(snap_length, snap_rule, shared_renewal).snap_rate
+                              : detail::snap_rate_without_renewal(snap_length, snap_rule);
+  return per_mean / snap_length.mean();
 }
 
 double Material::damping_at(double speed_m_per_s) const noexcept {
@@ -72,6 +104,24 @@ double Material::steady_force(double speed_m_per_s, double normal_load_n) const 
   const double speed = detail::magnitude(speed_m_per_s);
   const double dampers = bristles_in_contact(normal_load_n) * damping_at(speed) * speed;
   return kinetic_coefficient() * normal_load_n + dampers + viscous_friction * speed;
+}
+
+double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean) {
+  Material material;
+  material.snap_length = law;
+  material.snap_rule = rule;
+  return virgin_deflection(material, x_over_mean);
+}
+
+double virgin_deflection(const Material& material, double x_over_mean) {
+  const double x = detail::magnitude(x_over_mean);
+  if (!(x <= 1e6)) detail::refuse("virgin_deflection", "x_over_mean", x_over_mean, "-1e6 to 1e6");
+  const double residual = material.residual_length / material.snap_length.mean();
+  // Nothing snaps before the residual length, and then every bristle counts its deflection from there.
+  const double f = x <= residual ? x
+                                 : residual + detail::virgin_curve(material.snap_length, material.snap_rule,
+                                                                   material.shared_renewal, x - residual);
+  return x_over_mean < 0.0 ? -f : f;
 }
 
 bool operator==(const Material& x, const Material& y) noexcept {

@@ -10,21 +10,48 @@ namespace {
 
 constexpr double negligible_share = 0x1p-47;  // of bristles: less than half a unit of mass
 
+constexpr double farthest_end = 2048.0;  // of a table, mean snap lengths: within unused_reach
+
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
+/// Where the table ends: the longest length that representatives draw, and farther for a lognormal law whose
+/// longer ones carry more than 1e-5 of the force.
+double find_end(const SnapLength& law) {
+  double end = law.longest();
+  if (law.law() != SnapLaw::lognormal) return end;
+  const double squares = law.moment(2);
+  while (squares - law.partial_moment(2, end) > 1e-5 * squares && end < farthest_end * law.mean())
+    end *= 1.25;
+  return end;
+}
+
+/// The deflection beyond which bristles carry this share of the force of steady sliding: of the integral of
+/// x S(x). By the integral of S the few longest of a wide law would be left out, though they carry most.
+double find_tail(const SurvivalTable& table, double share) {
+  double carried = 0.0;
+  for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
+    const SurvivalCell& cell = table.cells[k];
+    const double end = table.cells[k + 1].start;
+    const double middle = 0.5 * (cell.start + end);
+    carried += (end - cell.start) * middle * (cell.survival + cell.slope * (middle - cell.start));
+    if (carried > share * 0.5 * table.square) return cell.start;
+  }
+  return 0.0;
+}
+
 /// Path after which a long slide has forgotten how it began: waves of the renewal equation die out as
-/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and few bristles may be older.
+/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and what is older carries little.
 double find_forgetting_path(const SurvivalTable& table, const SnapLength& law) {
   const bool jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   const double waves = table.mean * (jumps ? 25.0 : 9.2) / (19.7 * square(law.cv()));
-  double older = 0.0;
-  for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
-    const SurvivalCell& cell = table.cells[k];
-    const double width = table.cells[k + 1].start - cell.start;
-    older += width * (cell.survival + 0.5 * cell.slope * width);
-    if (older > 1e-4 * table.mean) return cell.start + waves;
-  }
-  return waves;
+  return find_tail(table, 3e-4) + waves;
+}
+
+/// S at the start of a cell.
+double survival_at(const SurvivalTable& table, double start) {
+  const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
+                                 [start](const SurvivalCell& c) { return c.start >= start; });
+  return cell->survival;
 }
 
 }  // namespace
@@ -32,8 +59,9 @@ double find_forgetting_path(const SurvivalTable& table, const SnapLength& law) {
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   SurvivalTable table;
   const double metres = 1.0 / per_metre;
-  const double longest = law.longest() * per_metre;
+  const double longest = find_end(law) * per_metre;
   const bool sharp = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  table.smooth = !sharp;
   const double shortest = sharp ? law.first_parameter() * per_metre : 0.0;
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
@@ -57,6 +85,7 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   }
   table.cells.push_back({0.0, 0.0, table.mean, table.end});
   table.forget = find_forgetting_path(table, law);
+  table.weak = survival_at(table, find_tail(table, 1e-4));
   return table;
 }
 

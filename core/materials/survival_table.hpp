@@ -15,6 +15,9 @@ struct SurvivalTable {
   double sure = 0.0;    ///< S(sure) = 1 to 2^-47
   double mean = 0.0;    ///< of the law as tabulated
   double square = 0.0;  ///< E[delta^2] of the law as tabulated: the kinetic force is square / (2 mean)
+  double weak =
+      0.0;  ///< share of bristles that are left at the deflection beyond which 1e-4 of the force lies
+  bool smooth = true;   ///< without corners
   double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
 };
 

@@ -26,6 +26,7 @@ struct PatchRecord {
   const CompiledMaterial* material = nullptr;  ///< owned by the record's memory (record_memory.hpp)
   std::uint32_t first_seed = 0;                ///< that it was added with; options.seed may change by a reset
   std::uint32_t largest_work = 0;              ///< bristles that a step visits at the most
+  bool endless = false;  ///< a population without a number: read_bristles shows as many as are asked for
   double full_weight =
       0.0;                ///< physical bristles per representative when all are in use; a material keeps it
   std::size_t bytes = 0;  ///< of the record and its columns

@@ -722,7 +722,9 @@ std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> 
   impl_->apply_commands();
   const Patch* p = impl_->pool.find(id);
   if (p == nullptr) return 0;
-  std::size_t count = p->record->options.bristles;
+  std::size_t largest = 0;
+  for (const Span<double>& column : {zx, zy, delta}) largest = std::max(largest, column.size());
+  std::size_t count = p->record->endless ? largest : p->record->options.bristles;
   for (const Span<double>& column : {zx, zy, delta})
     if (!column.empty()) count = std::min(count, column.size());
   p->model->read_bristles(*p, count, zx, zy, delta);

@@ -89,6 +89,8 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.damping_per_newton = table.number("damping_per_newton", any_not_negative, c.damping_per_newton);
   c.viscous_friction = table.number("viscous_friction", any_not_negative, c.viscous_friction);
   c.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, c.stribeck_velocity);
+  c.residual_share = table.number("residual_share", {0.0, 0.98}, c.residual_share);
+  c.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, c.shared_renewal);
   return c;
 }
 
@@ -100,11 +102,11 @@ SceneMaterial read_material(TomlTable table) {
                                                  "asperity_height_deviation", "snap_length"});
   try {
     if (bristle_parameters) {
-      if (table.has_any(
-              {"kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "damping_per_newton"})) {
+      if (table.has_any({"kinetic", "peak", "presliding_length", "bristles_per_newton", "law",
+                         "damping_per_newton", "residual_share"})) {
         table.fail(
             "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, "
-            "damping_per_newton) with "
+            "damping_per_newton, residual_share) with "
             "bristle parameters; give one kind");
       }
       table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
@@ -113,7 +115,8 @@ SceneMaterial read_material(TomlTable table) {
       result.material = read_bristle_parameters(table);
     } else {
       table.allow({"name", "kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "rule",
-                   "damping_per_newton", "viscous_friction", "stribeck_velocity", "damper_decay"});
+                   "damping_per_newton", "viscous_friction", "stribeck_velocity", "damper_decay",
+                   "residual_share", "shared_renewal"});
       result.coefficients = read_coefficients(table);
       result.material = bristle::Material::from_coefficients(*result.coefficients);
     }

@@ -147,8 +147,9 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
     return;
   }
   // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
-  const std::string shown = fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()),
-                                        with_commas(room.bristles.total));
+  const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
+  const std::string shown =
+      fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()), total);
   const float half =
       std::max(0.5f * pen.size(pen.fonts.small, shown).x,
                0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) +

@@ -120,6 +120,13 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
     s.keep = rule == 1;
     panel.changed = true;
   }
+  double percent = 100.0 * s.residual_share;
+  panel.slider("left by a snap", percent, 1, 0.0, 95.0, "%.0f %%", false,
+               "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law");
+  s.residual_share = 0.01 * percent;
+  panel.slider(
+      "renewed by a snap", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
+      "other bristles that re-form with each snap: rubbed contacts do not harden; 0: the paper's law");
   double load = 0;
   for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
@@ -128,9 +135,7 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
                 fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient, load,
                             room.kinetic_coefficient * load));
   panel.readout("stiffness in presliding, as it follows",
-                room.presliding_length > 0
-                    ? with_unit(2 * room.kinetic_coefficient * load / room.presliding_length, "N/m")
-                    : "–");
+                room.stiffness_per_newton > 0 ? with_unit(room.stiffness_per_newton * load, "N/m") : "–");
 }
 
 void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
@@ -157,6 +162,14 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
 
 void bristles(Panel& panel, const Snapshot& room, Settings& s) {
   panel.heading("Bristles");
+  static constexpr const char* populations[] = {"a number", "infinitely many"};
+  static constexpr const char* meanings[] = {"representatives, each with its own bend and snap length",
+                                             "the limit of ever more bristles: no noise"};
+  if (const int chosen = panel.choice(populations, meanings, 2, s.infinite ? 1 : 0); chosen >= 0) {
+    s.infinite = chosen == 1;
+    panel.changed = true;
+  }
+  ImGui::BeginDisabled(s.infinite);
   panel.begin_row("in a patch", "representatives of each patch under the block");
   static constexpr std::uint32_t low = fewest_bristles, high = most_bristles;
   const std::string shown = with_commas(s.bristles);
@@ -167,7 +180,9 @@ void bristles(Panel& panel, const Snapshot& room, Settings& s) {
     panel.changed = true;
   }
   ImGui::PopID();
-  panel.readout("in all patches", with_commas(room.bristles_total));
+  ImGui::EndDisabled();
+  panel.readout("in all patches",
+                room.settings.infinite ? "infinitely many" : with_commas(room.bristles_total));
   deadline_bar(panel, room.loop);
 }
 

@@ -22,6 +22,7 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
                             : tool ? tool_load
                                    : wall_load)
       .with_bristles(bristles_of(s, patch))
+      .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
@@ -43,7 +44,8 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
 bool same_material(const Settings& a, const Settings& b) {
   return a.kinetic == b.kinetic && a.peak == b.peak && a.presliding_length == b.presliding_length &&
          a.damping_per_newton == b.damping_per_newton && a.viscous_friction == b.viscous_friction &&
-         a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep;
+         a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep &&
+         a.residual_share == b.residual_share && a.shared_renewal == b.shared_renewal;
 }
 
 }  // namespace
@@ -79,6 +81,12 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = least_peak_over_kinetic * s.kinetic;
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
+  if (s.keep && s.infinite) {
+    // What was chosen last holds.
+    (before.infinite ? s.infinite : s.keep) = false;
+    say(s.infinite ? "infinitely many bristles are replaced at each snap: rule redraw taken"
+                   : "rule keep is for a number of bristles: representatives taken");
+  }
   if (same_material(s, before)) return s;
   try {
     (void)material_of(s);
@@ -88,6 +96,9 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = before.peak;
     s.presliding_length = before.presliding_length;
     s.keep = before.keep;
+    s.residual_share = before.residual_share;
+    s.shared_renewal = before.shared_renewal;
+    if (s.keep) s.infinite = false;
   }
   return s;
 }
@@ -101,7 +112,9 @@ bristle::Material material_of(const Settings& s) {
           .with_rule(s.keep ? bristle::SnapRule::keep : bristle::SnapRule::redraw)
           .with_damping_per_newton(s.damping_per_newton)
           .with_viscous_friction(s.viscous_friction)
-          .with_stribeck_velocity(s.stribeck_velocity));
+          .with_stribeck_velocity(s.stribeck_velocity)
+          .with_residual_share(s.residual_share)
+          .with_shared_renewal(s.shared_renewal));
 }
 
 Parameters PatchMaker::make(const Settings& wanted, bool anew) {
@@ -111,6 +124,7 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   const bool same = now_.patches[0] && same_material(next.settings, now_.settings);
   const bristle::Material material = same ? material_ : material_of(next.settings);
   next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles ||
+                     next.settings.infinite != now_.settings.infinite ||
                      next.settings.model != now_.settings.model;
   if (next.new_patches) {
     next.patches = add_patches(next.settings, material);
@@ -124,7 +138,8 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
     next.kinetic = material.kinetic_coefficient();
     next.peak = material.peak_coefficient();
   }
-  next.presliding_length = material.snap_length.mean();
+  next.presliding_length = material.snap_length.mean() + material.residual_length;
+  next.stiffness_per_newton = material.bristle_stiffness * material.bristles_in_contact(1.0);
   message.copy(next.message, sizeof next.message - 1);
   next.message[std::min(message.size(), sizeof next.message - 1)] = '\0';
   return now_ = next;

@@ -19,13 +19,15 @@ struct SettingRange {
   double min, max;
   const char* unit;
 };
-inline constexpr std::array<SettingRange, 12> setting_ranges = {{
+inline constexpr std::array<SettingRange, 14> setting_ranges = {{
     {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
     {"peak", &Settings::peak, 0.01, 3.0, ""},
     {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
     {"damping_per_newton", &Settings::damping_per_newton, 0.0, 100.0, "s/m"},
     {"viscous_friction", &Settings::viscous_friction, 0.0, 100.0, "N s/m"},
     {"stribeck_velocity", &Settings::stribeck_velocity, 0.0, 10.0, "m/s"},
+    {"residual_share", &Settings::residual_share, 0.0, 0.95, ""},
+    {"shared_renewal", &Settings::shared_renewal, 0.0, 8.0, ""},
     {"mass", &Settings::mass, 0.02, 5.0, "kg"},
     {"extra_load", &Settings::extra_load, 0.0, 50.0, "N"},
     {"slope", &Settings::slope, -0.8, 0.8, "rad"},
@@ -51,10 +53,11 @@ using PatchIds = std::array<bristle::PatchId, patch_count>;
 struct Parameters {
   Settings settings;
   PatchIds patches;
-  bool new_patches = false;          ///< they hold nothing yet
-  rivals::Surface surface;           ///< for LuGre and Coulomb
-  double kinetic = 0.0, peak = 0.0;  ///< friction over load, as they follow from the bristles
-  double presliding_length = 0.0;    ///< m
+  bool new_patches = false;           ///< they hold nothing yet
+  rivals::Surface surface;            ///< for LuGre and Coulomb
+  double kinetic = 0.0, peak = 0.0;   ///< friction over load, as they follow from the bristles
+  double presliding_length = 0.0;     ///< m, mean bend at which a bristle snaps
+  double stiffness_per_newton = 0.0;  ///< 1/m, of sticking
   char message[128] = {};
 };
 

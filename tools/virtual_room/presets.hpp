@@ -38,7 +38,11 @@ inline void apply(const Preset& p, Settings& s) {
   s.damping_per_newton = p.damping_per_newton;
   s.viscous_friction = p.viscous_friction;
   s.stribeck_velocity = p.stribeck_velocity;
+  // The rule that keeps its bristles is the paper's, which neither leaves nor shares anything.
+  s.residual_share = p.keep ? 0.0 : bristle::Coefficients{}.residual_share;
+  s.shared_renewal = p.keep ? 0.0 : bristle::Coefficients{}.shared_renewal;
   s.keep = p.keep;
+  if (p.keep) s.infinite = false;
   s.bristles = p.bristles;
 }
 

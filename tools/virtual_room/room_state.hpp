@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <bristle/material.hpp>
+
 namespace room {
 
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
@@ -21,14 +23,17 @@ struct Settings {
   double damping_per_newton = 0.0;     ///< s/m
   double viscous_friction = 0.0;       ///< N s/m, lubrication
   double stribeck_velocity = 1e-3;     ///< m/s
-  bool keep = false;                   ///< SnapRule::keep instead of redraw
-  std::uint32_t bristles = 4096;       ///< representatives of one patch under the block
-  double mass = 0.25;                  ///< kg, of the block
-  double extra_load = 0.0;             ///< N, pressed down on the block beside its weight
-  double slope = 0.0;                  ///< rad, of the room about y; positive: down towards +x
-  double tapping = 0.0;                ///< N, amplitude of a disturbance along the slope
-  double hand_stiffness = 400.0;       ///< N/m, virtual spring between device and tool
-  double hand_damping = 2.0;           ///< N s/m
+  double residual_share = bristle::Coefficients{}.residual_share;
+  double shared_renewal = bristle::Coefficients{}.shared_renewal;
+  bool keep = false;              ///< SnapRule::keep instead of redraw
+  bool infinite = false;          ///< Population::infinite: `bristles` is not used
+  std::uint32_t bristles = 4096;  ///< representatives of one patch under the block
+  double mass = 0.25;             ///< kg, of the block
+  double extra_load = 0.0;        ///< N, pressed down on the block beside its weight
+  double slope = 0.0;             ///< rad, of the room about y; positive: down towards +x
+  double tapping = 0.0;           ///< N, amplitude of a disturbance along the slope
+  double hand_stiffness = 400.0;  ///< N/m, virtual spring between device and tool
+  double hand_damping = 2.0;      ///< N s/m
 };
 
 /// The mouse as a device: where the person drags the tool to.
@@ -89,6 +94,7 @@ struct Snapshot {
   BristleView bristles;
   std::uint64_t bristles_total = 0;
   double kinetic_coefficient = 0.0, presliding_length = 0.0;  ///< as they follow from the settings
+  double stiffness_per_newton = 0.0;                          ///< 1/m, the same
   Settings settings;                                          ///< those in force
   char message[128] = {};                                     ///< one line for the person, or empty
   LoopStatistics loop;

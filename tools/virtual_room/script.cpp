@@ -25,6 +25,7 @@ void read_settings(const TomlTable& table, Settings& s) {
   s.model = static_cast<FrictionModel>(table.choice("model", {model_names[0], model_names[1], model_names[2]},
                                                     static_cast<std::size_t>(s.model)));
   s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
+  s.infinite = table.choice("population", {"representatives", "infinite"}, s.infinite ? 1 : 0) == 1;
   s.bristles =
       static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
   for (const SettingRange& r : setting_ranges) {
@@ -37,9 +38,26 @@ void read_settings(const TomlTable& table, Settings& s) {
 }
 
 void allow_settings(const TomlTable& table, bool with_time) {
-  table.allow({"t", "model", "rule", "bristles", "kinetic", "peak", "presliding_length", "damping_per_newton",
-               "viscous_friction", "stribeck_velocity", "mass", "extra_load", "slope", "slope_deg", "tapping",
-               "hand_stiffness", "hand_damping"});
+  table.allow({"t",
+               "model",
+               "rule",
+               "population",
+               "residual_share",
+               "shared_renewal",
+               "bristles",
+               "kinetic",
+               "peak",
+               "presliding_length",
+               "damping_per_newton",
+               "viscous_friction",
+               "stribeck_velocity",
+               "mass",
+               "extra_load",
+               "slope",
+               "slope_deg",
+               "tapping",
+               "hand_stiffness",
+               "hand_damping"});
   if (!with_time && table.has("t")) table.fail("t", "belongs in [[change]]");
 }
 
@@ -122,9 +140,9 @@ Script read_script(const std::string& path, const RoomMeasures& measures) {
 }
 
 std::string settings_as_toml(const Settings& s) {
-  std::string text =
-      fmt::format("model = \"{}\"\nrule = \"{}\"\nbristles = {}\n",
-                  model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw", s.bristles);
+  std::string text = fmt::format("model = \"{}\"\nrule = \"{}\"\npopulation = \"{}\"\nbristles = {}\n",
+                                 model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw",
+                                 s.infinite ? "infinite" : "representatives", s.bristles);
   for (const SettingRange& r : setting_ranges) {
     // TOML requires a point or an exponent in a float; {:e} has both.
     text += fmt::format("{} = {:.17e}\n", r.name, s.*r.member);

@@ -393,6 +393,7 @@ void World::show(Snapshot& to) const noexcept {
   to.settings = parameters_.settings;
   to.kinetic_coefficient = parameters_.kinetic;
   to.presliding_length = parameters_.presliding_length;
+  to.stiffness_per_newton = parameters_.stiffness_per_newton;
   to.contacts = 0;
   to.bristles_total = 0;
   for (std::size_t i = 0; i < touches_.count && to.contacts < most_contacts; ++i) {

@@ -31,7 +31,7 @@ enum class DamperDecay : unsigned char {
 struct Coefficients {
   double kinetic = 0.40;               ///< friction over normal load in slow sliding
   double peak = 0.46;                  ///< highest friction over normal load at first loading
-  double presliding_length = 10e-6;    ///< m, mean snap length E[delta]
+  double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
   double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
   SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is solved from peak / kinetic
   SnapRule rule = SnapRule::redraw;
@@ -171,12 +171,17 @@ struct BRISTLE_API Material {
   double load_on_bristles(double in_contact) const noexcept {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
-  /// Friction over normal load in slow steady sliding: sigma0 m1 / (2 sigma_perp sigma) for keep,
-  /// sigma0 m2 / (2 m1 sigma_perp sigma) for redraw.
+  /// Friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1 / 2 for
+  /// keep, m2 / (2 m1) for redraw; with shared renewal less, by the equations of core/MODEL.md: some 10 us.
   double kinetic_coefficient() const;
   /// Highest friction over normal load at first loading from rest with all deflections zero (the virgin
-  /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw: set-up cost.
+  /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
+  /// renewal: set-up cost.
   double peak_coefficient() const;
+  /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 1 / m1 for redraw, E[1/delta]
+  /// for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are shared_renewal times as
+  /// many.
+  double snap_rate() const;
   /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
   /// Steady friction at constant speed, N: kinetic + dampers + viscous term (eqs. 3 to 5).
@@ -196,5 +201,8 @@ struct BRISTLE_API Material {
 /// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
 /// on a grid, error below 1e-6). Set-up cost.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
+/// The same with residual length and shared renewal: deflection and displacement in units of E[delta] (not of
+/// the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with keep and shared renewal.
+BRISTLE_API double virgin_deflection(const Material& material, double x_over_mean);
 
 }  // namespace bristle

@@ -132,7 +132,8 @@ class BRISTLE_API PatchBatch {
 
   /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans (of
   /// equal length, or empty for a column that is not needed). The deflection of a bristle out of contact is
-  /// 0. Returns the number of bristles written.
+  /// 0. Population::infinite shows as many as fit: its cohorts, spread by their mass. Returns the number of
+  /// bristles written.
   std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
 
   /// Bytes that save_state writes now.

@@ -19,7 +19,8 @@ constexpr double least_cohort_spread = 0.05;    ///< cv below which a brush snap
 constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass: the highest load
 /// The shared part counts in this many units of mass: Patch::whole is 256 at the highest load, what a step
 /// costs in bristles.
-constexpr double mass_per_count = 274877906944.0;  // 2^38
+constexpr double mass_per_count = 274877906944.0;                          // 2^38
+constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
 
 /// The infinite brush of one patch. CohortState: mass and cohorts; zeta and overload are in Patch.
 struct Cohorts : PatchRecord, CohortState {
@@ -71,7 +72,7 @@ void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept;
 void remove_empty(CohortState& s, double* rows) noexcept;
 /// Sum of mass x place, over the cohorts one by one.
 void find_moment(CohortState& s, const double* rows) noexcept;
-/// Sum of mass x |z|^2.
+/// Sum of mass x |z|^2, with the spread of places that cohorts owe.
 double cohort_squares(const Patch& p) noexcept;
 /// Energy of a unit of mass x length^2, J.
 double joules_per_unit(const Patch& p) noexcept;

@@ -53,6 +53,9 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     clear_cohorts(r);
     return;
   }
+  const double spread = r.spread * (mass_now / r.mass);
+  lost += r.spread - spread;
+  r.spread = spread;
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
   const double cut = find_cut(r, mass_now, r.mass - mass_now);
   double all_kept = 0.0;
@@ -88,6 +91,7 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   const double low = r.mass;
   const double entered = mass_now - low;
   r.mass = mass_now;
+  if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
   // Those that came while the patch stayed, or nearly so: joined over a whole piece, ranks mix (load at
@@ -108,6 +112,7 @@ void scale_deflections(Patch& p, double factor) noexcept {
       double& x = entry(r.rows, i, axis == 0 ? cohort_x : cohort_y);
       x = at[axis] - (at[axis] - x) * factor;
     }
+  r.spread *= factor * factor;
   find_moment(r, r.rows);
 }
 

@@ -123,7 +123,10 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
-  r.law.negligible = 0x1p-10 * share * share * share;
+  // Of a wide law many snap twice in a long piece.
+  r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
+  // Steady sliding starts a cohort with that share of the mass; of a wide law the last of it carries much.
+  r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
 }
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
@@ -141,6 +144,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.pieces = static_cast<std::uint32_t>(std::ceil(made.options.resolution));
   made.options.bristles = made.pieces;
   made.first_seed = options.seed;
+  made.endless = true;
   made.full_weight =
       zeta_max > 0.0 ? zeta_max : material->material.bristles_in_contact(options.max_normal_load);
   made.largest_work = static_cast<std::uint32_t>(full_mass / mass_per_count);
@@ -149,6 +153,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.sure = table.sure;
   made.law.mean = table.mean;
   made.law.forget = table.forget;
+  // Two points for a pair are worth it only between corners (1.33 is what an even slide needs).
+  made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
   made.law.snap_rate = 1.0 / table.mean;

@@ -13,7 +13,8 @@ namespace {
 void renew_all(Patch& p) noexcept {
   Cohorts& r = cohorts(p);
   double snapped = 0.0;
-  double squares = 0.0;
+  double squares = r.spread;
+  r.spread = 0.0;
   double bent[2] = {0.0, 0.0};  // sum of mass x deflection of those that slipped
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double mass = mass_of(r.rows, i);
@@ -76,7 +77,8 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
         x = (x - place(from, old, axis)) * ratio;
       }
     for (int axis = 0; axis < 2; ++axis) r.base[axis] = 0;
-    r.open[0] = r.open[1] = no_cohort;
+    for (std::uint32_t& open : r.open) open = no_cohort;
+    r.spread *= ratio * ratio;
     renew_all(to);
   } else {
     for (int axis = 0; axis < 2; ++axis) to.position[axis] = from.position[axis];

@@ -8,14 +8,13 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
-
 /// What is saved beside the shared part and the rows.
 template <class Io, class Record, class NotedAt>
 void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
   io(r.mass);
   io(r.run);
   io(r.snap_rest);
+  io(r.spread);
   for (int axis = 0; axis < 2; ++axis) {
     io(r.base[axis]);
     io(r.moment[axis]);
@@ -26,10 +25,12 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
     io(r.open[axis]);
     io(noted[axis]);
   }
+  io(r.open[2]);
+  io(r.layered);
   io(r.count);
   io(r.detail);
 }
-constexpr std::size_t cohort_fields_size = 3 * 8 + 2 * (7 * 8 + 4) + 2 * 4;
+constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (7 * 8 + 4) + 4 * 4;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
@@ -76,9 +77,9 @@ void clear_lane(double* rows, std::uint32_t i) noexcept {
 
 void clear_cohorts(Cohorts& r) noexcept {
   for (std::uint32_t i = 0; i < r.capacity; ++i) clear_lane(r.rows, i);
-  r.count = 0;
-  r.open[0] = r.open[1] = no_cohort;
-  r.mass = r.moment[0] = r.moment[1] = 0.0;
+  r.count = r.layered = 0;
+  for (std::uint32_t& open : r.open) open = no_cohort;
+  r.spread = r.mass = r.moment[0] = r.moment[1] = 0.0;
 }
 
 void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept {
@@ -116,7 +117,7 @@ void find_moment(CohortState& s, const double* rows) noexcept {
 double cohort_squares(const Patch& p) noexcept {
   const Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
-  double sum = 0.0;
+  double sum = r.spread;
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double zx = at[0] - entry(r.rows, i, cohort_x);
     const double zy = p.axes == 2 ? at[1] - entry(r.rows, i, cohort_y) : 0.0;
@@ -165,7 +166,8 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
   const Cohorts& r = cohorts(p);
   Hasher hasher;
   hasher.add(p.material().hash);
-  for (double x : {r.zeta_max(), r.mass, p.overload, r.run, r.law.piece, r.snap_rest}) hasher.add(x);
+  for (double x : {r.zeta_max(), r.mass, p.overload, r.run, r.law.piece, r.snap_rest, r.spread})
+    hasher.add(x);
   for (int axis = 0; axis < 2; ++axis) {
     hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.base[axis])));
     hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.slid_to[axis])));
@@ -173,6 +175,7 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
     for (double x : {r.moment[axis], r.direction[axis], r.begin[0][axis], r.begin[1][axis]}) hasher.add(x);
     hasher.add(std::uint64_t{r.open[axis]});
   }
+  hasher.add(std::uint64_t{r.open[2]} << 32 | r.layered);
   for (std::uint32_t i = 0; i < r.count; ++i)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
@@ -230,6 +233,10 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (saved.detail < 1 || saved.detail > r.pieces) return "detail";
   if (!within(saved.run, 0.0, r.law.forget)) return "run";
   if (!within(saved.snap_rest, 0.0, 1.0)) return "snap_rest";
+  if (saved.layered > 1) return "layered";
+  if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
+  for (std::uint32_t open : saved.open)
+    if (open != no_cohort && open >= saved.count) return "open";
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {
     at[axis] = to_lengths(difference(contact.position[axis], saved.base[axis]));
@@ -240,7 +247,6 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
     if (!within(saved.direction[axis], -1.0, 1.0)) return "direction";
     for (const auto& begin : saved.begin)
       if (!within(begin[axis], -1e12, 1e12)) return "begin";
-    if (saved.open[axis] != no_cohort && saved.open[axis] >= saved.count) return "open";
   }
   return find_row_fault(r, at, saved, read);
 }

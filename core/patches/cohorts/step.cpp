@@ -16,6 +16,11 @@ std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
 
+/// Half way of a step: a ball about it holds both of its ends, so that a tremor stays within one bound.
+std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
+  return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
+}
+
 /// How far a straight slide has come that this step goes on with; 0 = it begins.
 double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
@@ -63,6 +68,12 @@ void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   }
 }
 
+/// A sum as doubles hold it, whole: what deflections_at says in 128 bits.
+double whole_deflections(const CohortState& s, double at, int axis) noexcept {
+  const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
+  return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
+}
+
 /// What the carried part adds: the force that there is, over its length.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
@@ -79,7 +90,7 @@ void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const 
   const bool mean = has(p.outputs, Outputs::mean);
   const double length = slide.move.length + std::min(slide.carried, 1e140);
   for (int axis = 0; axis < p.axes; ++axis) {
-    sums.end[axis] = to_double(deflections_at(s, slide.move.to[axis], axis));
+    sums.end[axis] = whole_deflections(s, slide.move.to[axis], axis);
     if (mean) sums.twice_mean[axis] = 2.0 * (t.integral[axis] / length) * (fixed_per_length / mass_per_count);
   }
 }
@@ -121,9 +132,10 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   }
 
   if (slide.move.length > 0.0) {
+    slide.move.books = p.outputs != Outputs::end;
     r.kernels->move[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, *state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
-      if (commit) p.bound = {{a.to[0], a.to[1]}, state->slack - bound_margin};
+      if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state->slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
       return;
@@ -143,8 +155,9 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   r.run = std::min(slide.run + a.length, r.law.forget);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
-    p.position[axis] = r.slid_to[axis] = slide.to[axis];
-    note_sum(p, axis, slide.to[axis]);
+    p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
+    p.part_sum[axis] = 0;
+    p.sum[axis] = axis < p.axes ? deflections_at(r, slide.move.to[axis], axis) : 0;
   }
   p.bound.reach = -1.0;
 }

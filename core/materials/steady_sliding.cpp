@@ -1,0 +1,193 @@
+// In sliding a bristle is renewed at the rate lambda = kappa nu, so the deflections r of the bristles of one
+// snap length d have the density exp(-lambda r) on 0 to d.
+//   redraw: (1 + kappa) births per snap keep their number: E[exp(-lambda d)] = 1 / (1 + kappa); mean
+//   deflection
+//           E[w2(d)] / E[w1(d)]
+//   keep:   E[1 / (exp(lambda d) - 1)] = 1 / kappa; mean deflection E[w2(d) / w1(d)]
+// with w1 = integral over 0 to d of exp(-lambda r), w2 = that of r exp(-lambda r).
+#include "core/materials/steady_sliding.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/common/assert.hpp"
+#include "core/materials/elementary.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// A snap length, in mean lengths, and its share of the bristles.
+struct Node {
+  double length, share;
+};
+
+/// Gauss's rule of eight points on `low` to `high`; `density` of the bristles over the length.
+template <class Density>
+void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
+  constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
+  constexpr double weight[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                               0.1012285362903763};
+  const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
+  for (int i = 0; i < 4; ++i) {
+    for (const double x : {middle - half * place[i], middle + half * place[i]}) {
+      nodes.push_back({x, weight[i] * half * density(x)});
+    }
+  }
+}
+
+/// Panels each of which ends at most at twice its beginning: what is integrated varies with the logarithm.
+template <class Density>
+void add_range(std::vector<Node>& nodes, double low, double high, const Density& density) {
+  double start = low;
+  while (start < high) {
+    const double end = std::min(start < shortest_that_counts ? shortest_that_counts : 2.0 * start, high);
+    add_panel(nodes, start, end, density);
+    start = end;
+  }
+}
+
+/// The trapezoid on the normal variable: exact to rounding for what is smooth.
+void add_lognormal(std::vector<Node>& nodes, double cv) {
+  constexpr double step = 0.125;
+  const double s = square_root(log1p(cv * cv));
+  for (double z = -9.0; z <= 9.0 + 2.0 * s; z += step) {
+    nodes.push_back({exp(s * z - 0.5 * s * s), step * normal_density(z)});
+  }
+}
+
+void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
+  const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
+  const double kept = normal_cdf(mean / deviation);
+  const auto density = [&](double x) { return normal_density((x - mean) / deviation) / (deviation * kept); };
+  double low = std::max(mean - 9.0 * deviation, 0.0);
+  if (low == 0.0) {
+    add_range(nodes, 0.0, deviation, density);
+    low = deviation;
+  }
+  for (; low < mean + 9.0 * deviation; low += deviation) add_panel(nodes, low, low + deviation, density);
+}
+
+void add_table(std::vector<Node>& nodes, const SnapLength& law) {
+  const Span<const double> q = law.table_values();
+  const double share = 1.0 / static_cast<double>(q.size() - 1);
+  for (std::size_t i = 0; i + 1 < q.size(); ++i) {
+    const double low = q[i] / law.mean(), high = q[i + 1] / law.mean();
+    if (low == high) {
+      nodes.push_back({low, share});
+    } else {
+      add_range(nodes, low, high, [&](double) { return share / (high - low); });
+    }
+  }
+}
+
+std::vector<Node> spread_nodes(const SnapLength& law) {
+  std::vector<Node> nodes;
+  switch (law.law()) {
+    case SnapLaw::single:
+      nodes.push_back({1.0, 1.0});
+      break;
+    case SnapLaw::uniform: {
+      const double low = law.first_parameter() / law.mean(), high = law.second_parameter() / law.mean();
+      add_range(nodes, low, high, [&](double) { return 1.0 / (high - low); });
+      break;
+    }
+    case SnapLaw::normal:
+      add_normal(nodes, law);
+      break;
+    case SnapLaw::lognormal:
+      add_lognormal(nodes, law.cv());
+      break;
+    case SnapLaw::exponential:
+      add_range(nodes, 0.0, 45.0, [](double x) { return exp(-x); });
+      break;
+    case SnapLaw::table:
+      add_table(nodes, law);
+      break;
+  }
+  return nodes;
+}
+
+template <class Function>
+double expectation(const std::vector<Node>& nodes, const Function& f) {
+  double sum = 0.0;
+  for (const Node& node : nodes) sum += node.share * f(node.length);
+  return sum;
+}
+
+/// log of the expectation that must reach log(target), and its derivative, at a growth.
+struct LogValue {
+  double value, slope;
+};
+
+/// log(E[exp(-growth d)]).
+LogValue log_transform(const std::vector<Node>& nodes, double growth) {
+  double lost = 0.0, moment = 0.0;
+  for (const Node& node : nodes) {
+    const double snapped = expm1(-growth * node.length);
+    lost -= node.share * snapped;
+    moment += node.share * node.length * (1.0 + snapped);
+  }
+  return {log1p(-lost), -moment / (1.0 - lost)};
+}
+
+/// log(E[1 / (exp(growth d) - 1)]).
+LogValue log_revolutions(const std::vector<Node>& nodes, double growth) {
+  double sum = 0.0, slope = 0.0;
+  for (const Node& node : nodes) {
+    const double rate = 1.0 / expm1(growth * node.length);
+    sum += node.share * rate;
+    slope -= node.share * node.length * rate * (1.0 + rate);
+  }
+  return {log(sum), slope / sum};
+}
+
+/// The growth at which the expectation is 1 / (1 + kappa), or 1 / kappa with keep.
+double solve_growth(const std::vector<Node>& nodes, SnapRule rule, double kappa) {
+  // Both logarithms are convex in the growth and, by Jensen's inequality, above their target at that of a
+  // single length: Newton's steps rise to the root and never pass it.
+  const double target = rule == SnapRule::keep ? -log(kappa) : -log1p(kappa);
+  double growth = log1p(kappa);
+  for (int i = 0; i < 100; ++i) {
+    const LogValue at =
+        rule == SnapRule::keep ? log_revolutions(nodes, growth) : log_transform(nodes, growth);
+    const double step = (target - at.value) / at.slope;
+    growth += step;
+    if (!(step > 1e-15 * growth)) break;
+  }
+  return growth;
+}
+
+/// Integral over 0 to d of exp(-growth r).
+double path_share(double growth, double d) { return -expm1(-growth * d) / growth; }
+
+/// Integral over 0 to d of r exp(-growth r).
+double deflection_share(double growth, double d) {
+  const double t = growth * d;
+  if (t < 0.35) return d * d * (1.0 - (1.0 + t) * exp_remainder(-t));
+  return (1.0 - exp(-t) * (1.0 + t)) / (growth * growth);
+}
+
+}  // namespace
+
+SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal) {
+  BRISTLE_ASSERT(shared_renewal > 0.0);
+  std::vector<Node> nodes = spread_nodes(law);
+  const bool keep = rule == SnapRule::keep;
+  if (keep) {
+    const auto too_short = [](const Node& node) { return node.length < shortest_that_counts; };
+    nodes.erase(std::remove_if(nodes.begin(), nodes.end(), too_short), nodes.end());
+  }
+  const double growth = solve_growth(nodes, rule, shared_renewal);
+  const auto path = [&](double d) { return path_share(growth, d); };
+  const auto bend = [&](double d) { return deflection_share(growth, d); };
+  const double deflection = keep ? expectation(nodes, [&](double d) { return bend(d) / path(d); })
+                                 : expectation(nodes, bend) / expectation(nodes, path);
+  return {growth / shared_renewal, growth, deflection};
+}
+
+double snap_rate_without_renewal(const SnapLength& law, SnapRule rule) {
+  if (rule == SnapRule::redraw) return 1.0;
+  return expectation(spread_nodes(law), [](double d) { return d < shortest_that_counts ? 0.0 : 1.0 / d; });
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,852 @@
+// Virgin curves: force at first loading, all deflections zero, and their peak.
+//
+// Lengths here are in units of the mean snap length, deflections beyond the residual length: the curve of a
+// material with a residual l_r is x up to l_r, then l_r + f(x - l_r). G(x) = P(delta <= x), S = 1 - G,
+// M1(x) = E[delta; delta < x].
+//   keep:   f(x) = E[x mod delta] = x - sum over k >= 1 of M1(x / k)
+//   redraw: f(x) = x S(x) + integral over 0 < t <= x of f(x - t) dG(t)      (renewal equation)
+// With shared renewal kappa the bristles that were never renewed since some place grow ever fewer, by the
+// factor 1/E. Counted in units of these, a snap leaves 1 + kappa bristles and renewal takes none away: two
+// linear renewal equations, f = F / E (core/MODEL.md, "Rubbing"):
+//   redraw: E(x) = S(x) + (1 + kappa) integral of E(x - t) dG(t),   F the same with x S(x)
+//   keep:   E(x) = 1 + kappa integral of E(x - t) dH(t),            F the same with f of kappa = 0;
+//           H(t) = sum over k >= 1 of G(t / k), the snaps of a bristle that keeps its length
+// Both are solved times exp(-lambda x), lambda their growth, so that they stay bounded.
+#include "core/materials/virgin_curve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/materials/elementary.hpp"
+#include "core/materials/steady_sliding.hpp"
+
+namespace bristle::detail {
+
+namespace {
+
+double whole_part(double x) noexcept { return std::floor(x); }
+
+/// A law in units of its mean.
+struct UnitLaw {
+  const SnapLength& law;
+  double mean;
+
+  explicit UnitLaw(const SnapLength& snap_length) noexcept : law(snap_length), mean(snap_length.mean()) {}
+
+  double survival(double x) const { return law.survival(x * mean); }
+  double partial_moment(int k, double x) const {
+    return law.partial_moment(k, x * mean) / (k == 0 ? 1.0 : k == 1 ? mean : mean * mean);
+  }
+  /// f(x) as long as no bristle has snapped twice, for both rules; the limit from the left at an atom.
+  double first_pass(double x) const { return x - partial_moment(1, x); }
+  /// The same with shared renewal.
+  double first_pass(double x, double renewal) const {
+    if (renewal == 0.0) return first_pass(x);
+    const double snapped = partial_moment(0, x);
+    return (x * (1.0 + renewal * snapped) - (1.0 + renewal) * partial_moment(1, x)) /
+           (1.0 + renewal * snapped);
+  }
+};
+
+// ---------------------------------------------------------------------------------------------------
+// keep
+
+/// Sum of 1/k^2 over k > n.
+double tail_of_inverse_squares(double n) noexcept {
+  double sum = 0.0;
+  while (n < 32.0) {
+    n += 1.0;
+    sum += 1.0 / (n * n);
+  }
+  // Euler-Maclaurin at the half-integer; the first term left out is 1e-17.
+  const double w = 1.0 / (n + 0.5);
+  const double w2 = w * w;
+  return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));
+}
+
+/// E[x mod delta] for delta uniform on [a, b]; an atom where a = b. At a tie of an atom the limit from
+/// the left (a) instead of 0 if `from_left`.
+double uniform_remainder(double a, double b, double x, bool from_left) noexcept {
+  if (a == b) {
+    const double rest = x - whole_part(x / a) * a;
+    return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
+  }
+  // The first k0 terms M1(x/k) are the whole mean, those above k1 are zero.
+  const double k0 = whole_part(x / b);
+  const double k1 = a > 0.0 ? whole_part(x / a) : detail::infinity;
+  double inverse_squares, atoms_below = 0.0;
+  if (k1 - k0 < 64.0) {
+    inverse_squares = 0.0;
+    for (double k = k0 + 1.0; k <= k1; k += 1.0) inverse_squares += 1.0 / (k * k);
+    atoms_below = a * a * (k1 - k0);
+  } else if (a > 0.0 && k1 < 1e15) {
+    inverse_squares = tail_of_inverse_squares(k0) - tail_of_inverse_squares(k1);
+    atoms_below = a * a * (k1 - k0);
+  } else {
+    inverse_squares = tail_of_inverse_squares(k0);
+    if (a > 0.0) atoms_below = a * x;  // k1 a = x to rounding
+  }
+  return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
+}
+
+/// Interval outside which the smooth laws hold less than 1e-18 of their first moment.
+void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
+  const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
+  low = 0.0;
+  high = 45.0;  // exponential
+  if (unit.law.law() == SnapLaw::normal) {
+    low = std::max(a - 9.0 * b / unit.mean, 0.0);
+    high = a + 9.0 * b / unit.mean;
+  } else if (unit.law.law() == SnapLaw::lognormal) {
+    const double s2 = detail::log1p(b * b), s = detail::square_root(s2);
+    low = detail::exp(0.5 * s2 - 9.0 * s);
+    high = detail::exp(0.5 * s2 + 9.0 * s);
+  }
+}
+
+/// E[x mod delta] of a law with a smooth density: the sum term by term for 100 terms, the rest by its
+/// integral, which is E[(x - kappa delta)+], and two Euler-Maclaurin corrections.
+double smooth_remainder(const UnitLaw& unit, double x) {
+  constexpr double direct_terms = 100.0;
+  double low, high;
+  effective_support(unit, low, high);
+  double k = whole_part(x / high);
+  const double last = k + direct_terms;
+  double sum = k;  // each of these terms is the whole mean, 1
+  double before = 1.0, term = 1.0;
+  for (k += 1.0; k <= last; k += 1.0) {
+    if (x < low * k) return x - sum;
+    before = term;
+    term = unit.partial_moment(1, x / k);
+    sum += term;
+  }
+  const double kappa = last + 0.5;
+  const double share = 1.0 - unit.survival(x / kappa);
+  const double rest = x * share - kappa * unit.partial_moment(1, x / kappa);
+  // First and third difference about kappa stand for the derivatives.
+  const double next = unit.partial_moment(1, x / (last + 1.0)),
+               after = unit.partial_moment(1, x / (last + 2.0));
+  const double difference = next - term, third = after - 3.0 * next + 3.0 * term - before;
+  return x - (sum + std::max(rest, 0.0) + difference / 24.0 - third * (17.0 / 5760));
+}
+
+double keep_deflection(const SnapLength& law, double x, bool from_left) {
+  const double mean = law.mean();
+  switch (law.law()) {
+    case SnapLaw::single:
+      return uniform_remainder(1.0, 1.0, x, from_left);
+    case SnapLaw::uniform:
+      return uniform_remainder(law.first_parameter() / mean, law.second_parameter() / mean, x, from_left);
+    case SnapLaw::table: {
+      const Span<const double> q = law.table_values();
+      double sum = 0.0;
+      for (std::size_t i = 0; i + 1 < q.size(); ++i) {
+        sum += uniform_remainder(q[i] / mean, q[i + 1] / mean, x, from_left);
+      }
+      return sum / static_cast<double>(q.size() - 1);
+    }
+    default:
+      return smooth_remainder(UnitLaw(law), x);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------
+// redraw
+
+struct Atom {
+  double length, mass;
+};
+
+/// Atoms of a table: runs of equal values.
+std::vector<Atom> find_atoms(const SnapLength& law) {
+  std::vector<Atom> atoms;
+  const Span<const double> q = law.table_values();
+  const double mean = law.mean();
+  for (std::size_t i = 0; i + 1 < q.size(); ++i) {
+    if (q[i] != q[i + 1]) continue;
+    const double length = q[i] / mean, mass = 1.0 / static_cast<double>(q.size() - 1);
+    if (!atoms.empty() && atoms.back().length == length) {
+      atoms.back().mass += mass;
+    } else {
+      atoms.push_back({length, mass});
+    }
+  }
+  return atoms;
+}
+
+/// f of the redraw rule on equidistant nodes: limits from the left and from the right, which differ
+/// only for laws with atoms.
+struct VirginGrid {
+  double step = 0.0;
+  std::vector<double> left, right;
+};
+
+/// A law on equidistant nodes: mass and first moment of the part without atoms up to each node, mass of the
+/// atoms at it.
+struct LawOnGrid {
+  double step = 0.0;
+  std::vector<double> mass, first, survival, atom_mass;  ///< survival: P(delta >= node)
+  std::vector<std::size_t> atom_nodes;
+  std::size_t last() const noexcept { return mass.size() - 1; }
+};
+
+/// Atoms are moved to their nearest nodes.
+LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, double step, int cells) {
+  const std::size_t n = static_cast<std::size_t>(cells);
+  LawOnGrid law;
+  law.step = step;
+  law.mass.assign(n + 1, 0.0);
+  law.first = law.survival = law.atom_mass = law.mass;
+  for (std::size_t i = 0; i <= n; ++i) {
+    const double x = static_cast<double>(i) * step;
+    law.mass[i] = unit.partial_moment(0, x);
+    law.first[i] = unit.partial_moment(1, x);
+    for (const Atom& atom : atoms) {
+      if (atom.length < x) {
+        law.mass[i] -= atom.mass;
+        law.first[i] -= atom.mass * atom.length;
+      }
+    }
+  }
+  for (const Atom& atom : atoms) {
+    const double node = whole_part(atom.length / step + 0.5);
+    if (node > static_cast<double>(n)) continue;
+    const std::size_t j = static_cast<std::size_t>(node);
+    if (law.atom_mass[j] == 0.0) law.atom_nodes.push_back(j);
+    law.atom_mass[j] += atom.mass;
+  }
+  double atoms_below = 0.0;
+  for (std::size_t i = 0; i <= n; ++i) {
+    law.survival[i] = atoms.empty() ? unit.survival(static_cast<double>(i) * step)
+                                    : std::max(1.0 - law.mass[i] - atoms_below, 0.0);
+    atoms_below += law.atom_mass[i];
+  }
+  return law;
+}
+
+/// What the integral over a law makes of a function that is linear between nodes, exact over each cell. Times
+/// `factor`; `damping` = exp(-lambda x) at the nodes for a function so damped, or empty.
+struct RenewalKernel {
+  std::vector<double> weight;  ///< all that node j gives
+  std::vector<double> far;     ///< what cell j = [node j, node j + 1] gives at its far end
+  std::vector<double> atom_mass;
+  std::vector<std::size_t> atom_nodes;
+  std::size_t begin = 1, end = 0;  ///< of the nodes that give anything
+  /// Too many bristles snap within the first cell for the equation to be solved on this grid.
+  bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
+};
+
+RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector<double>& damping) {
+  const std::size_t n = law.last();
+  const auto damped = [&](std::size_t i) { return damping.empty() ? factor : factor * damping[i]; };
+  RenewalKernel kernel;
+  kernel.weight.assign(n + 1, 0.0);
+  kernel.far = kernel.weight;
+  kernel.begin = n + 1;
+  for (std::size_t j = 0; j < n; ++j) {
+    const double cell = law.mass[j + 1] - law.mass[j];
+    if (!(cell > 1e-30)) continue;  // nothing, and too little to divide by
+    const double share = (law.first[j + 1] - law.first[j]) / (cell * law.step) - static_cast<double>(j);
+    const double far = cell * std::min(std::max(share, 0.0), 1.0);
+    kernel.far[j] = far * damped(j + 1);
+    kernel.weight[j] += (cell - far) * damped(j);
+    kernel.weight[j + 1] += kernel.far[j];
+    kernel.begin = std::min(kernel.begin, j);
+    kernel.end = j + 2;
+  }
+  kernel.begin = std::max<std::size_t>(kernel.begin, 1);
+  kernel.atom_nodes = law.atom_nodes;
+  kernel.atom_mass = law.atom_mass;
+  for (const std::size_t node : kernel.atom_nodes) kernel.atom_mass[node] *= damped(node);
+  return kernel;
+}
+
+/// The source of a renewal equation at the nodes: its limit from the left, and what it jumps by. A source
+/// that is not 0 at 0 jumps there.
+struct Source {
+  std::vector<double> left, jump;
+};
+
+/// The renewal equation with f linear between nodes. Error O(step^2).
+VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
+  const std::size_t n = kernel.weight.size() - 1;
+  VirginGrid grid;
+  grid.step = step;
+  grid.left.assign(n + 1, 0.0);
+  grid.right.assign(n + 1, 0.0);
+  std::vector<double> jump(n + 1, 0.0);
+  std::vector<std::size_t> jump_nodes;
+  if (source.jump[0] != 0.0) {
+    grid.right[0] = jump[0] = source.jump[0];
+    jump_nodes.push_back(0);
+  }
+  const double implicit = 1.0 - kernel.weight[0] - kernel.atom_mass[0];
+  for (std::size_t i = 1; i <= n; ++i) {
+    // Four sums side by side hide the latency of the additions.
+    const std::size_t stop = std::min(kernel.end, i);
+    double part[4] = {0.0, 0.0, 0.0, 0.0};
+    std::size_t j = kernel.begin;
+    const double* f = grid.left.data() + i;
+    for (; j + 4 <= stop; j += 4) {
+      const double* w = kernel.weight.data() + j;
+      const double* g = f - j;
+      part[0] += w[0] * g[0];
+      part[1] += w[1] * g[-1];
+      part[2] += w[2] * g[-2];
+      part[3] += w[3] * g[-3];
+    }
+    for (; j < stop; ++j) part[0] += kernel.weight[j] * f[-static_cast<std::ptrdiff_t>(j)];
+    double sum = (part[0] + part[1]) + (part[2] + part[3]);
+    for (const std::size_t node : jump_nodes) sum += kernel.far[i - node - 1] * jump[node];
+    double jump_here = 0.0;
+    for (const std::size_t node : kernel.atom_nodes) {
+      if (node == 0 || node > i) continue;
+      sum += kernel.atom_mass[node] * grid.left[i - node];
+      jump_here += kernel.atom_mass[node] * jump[i - node];
+    }
+    grid.left[i] = (sum + source.left[i]) / implicit;
+    jump_here += source.jump[i];
+    jump[i] = jump_here / (1.0 - kernel.atom_mass[0]);
+    grid.right[i] = grid.left[i] + jump[i];
+    if (jump_here != 0.0) jump_nodes.push_back(i);
+  }
+  return grid;
+}
+
+/// A virgin curve is the quotient of two solutions: of deflections and, with shared renewal, of bristles.
+struct RenewalProblem {
+  RenewalKernel kernel;
+  Source deflections, bristles;
+};
+
+/// x S(x), and S(x).
+RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
+  const std::size_t n = law.last();
+  RenewalProblem problem;
+  problem.kernel = make_kernel(law, 1.0 + renewal, damping);
+  Source& deflections = problem.deflections;
+  deflections.left.resize(n + 1);
+  deflections.jump.resize(n + 1);
+  for (std::size_t i = 0; i <= n; ++i) {
+    const double x = static_cast<double>(i) * law.step;
+    deflections.left[i] = x * law.survival[i];
+    deflections.jump[i] = -(x * law.atom_mass[i]);
+  }
+  if (damping.empty()) return problem;
+  Source& bristles = problem.bristles;
+  bristles.left.assign(law.survival.begin(), law.survival.end());
+  bristles.jump.resize(n + 1);
+  for (std::size_t i = 0; i <= n; ++i) {
+    bristles.left[i] *= damping[i];
+    bristles.jump[i] = -law.atom_mass[i] * damping[i];
+    deflections.left[i] *= damping[i];
+    deflections.jump[i] *= damping[i];
+  }
+  bristles.left[0] = 0.0;
+  bristles.jump[0] += 1.0;
+  return problem;
+}
+
+/// Two grids, extrapolated: error O(step^4) where f is smooth. Turns the finer one into the result.
+void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
+  const auto extrapolate = [](const std::vector<double>& rough, std::vector<double>& good) {
+    double before = 0.0;
+    for (std::size_t i = 1; i < rough.size(); ++i) {
+      const double correction = (good[2 * i] - rough[i]) / 3.0;
+      good[2 * i - 1] += 0.5 * (before + correction);
+      good[2 * i] += correction;
+      before = correction;
+    }
+  };
+  extrapolate(coarse.left, fine.left);
+  extrapolate(coarse.right, fine.right);
+}
+
+/// The curve of redraw without shared renewal on the nodes of a grid.
+VirginGrid solve_redraw(const UnitLaw& unit, const std::vector<Atom>& atoms, double step, int cells) {
+  const RenewalProblem problem = pose_redraw(put_on_grid(unit, atoms, step, cells), 0.0, {});
+  return solve_renewal(problem.kernel, problem.deflections, step);
+}
+
+VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double fine_step,
+                                     int fine_cells) {
+  const VirginGrid coarse = solve_redraw(unit, atoms, 2.0 * fine_step, fine_cells / 2);
+  VirginGrid fine = solve_redraw(unit, atoms, fine_step, fine_cells);
+  extrapolate_grids(coarse, fine);
+  return fine;
+}
+
+/// Largest step for an error below 1e-6: a part of the width of the law, finer where its density jumps.
+double resolving_step(const SnapLength& law) noexcept {
+  const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
+}
+
+/// Step not above `largest` at which the atoms lie nearest to the nodes of a grid of twice the step.
+double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
+  double best = largest, best_misfit = detail::infinity;
+  const int start = static_cast<int>(1.0 / largest);
+  for (int i = 0; i < 2000; ++i) {
+    // The first atom on a node exactly, the others by trial.
+    const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
+    const double step = 0.5 * atoms.back().length / count;
+    double misfit = 0.0;
+    for (const Atom& atom : atoms) {
+      const double node = 0.5 * atom.length / step;
+      misfit = std::max(misfit, detail::magnitude(node - whole_part(node + 0.5)));
+    }
+    if (misfit < 0.9 * best_misfit) {
+      best = step;
+      best_misfit = misfit;
+    }
+  }
+  return best;
+}
+
+double paper_kinetic(const SnapLength& law, SnapRule rule) {
+  if (rule == SnapRule::keep) return 0.5;
+  return 0.5 * (1.0 + law.cv() * law.cv());
+}
+
+double redraw_deflection(const SnapLength& law, double x) {
+  if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
+  if (law.law() == SnapLaw::exponential) return -detail::expm1(-x);  // z = min(age, x), both memoryless
+  // The waves of a law without atoms die out as exp(-2 pi^2 cv^2 x), 3e-9 here, unless its tail is heavy.
+  const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
+                          (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
+  if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
+  const UnitLaw unit(law);
+  const std::vector<Atom> atoms = find_atoms(law);
+  // Work is cells times those of them that the law reaches. Beyond x of about 100 the step grows to bound
+  // it (a second or so), and the error of wide lognormal laws and of tables with it.
+  constexpr double most_work = 2e9;
+  const double reach = std::min(law.longest() / law.mean(), x);
+  double step = std::max(resolving_step(law), detail::square_root(x * reach / most_work));
+  if (atoms.empty()) {
+    const int half_cells = static_cast<int>(x / (2.0 * step)) + 1;
+    step = x / (2.0 * half_cells);
+    return solve_redraw_extrapolated(unit, atoms, step, 2 * half_cells).left.back();
+  }
+  step = step_for_atoms(atoms, step);
+  const int cells = 2 * (static_cast<int>(x / (2.0 * step)) + 2);
+  const VirginGrid grid = solve_redraw_extrapolated(unit, atoms, step, cells);
+  const std::size_t i = static_cast<std::size_t>(x / step);
+  const double share = x / step - static_cast<double>(i);
+  return grid.right[i] * (1.0 - share) + grid.left[i + 1] * share;
+}
+
+// ---------------------------------------------------------------------------------------------------
+// peaks
+
+/// Golden section steps: where f is smooth the square of the place counts, at a kink the place itself.
+constexpr int smooth_iterations = 22, kink_iterations = 60;
+
+/// Maximum of f on [low, high], where it has one hump: golden section.
+template <class Function>
+double maximum_between(const Function& f, double low, double high, int iterations) {
+  constexpr double golden = 0.6180339887498949;
+  double x1 = high - golden * (high - low), x2 = low + golden * (high - low);
+  double f1 = f(x1), f2 = f(x2);
+  for (int i = 0; i < iterations; ++i) {
+    if (f1 < f2) {
+      low = x1;
+      x1 = x2;
+      f1 = f2;
+      f2 = f(x2 = low + golden * (high - low));
+    } else {
+      high = x2;
+      x2 = x1;
+      f2 = f1;
+      f1 = f(x1 = high - golden * (high - low));
+    }
+  }
+  return std::max(f1, f2);
+}
+
+/// Maximum of f over ascending points, then within the two intervals beside the best of them.
+template <class Function>
+double maximum_over(const Function& f, const std::vector<double>& points, int iterations) {
+  std::size_t best = 0;
+  double peak = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double value = f(points[i]);
+    if (value <= peak) continue;
+    peak = value;
+    best = i;
+  }
+  const double low = points[best > 0 ? best - 1 : 0];
+  const double high = points[std::min(best + 1, points.size() - 1)];
+  return std::max(peak, maximum_between(f, low, high, iterations));
+}
+
+/// Peak of the curve on which nothing has snapped twice, and where it lies: the peak of narrow laws.
+void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
+  const SnapLength& law = unit.law;
+  peak = place = 0.0;
+  const auto consider = [&](double x) {
+    const double value = unit.first_pass(x, renewal);
+    if (value > peak) {
+      peak = value;
+      place = x;
+    }
+  };
+  if (law.law() == SnapLaw::uniform) {
+    const double low = law.first_parameter() / unit.mean, high = law.second_parameter() / unit.mean;
+    if (renewal == 0.0) {
+      consider(std::max(low, high - low));  // the slope is 1 up to min, then 1 - x / (max - min)
+    } else {
+      consider(low);
+      const double end = std::min(2.0 * low, high);
+      for (int i = 1; i <= 256; ++i) consider(low + (end - low) * i / 256.0);
+      const double width = (end - low) / 256.0;
+      const auto f = [&](double x) { return unit.first_pass(x, renewal); };
+      peak =
+          std::max(peak, maximum_between(f, std::max(place - width, low), std::min(place + width, end), 30));
+    }
+  } else if (law.law() == SnapLaw::table) {
+    const Span<const double> q = law.table_values();
+    for (std::size_t i = 0; i + 1 < q.size(); ++i) {
+      const double a = q[i] / unit.mean, b = q[i + 1] / unit.mean;
+      consider(std::min(std::max(a, (b - a) * static_cast<double>(q.size() - 1)), b));
+      consider(b);
+    }
+  } else {
+    // One hump, a few deviations below the mean.
+    const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
+    peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
+    place = high;
+    for (int i = 0; i < 64; ++i) {  // the place only roughly, from above
+      const double x = low + (high - low) * i / 64.0;
+      if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
+    }
+  }
+}
+
+double keep_peak(const SnapLength& law) {
+  const auto f = [&](double x) { return keep_deflection(law, x, true); };
+  std::vector<double> points;
+  int iterations = kink_iterations;
+  if (law.law() == SnapLaw::table) {
+    const double mean = law.mean();
+    const Span<const double> q = law.table_values();
+    for (const double value : q) points.push_back(value / mean);
+    const double end = std::max(2.0 * law.longest() / mean, 3.0);
+    for (double x = 1e-2; x < end; x *= 1.02) points.push_back(x);
+    std::sort(points.begin(), points.end());
+  } else if (law.law() == SnapLaw::uniform) {
+    const double a = law.first_parameter() / law.mean();
+    for (int i = 0; i <= 400; ++i) points.push_back(a + (3.0 - a) * i / 400.0);
+  } else {
+    // The wider a lognormal law, the farther out its (ever lower) peak: 115 mean lengths at cv = 3.
+    const double end = law.cv() < 0.65 ? 2.5 : law.cv() < 1.1 ? 8.0 : 500.0;
+    for (double x = 0.4; x < end; x *= 1.06) points.push_back(x);
+    iterations = smooth_iterations;
+  }
+  return maximum_over(f, points, iterations);
+}
+
+/// Largest value on a grid. Where f is smooth the parabola through the best three nodes.
+double grid_peak(const VirginGrid& grid, bool smooth) {
+  double peak = 0.0;
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < grid.left.size(); ++i) {
+    const double value = std::max(grid.left[i], grid.right[i]);
+    if (value <= peak) continue;
+    peak = value;
+    best = i;
+  }
+  if (!smooth || best == 0 || best + 1 >= grid.left.size()) return peak;
+  const double before = grid.left[best - 1], after = grid.left[best + 1];
+  const double bend = 2.0 * peak - before - after;
+  return bend > 0.0 ? peak + detail::square(after - before) / (8.0 * bend) : peak;
+}
+
+double redraw_peak(const SnapLength& law) {
+  constexpr int most_cells = 8192;
+  const UnitLaw unit(law);
+  const std::vector<Atom> atoms = find_atoms(law);
+  const auto peak_up_to = [&](double end) {
+    double step = std::max(resolving_step(law), end / most_cells);
+    if (!atoms.empty()) step = step_for_atoms(atoms, step);
+    const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
+    return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
+  };
+  // A law wider than these has its only or highest hump within two mean lengths; a table may not.
+  double peak = peak_up_to(2.0);
+  const double longest = law.longest() / law.mean();
+  if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
+  return peak;
+}
+
+double paper_peak(const SnapLength& law, SnapRule rule) {
+  if (law.law() == SnapLaw::single) return 1.0;
+  if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw) return 1.0;  // 1 - exp(-x)
+  if (law.cv() < 0.25 || law.law() == SnapLaw::uniform) {
+    const UnitLaw unit(law);
+    double peak, place;
+    find_first_pass_peak(unit, 0.0, peak, place);
+    if (unit.partial_moment(0, 0.5 * place) < 1e-10) return peak;
+  }
+  // Curves without a hump rise to the kinetic value.
+  const double peak = rule == SnapRule::keep ? keep_peak(law) : redraw_peak(law);
+  return std::max(peak, paper_kinetic(law, rule));
+}
+
+// ---------------------------------------------------------------------------------------------------
+// shared renewal
+
+/// exp(-growth x) at the nodes.
+std::vector<double> damping_at_nodes(double growth, double step, int cells) {
+  std::vector<double> damping(static_cast<std::size_t>(cells) + 1);
+  for (std::size_t i = 0; i < damping.size(); ++i) damping[i] = exp(-growth * step * static_cast<double>(i));
+  return damping;
+}
+
+/// A law in cells of equal density, read at any place: the snaps of bristles that keep their lengths.
+class DividedLaw {
+ public:
+  DividedLaw(const UnitLaw& unit, double cell, double end)
+      : cell_(cell), last_(static_cast<std::size_t>(end / cell) + 1), at_(last_ + 1) {
+    for (std::size_t i = 0; i <= last_; ++i) {
+      const double x = static_cast<double>(i) * cell;
+      at_[i].mass = unit.partial_moment(0, x);
+      at_[i].first = unit.partial_moment(1, x);
+      if (at_[i].mass < 1e-12) shortest_ = x;
+    }
+    shortest_ = std::max(shortest_, shortest_that_counts);
+    for (std::size_t i = 1; i <= last_; ++i) {
+      const double x = static_cast<double>(i) * cell, before = x - cell;
+      at_[i].rest = at_[i - 1].rest;
+      if (before < shortest_) continue;
+      // Simpson's rule: near the shortest a cell is as long as the length.
+      const Moments middle{
+          0.5 * (at_[i].mass + at_[i - 1].mass), 0.5 * (at_[i].first + at_[i - 1].first), {}};
+      at_[i].rest.add(cell / (6.0 * square(before)), at_[i - 1], before);
+      at_[i].rest.add(cell / (1.5 * square(x - 0.5 * cell)), middle, x - 0.5 * cell);
+      at_[i].rest.add(cell / (6.0 * square(x)), at_[i], x);
+    }
+  }
+
+  /// Sum over k of G(x / k), of k M1(x / k), and of M1(x / k).
+  struct Snaps {
+    double count = 0.0, place = 0.0, lost = 0.0;
+
+    template <class Moments>
+    void add(double weight, const Moments& at, double length) {
+      count += weight * at.mass;
+      place += weight * at.first / length;
+      lost += weight * at.first;
+    }
+  };
+  Snaps snaps_up_to(double x) const {
+    // Many short ones are their integral over k, which is one over the length u = x / k.
+    constexpr double direct = 100.0;
+    Snaps snaps;
+    double k = 1.0;
+    for (; k <= direct && x > shortest_ * k; k += 1.0) {
+      const Place place = find(x / k);
+      const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
+      const double mass = high.mass - low.mass, share = place.over / cell_;
+      // The first moment of the cell as it stands, at the mean length of equal density.
+      const double first =
+          low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
+      snaps.count += low.mass + mass * share;
+      snaps.place += k * first;
+      snaps.lost += first;
+    }
+    if (k <= direct) return snaps;
+    const Place place = find(x / (direct + 0.5));
+    const Snaps &low = at_[place.cell].rest, &high = at_[place.cell + 1].rest;
+    const double share = place.over / cell_;
+    snaps.count += x * (low.count + share * (high.count - low.count));
+    snaps.place += square(x) * (low.place + share * (high.place - low.place));
+    snaps.lost += x * (low.lost + share * (high.lost - low.lost));
+    return snaps;
+  }
+
+ private:
+  struct Moments {
+    double mass, first;
+    Snaps rest;  ///< integrals over u up to here of G / u^2, M1 / u^3, M1 / u^2
+  };
+  struct Place {
+    std::size_t cell;
+    double over;
+  };
+  Place find(double length) const {
+    const std::size_t i = std::min(static_cast<std::size_t>(length / cell_), last_ - 1);
+    return {i, std::min(length - static_cast<double>(i) * cell_, cell_)};
+  }
+
+  double cell_;
+  std::size_t last_;
+  double shortest_ = 0.0;
+  std::vector<Moments> at_;
+};
+
+RenewalProblem pose_keep(const DividedLaw& divided, double renewal, double step,
+                         const std::vector<double>& damping) {
+  const std::size_t n = damping.size() - 1;
+  LawOnGrid snaps;
+  snaps.step = step;
+  snaps.mass.assign(n + 1, 0.0);
+  snaps.first = snaps.atom_mass = snaps.mass;
+  RenewalProblem problem;
+  problem.deflections = problem.bristles = {snaps.mass, snaps.mass};
+  for (std::size_t i = 0; i <= n; ++i) {
+    const double x = static_cast<double>(i) * step;
+    const DividedLaw::Snaps at = divided.snaps_up_to(x);
+    snaps.mass[i] = at.count;
+    snaps.first[i] = at.place;
+    problem.deflections.left[i] = (x - at.lost) * damping[i];
+    problem.bristles.left[i] = damping[i];
+  }
+  problem.bristles.left[0] = 0.0;
+  problem.bristles.jump[0] = 1.0;
+  problem.kernel = make_kernel(snaps, renewal, damping);
+  return problem;
+}
+
+/// A virgin curve under shared renewal: what it needs to be solved on one grid or another.
+struct RenewedCurve {
+  const SnapLength& law;
+  SnapRule rule;
+  double renewal;
+  UnitLaw unit;
+  std::vector<Atom> atoms;
+  SteadySliding steady;
+
+  RenewedCurve(const SnapLength& snap_length, SnapRule snap_rule, double shared_renewal)
+      : law(snap_length),
+        rule(snap_rule),
+        renewal(shared_renewal),
+        unit(snap_length),
+        atoms(find_atoms(snap_length)),
+        steady(find_steady_sliding(snap_length, snap_rule, shared_renewal)) {}
+
+  /// Empty where so many bristles snap within a cell that the curve is at its kinetic value at once.
+  VirginGrid solve(const DividedLaw* divided, double step, int cells) const {
+    const std::vector<double> damping = damping_at_nodes(steady.growth, step, cells);
+    const RenewalProblem problem = divided
+                                       ? pose_keep(*divided, renewal, step, damping)
+                                       : pose_redraw(put_on_grid(unit, atoms, step, cells), renewal, damping);
+    if (problem.kernel.too_coarse()) return {};
+    VirginGrid grid = solve_renewal(problem.kernel, problem.deflections, step);
+    const VirginGrid bristles = solve_renewal(problem.kernel, problem.bristles, step);
+    for (std::size_t i = 1; i < grid.left.size(); ++i) {
+      grid.left[i] /= bristles.left[i];
+      grid.right[i] /= bristles.right[i];
+    }
+    return grid;
+  }
+
+  VirginGrid solve_extrapolated(double step, int cells) const {
+    if (rule == SnapRule::redraw) return extrapolated(nullptr, step, cells);
+    const double end = std::min(step * (cells + 1), law.longest() / unit.mean + step);
+    const DividedLaw divided(unit, std::max(std::min(0.25 * step, 1.0 / 1024), end / 16384), end);
+    return extrapolated(&divided, step, cells);
+  }
+
+  VirginGrid extrapolated(const DividedLaw* divided, double step, int cells) const {
+    const VirginGrid coarse = solve(divided, 2.0 * step, cells / 2);
+    VirginGrid fine = solve(divided, step, cells);
+    if (coarse.left.empty() || fine.left.empty()) return {};
+    extrapolate_grids(coarse, fine);
+    return fine;
+  }
+
+  /// Atoms keep the step of the paper's curves; for the others extrapolation makes up for twice that.
+  double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
+  /// At which atoms, or else the shortest length of a uniform law, lie on nodes.
+  double fit_step(double largest) const {
+    if (!atoms.empty()) return step_for_atoms(atoms, largest);
+    if (law.law() != SnapLaw::uniform) return largest;
+    const double shortest = 0.5 * law.first_parameter() / unit.mean;
+    return shortest > largest ? shortest / (whole_part(shortest / largest) + 1.0) : largest;
+  }
+};
+
+/// Where the lines through the two nodes on either side of the cell after node i meet within it: the top of a
+/// kink. 0 if they do not.
+double kink_in_cell(const VirginGrid& grid, std::size_t i) {
+  if (i < 1 || i + 2 >= grid.left.size()) return 0.0;
+  for (std::size_t k = i - 1; k <= i + 2; ++k)
+    if (grid.left[k] != grid.right[k]) return 0.0;
+  const double* f = grid.left.data() + i;
+  const double rise = f[0] - f[-1], fall = f[1] - f[2];
+  const double place = (f[1] - f[0] + fall) / (rise + fall);  // in cells from node i
+  return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
+}
+
+double table_peak(const VirginGrid& grid) {
+  double peak = grid_peak(grid, false);
+  for (std::size_t i = 0; i < grid.left.size(); ++i)
+    if (grid.left[i] > 0.99 * peak) peak = std::max(peak, kink_in_cell(grid, i));
+  return peak;
+}
+
+/// Highest value that the renewal equation gives up to `end`, in at most `most_cells`.
+double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells) {
+  const double step = curve.fit_step(std::max(curve.usual_step(), end / most_cells));
+  const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(end / (2.0 * step)) + 2));
+  const SnapLaw law = curve.law.law();
+  if (law == SnapLaw::table) return table_peak(grid);
+  return grid_peak(grid, law == SnapLaw::lognormal || law == SnapLaw::normal);
+}
+
+double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
+  if (law.law() == SnapLaw::single) return 1.0;
+  const RenewedCurve curve(law, rule, renewal);
+  double peak = curve.steady.deflection, place = 0.0, first_pass = 0.0;
+  const bool narrow = law.cv() < 0.25 && law.law() != SnapLaw::table;
+  if (narrow || law.law() == SnapLaw::uniform) {
+    find_first_pass_peak(curve.unit, renewal, first_pass, place);
+    if (curve.unit.partial_moment(0, 0.5 * place) < 1e-10) peak = std::max(peak, first_pass);
+    if (narrow && peak == first_pass) return peak;
+  }
+  peak = std::max(peak, renewed_peak_up_to(curve, 2.0, 8192));
+  const double longest = law.longest() / law.mean();
+  if (law.law() == SnapLaw::table && longest > 1.5)
+    peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
+  // keep: the wider the law, the farther out its peak, and the flatter.
+  if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
+    peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
+  return peak;
+}
+
+double renewed_deflection(const SnapLength& law, SnapRule rule, double renewal, double x) {
+  if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
+  const RenewedCurve curve(law, rule, renewal);
+  const double settled = 40.0 + 1.0 / square(law.cv()) + 40.0 / curve.steady.growth;
+  if (law.law() != SnapLaw::table && x > settled) return curve.steady.deflection;
+  constexpr double most_work = 2e9;
+  const double reach = rule == SnapRule::keep ? x : std::min(law.longest() / law.mean(), x);
+  double step = std::max(curve.usual_step(), square_root(x * reach / most_work));
+  const bool has_corners = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  step = has_corners ? curve.fit_step(step) : x / (2.0 * (static_cast<int>(x / (2.0 * step)) + 1));
+  const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(x / (2.0 * step)) + 2));
+  if (grid.left.empty()) return curve.steady.deflection;
+  const std::size_t i = static_cast<std::size_t>(x / step);
+  const double share = x / step - static_cast<double>(i);
+  return grid.right[i] * (1.0 - share) + grid.left[i + 1] * share;
+}
+
+}  // namespace
+
+double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal) {
+  if (shared_renewal == 0.0) return paper_kinetic(law, rule);
+  return find_steady_sliding(law, rule, shared_renewal).deflection;
+}
+
+double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal) {
+  if (shared_renewal == 0.0) return paper_peak(law, rule);
+  return renewed_peak(law, rule, shared_renewal);
+}
+
+double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x) {
+  if (shared_renewal != 0.0) return renewed_deflection(law, rule, shared_renewal, x);
+  return rule == SnapRule::keep ? keep_deflection(law, x, false) : redraw_deflection(law, x);
+}
+
+}  // namespace bristle::detail

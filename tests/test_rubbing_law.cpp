@@ -1,0 +1,356 @@
+// Residual length and shared renewal as numbers: steady sliding, virgin curve and peak of a material, and the
+// way from coefficients to such a material and back. Expected values: the tables data/rubbing_*.csv, closed
+// forms, and bristles followed one by one.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "brute_force.hpp"
+#include "core/materials/kernel_law.hpp"
+#include "expect.hpp"
+#include "reference_table.hpp"
+
+#include <bristle/material.hpp>
+
+using bristle::Coefficients;
+using bristle::Material;
+using bristle::SnapLaw;
+using bristle::SnapLength;
+using bristle::SnapRule;
+using bristle::virgin_deflection;
+using bristle_test::expect_near;
+using bristle_test::message_of;
+using bristle_test::names;
+using bristle_test::number;
+using bristle_test::Quantile;
+using bristle_test::read_table;
+using bristle_test::Row;
+
+namespace {
+
+SnapLength law_of(const Row& row, double mean) {
+  const std::string& name = row.at("dist");
+  if (name == "lognormal_cv0.3") return SnapLength::lognormal(mean, 0.3);
+  if (name == "uniform_0.5_1.5") return SnapLength::uniform(0.5 * mean, 1.5 * mean);
+  if (name == "exponential") return SnapLength::exponential(mean);
+  throw std::runtime_error("the table names an unknown law: " + name);
+}
+
+/// A material whose friction coefficient is the mean deflection over the mean snap length.
+Material rubbed(const SnapLength& law, SnapRule rule, double kappa, double residual_over_mean) {
+  return Material{}
+      .with_snap_length(law)
+      .with_snap_rule(rule)
+      .with_bristle_stiffness(1.0)
+      .with_normal_stiffness(1.0)
+      .with_asperity_height_deviation(law.mean())
+      .with_shared_renewal(kappa)
+      .with_residual_length(residual_over_mean * law.mean());
+}
+
+Material material_of(const Row& row, double mean) {
+  return rubbed(law_of(row, mean), row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw,
+                number(row, "kappa"), number(row, "residual_over_dbar"));
+}
+
+std::string describe(const Row& row) {
+  return row.at("dist") + ", " + row.at("variant") + ", kappa " + row.at("kappa") + ", l_r " +
+         row.at("residual_over_dbar");
+}
+
+/// Mean deflection and snaps per bristle after a straight path, bristle by bristle. Pieces of the path, then
+/// the renewals of each: an error of the first order in the piece, 1e-3 here.
+struct Population {
+  double deflection, snaps;
+};
+std::vector<Population> drag(const Quantile& quantile, SnapRule rule, double kappa, double residual,
+                             const std::vector<double>& paths, std::uint32_t n) {
+  constexpr double piece = 1.0 / 200;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<double> lengths(8192), bend(n, 0.0), length(n);
+  for (std::size_t i = 0; i < lengths.size(); ++i)
+    lengths[i] = quantile((static_cast<double>(i) + 0.5) / 8192);
+  const auto draw = [&] { return lengths[random() >> 51]; };
+  for (std::size_t i = 0; i < n; ++i) length[i] = quantile((static_cast<double>(i) + 0.5) / n);
+  std::vector<Population> result;
+  double all_snaps = 0.0;
+  for (int k = 1; result.size() < paths.size(); ++k) {
+    int snaps = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      bend[i] += piece;
+      while (bend[i] >= residual + length[i]) {
+        bend[i] -= length[i];
+        if (rule == SnapRule::redraw) length[i] = draw();
+        ++snaps;
+      }
+    }
+    all_snaps += snaps;
+    const double renewed = 1.0 - std::exp(-kappa * snaps / n);
+    for (std::size_t i = 0; i < n && renewed > 0.0; ++i) {
+      if (!(bend[i] > residual) || !(uniform(random) < renewed)) continue;
+      bend[i] = residual + piece * uniform(random);
+      if (rule == SnapRule::redraw) length[i] = draw();
+    }
+    if (k != std::lround(paths[result.size()] / piece)) continue;
+    double sum = 0.0;
+    for (double z : bend) sum += z;
+    result.push_back({sum / n, all_snaps / n});
+  }
+  return result;
+}
+
+const SnapRule both_rules[] = {SnapRule::redraw, SnapRule::keep};
+
+}  // namespace
+
+TEST_CASE("Virgin curves with residual and shared renewal are those of the table", "[rubbing][virgin]") {
+  int checked = 0;
+  for (const Row& row : read_table("rubbing_virgin.csv")) {
+    INFO(describe(row) << ", x = " << row.at("x_over_dbar"));
+    const double f = virgin_deflection(material_of(row, 1e-5), number(row, "x_over_dbar"));
+    expect_near(f, number(row, "f"), 1e-5, "mean deflection");
+    ++checked;
+  }
+  CHECK(checked > 1000);
+}
+
+TEST_CASE("Kinetic force, snap rate and peak with residual and shared renewal are those of the table",
+          "[rubbing]") {
+  for (const Row& row : read_table("rubbing_summary.csv")) {
+    INFO(describe(row));
+    const Material material = material_of(row, 1e-5);
+    CHECK(material.kinetic_coefficient() == Approx(number(row, "f_kinetic")).margin(2e-7));
+    CHECK(material.snap_rate() * 1e-5 == Approx(number(row, "snap_rate")).margin(2e-7));
+    if (!row.at("f_peak").empty())
+      CHECK(material.peak_coefficient() == Approx(number(row, "f_peak")).margin(2e-6));
+    const auto compiled = bristle::detail::compile_material(material);
+    CHECK(compiled->snap_rate * compiled->lengths_per_metre * 1e-5 ==
+          Approx(number(row, "snap_rate")).margin(2e-7));
+    CHECK(compiled->kinetic * compiled->metres_per_length / 1e-5 ==
+          Approx(number(row, "f_kinetic")).margin(2e-7));
+    CHECK(material.steady_force(0.0, 3.0) == Approx(3.0 * number(row, "f_kinetic")).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("Shared renewal in closed form: exponential and single lengths", "[rubbing]") {
+  for (double kappa : {1e-6, 0.1, 1.0, 16.0}) {
+    for (double residual : {0.0, 0.4, 30.0}) {
+      INFO("kappa " << kappa << ", l_r " << residual);
+      // E[exp(-lambda d)] = 1 / (1 + lambda): lambda = kappa. Deflections exp(-(1 + kappa) r).
+      const Material memoryless = rubbed(SnapLength::exponential(2e-3), SnapRule::redraw, kappa, residual);
+      CHECK(memoryless.snap_rate() * 2e-3 == Approx(1.0).epsilon(1e-9));
+      CHECK(memoryless.kinetic_coefficient() == Approx(residual + 1.0 / (1.0 + kappa)).epsilon(1e-9));
+      CHECK(virgin_deflection(memoryless, residual + 0.7) ==
+            Approx(residual + (1.0 - std::exp(-(1.0 + kappa) * 0.7)) / (1.0 + kappa)).margin(1e-6));
+      for (SnapRule rule : both_rules) {
+        const Material single = rubbed(SnapLength::single(2e-3), rule, kappa, residual);
+        const double lambda = std::log1p(kappa);
+        CHECK(single.snap_rate() * 2e-3 == Approx(lambda / kappa).epsilon(1e-12));
+        if (kappa >= 0.1) {
+          CHECK(single.kinetic_coefficient() == Approx(residual + 1.0 / lambda - 1.0 / kappa).epsilon(1e-12));
+        }
+        CHECK(single.peak_coefficient() == Approx(residual + 1.0).epsilon(1e-12));
+        CHECK(virgin_deflection(single, residual + 3.25) == Approx(residual + 0.25).epsilon(1e-12));
+      }
+    }
+  }
+}
+
+TEST_CASE("Shared renewal that goes to 0 leads to the brush without it", "[rubbing]") {
+  const std::vector<double> quantiles{0.4, 0.8, 1.0, 1.1, 1.9};
+  for (SnapRule rule : both_rules) {
+    for (const SnapLength& law :
+         {SnapLength::uniform(0.5, 1.5), SnapLength::normal(1.0, 0.2), SnapLength::lognormal(1.0, 0.3),
+          SnapLength::lognormal(1.0, 0.1), SnapLength::lognormal(1.0, 1.0), SnapLength::table(quantiles)}) {
+      INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw"));
+      const Material without = rubbed(law, rule, 0.0, 0.3), little = rubbed(law, rule, 1e-7, 0.3);
+      CHECK(little.kinetic_coefficient() == Approx(without.kinetic_coefficient()).margin(1e-6));
+      CHECK(little.peak_coefficient() == Approx(without.peak_coefficient()).margin(1e-5));
+      CHECK(little.snap_rate() == Approx(without.snap_rate()).epsilon(1e-6));
+      for (double x : {0.2, 0.3, 0.9, 1.3, 2.9})
+        CHECK(virgin_deflection(little, x) == Approx(virgin_deflection(without, x)).margin(1e-5));
+    }
+  }
+}
+
+TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one by one", "[rubbing][virgin]") {
+  using namespace bristle_test;
+  const std::vector<double> spread{0.3, 0.5, 0.9, 1.1, 2.8};
+  const std::vector<double> atoms{0.6, 0.6, 1.0, 1.0, 1.4, 2.0};
+  struct Case {
+    const char* name;
+    SnapLength law;
+    Quantile quantile;
+    double tolerance;  // of a table with atoms near one: 1e-3 and the piece of path
+  };
+  const std::uint32_t n = test_size(20000);
+  const std::vector<double> paths{0.73, 1.115, 2.37, 4.93};
+  for (const Case& c :
+       {Case{"normal 0.25", SnapLength::normal(1.0, 0.25), normal_quantile(1.0, 0.25), 0.0},
+        Case{"lognormal 0.1", SnapLength::lognormal(1.0, 0.1), lognormal_quantile(1.0, 0.1), 0.0},
+        Case{"lognormal 0.8", SnapLength::lognormal(1.0, 0.8), lognormal_quantile(1.0, 0.8), 0.0},
+        Case{"uniform 0.1 to 1.9", SnapLength::uniform(0.1, 1.9), uniform_quantile(0.1, 1.9), 0.0},
+        Case{"table", SnapLength::table(spread), table_quantile(spread), 0.0},
+        Case{"atoms", SnapLength::table(atoms), table_quantile(atoms), 0.004}}) {
+    for (SnapRule rule : both_rules) {
+      const Material material = rubbed(c.law, rule, 1.5, 0.2 / c.law.mean());
+      const std::vector<Population> brute = drag(c.quantile, rule, 1.5, 0.2, paths, n);
+      for (std::size_t i = 0; i < paths.size(); ++i) {
+        INFO(c.name << (rule == SnapRule::keep ? ", keep" : ", redraw") << ", x = " << paths[i]);
+        expect_near(virgin_deflection(material, paths[i] / c.law.mean()) * c.law.mean(), brute[i].deflection,
+                    0.004 + 1.2 / std::sqrt(n) + c.tolerance, "mean deflection");
+      }
+    }
+  }
+}
+
+TEST_CASE("Steady sliding with shared renewal follows bristles one by one", "[rubbing]") {
+  using namespace bristle_test;
+  const std::uint32_t n = test_size(20000);
+  for (SnapRule rule : both_rules) {
+    for (double kappa : {0.5, 3.0}) {
+      INFO((rule == SnapRule::keep ? "keep" : "redraw") << ", kappa " << kappa);
+      const Material material = rubbed(SnapLength::lognormal(1.0, 0.4), rule, kappa, 0.5);
+      const std::vector<Population> brute =
+          drag(lognormal_quantile(1.0, 0.4), rule, kappa, 0.5, {7.0, 10.0}, n);
+      expect_near(material.kinetic_coefficient(), brute[1].deflection, 0.004 + 1.2 / std::sqrt(n), "kinetic");
+      expect_near(material.snap_rate(), (brute[1].snaps - brute[0].snaps) / 3.0, 0.005 + 2.0 / std::sqrt(n),
+                  "rate");
+    }
+  }
+}
+
+TEST_CASE("Before the residual length every bristle sticks", "[rubbing][virgin]") {
+  for (SnapRule rule : both_rules) {
+    const Material material = rubbed(SnapLength::lognormal(1e-4, 0.3), rule, 1.0, 0.6);
+    for (double x : {0.0, 0.1, 0.6}) {
+      CHECK(virgin_deflection(material, x) == x);
+      CHECK(virgin_deflection(material, -x) == -x);
+    }
+    CHECK(virgin_deflection(material, -2.0) == -virgin_deflection(material, 2.0));
+  }
+}
+
+TEST_CASE("The peak of a curve with shared renewal is its highest point", "[rubbing][virgin]") {
+  const std::vector<double> values{0.3, 0.8, 1.0, 1.1, 1.9};
+  for (const SnapLength& law :
+       {SnapLength::uniform(0.9, 1.1), SnapLength::uniform(0.3, 1.7), SnapLength::uniform(0.05, 1.95),
+        SnapLength::normal(1.0, 0.1), SnapLength::normal(1.0, 0.25), SnapLength::lognormal(1.0, 0.05),
+        SnapLength::lognormal(1.0, 0.35), SnapLength::lognormal(1.0, 1.0), SnapLength::table(values)}) {
+    for (SnapRule rule : both_rules) {
+      for (double kappa : {0.3, 2.0}) {
+        INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
+                                  << ", kappa " << kappa);
+        const Material material = rubbed(law, rule, kappa, 0.0);
+        double highest = material.kinetic_coefficient();
+        for (double x = 0.1; x < 4.0; x += 0.03 + 0.05 * x)
+          highest = std::max(highest, virgin_deflection(material, x));
+        CHECK(material.peak_coefficient() >= highest - 1e-5);
+        CHECK(material.peak_coefficient() <= highest + 0.08);
+      }
+    }
+  }
+}
+
+TEST_CASE("Coefficients with residual and shared renewal become a material that has them",
+          "[rubbing][coefficients]") {
+  for (SnapLaw law : {SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal}) {
+    for (SnapRule rule : both_rules) {
+      for (double share : {0.0, 0.1, 0.3, 0.9}) {
+        for (double kappa : {0.0, 0.5, 2.0}) {
+          // Between the ends of every family: (l_r + 1) / (l_r + k) with k <= 1/2 for lengths all alike.
+          const double residual = share / (1.0 - share);
+          const double ratio = 1.0 + 0.75 * (0.5 / (residual + 0.5));
+          INFO(to_string(law) << (rule == SnapRule::keep ? ", keep" : ", redraw") << ", share " << share
+                              << ", kappa " << kappa << ", ratio " << ratio);
+          const Coefficients wanted = Coefficients{}
+                                          .with_kinetic(0.7)
+                                          .with_peak(0.7 * ratio)
+                                          .with_presliding_length(3e-4)
+                                          .with_law(law)
+                                          .with_rule(rule)
+                                          .with_residual_share(share)
+                                          .with_shared_renewal(kappa);
+          const Material material = Material::from_coefficients(wanted);
+          CHECK(material.shared_renewal == kappa);
+          CHECK(material.residual_length == Approx(share * 3e-4).margin(1e-18));
+          CHECK(material.residual_length + material.snap_length.mean() == Approx(3e-4).epsilon(1e-12));
+          const Coefficients back = material.coefficients();
+          CHECK(back.kinetic == Approx(0.7).epsilon(1e-12));
+          CHECK(back.peak == Approx(0.7 * ratio).epsilon(1e-6));
+          CHECK(back.presliding_length == Approx(3e-4).epsilon(1e-12));
+          CHECK(back.residual_share == Approx(share).margin(1e-12));
+          CHECK(back.shared_renewal == kappa);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("Coefficients without both make the material that they made before there were these",
+          "[rubbing][coefficients]") {
+  const Coefficients paper = Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0);
+  const Material material = Material::from_coefficients(paper);
+  CHECK(material.residual_length == 0.0);
+  CHECK(material.shared_renewal == 0.0);
+  // Of the revision before: printed with 17 digits.
+  CHECK(material.snap_length.cv() == 0.29291044799401739);
+  CHECK(material.snap_length.mean() == 10e-6);
+}
+
+TEST_CASE("A ratio out of reach names the range with residual and shared renewal",
+          "[rubbing][coefficients][bad_input]") {
+  const auto ask = [](double ratio, SnapLaw law, SnapRule rule, double share, double kappa) {
+    return message_of([=] {
+      Material::from_coefficients(Coefficients{}
+                                      .with_kinetic(0.5)
+                                      .with_peak(0.5 * ratio)
+                                      .with_law(law)
+                                      .with_rule(rule)
+                                      .with_residual_share(share)
+                                      .with_shared_renewal(kappa));
+    });
+  };
+  // Lengths all alike: (l_r + 1) / (l_r + 1 / ln(1 + kappa) - 1 / kappa).
+  const double highest = 1.25 / (0.25 + 1.0 / std::log(2.0) - 1.0);
+  CHECK(highest == Approx(1.80454).epsilon(1e-5));
+  CHECK(names(ask(1.9, SnapLaw::lognormal, SnapRule::redraw, 0.2, 1.0),
+              {"peak / kinetic = 1.9", "1 to 1.8045", "law lognormal", "rule redraw", "residual_share 0.2",
+               "shared_renewal 1"}));
+  CHECK(ask(1.804, SnapLaw::lognormal, SnapRule::redraw, 0.2, 1.0) == "(no error)");
+  CHECK(
+      names(ask(0.9, SnapLaw::lognormal, SnapRule::keep, 0.2, 1.0), {"peak / kinetic = 0.9", " to 1.8045"}));
+  CHECK(names(ask(1.05, SnapLaw::single, SnapRule::redraw, 0.2, 1.0), {"allowed is 1.8045", "no spread"}));
+  CHECK(ask(2.2, SnapLaw::lognormal, SnapRule::redraw, 0.0, 1.0) == "(no error)");
+  CHECK(names(ask(1.05, SnapLaw::uniform, SnapRule::redraw, 0.2, 1.0),
+              {"peak / kinetic = 1.05", "law uniform"}));
+  const auto refused = [](const Coefficients& c) {
+    return message_of([&] { Material::from_coefficients(c); });
+  };
+  CHECK(names(refused(Coefficients{}.with_residual_share(0.99)), {"residual_share = 0.99", "0 to 0.98"}));
+  CHECK(names(refused(Coefficients{}.with_residual_share(-0.1)), {"residual_share = -0.1"}));
+  CHECK(names(refused(Coefficients{}.with_shared_renewal(17.0)), {"shared_renewal = 17", "0 to 16"}));
+  CHECK(names(ask(1.2, SnapLaw::exponential, SnapRule::keep, 0.0, 1.0),
+              {"shared_renewal = 1", "0 with law exponential and rule keep"}));
+}
+
+TEST_CASE("Keep with shared renewal takes no law with bristles near no length", "[rubbing][bad_input]") {
+  const auto ask = [](const SnapLength& law, SnapRule rule, double kappa) {
+    return message_of([&] { rubbed(law, rule, kappa, 0.1).validate(); });
+  };
+  for (const SnapLength& law :
+       {SnapLength::exponential(1.0), SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.5)}) {
+    CHECK(names(ask(law, SnapRule::keep, 0.5), {"shared_renewal = 0.5", "keep", "64th"}));
+    CHECK(ask(law, SnapRule::keep, 0.0) == "(no error)");
+    CHECK(ask(law, SnapRule::redraw, 0.5) == "(no error)");
+  }
+  CHECK(ask(SnapLength::uniform(0.1, 1.9), SnapRule::keep, 0.5) == "(no error)");
+  CHECK(ask(SnapLength::lognormal(1.0, 1.25), SnapRule::keep, 0.5) == "(no error)");
+}

@@ -1,0 +1,145 @@
+// A contact that can be rubbed still sticks: held loads, taps, encoder noise and sideways tremor, and where
+// creep begins (core/MODEL.md, "Rubbing").
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "expect.hpp"
+#include "infinite_brush.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+/// A patch under a force along x, quasi-static: it moves until friction holds the force. Lengths in those of
+/// the contact (residual plus mean snap length), forces in its kinetic friction.
+class Held {
+ public:
+  Held(double renewal, double residual_share, int axes = 1)
+      : length_(1.0 / (1.0 - residual_share)),
+        patch_(plain_material(SnapLength::lognormal(dbar, 0.31), SnapRule::redraw)
+                   .with_residual_length((length_ - 1.0) * dbar)
+                   .with_shared_renewal(renewal),
+               infinite_options(0.0, 0, axes).with_outputs(Outputs::end)) {
+    for (int i = 0; i < 400; ++i) move(0.05);
+    kinetic_ = force_;
+  }
+
+  void move(double dx, double dy = 0.0) {
+    const Response r = patch_.step(dx * length_ * dbar, dy * length_ * dbar, load_n);
+    force_ = -r.elastic[0] / (load_n * dbar * length_);
+    place_ += dx;
+  }
+  /// Whether friction holds the force. The stiffness of sticking is 1: each step falls short of the target.
+  bool load_to(double share) {
+    const double wanted = share * kinetic_;
+    for (int i = 0; i < 400; ++i) {
+      if (std::abs(wanted - force_) < 1e-10) return true;
+      move(wanted - force_);
+    }
+    return false;
+  }
+  /// One to and fro sideways by `shake` lengths.
+  bool shake(double shake, double held) {
+    double y = 0.0;
+    for (int j = 1; j <= 16; ++j) {
+      const double next = shake * std::sin(2.0 * M_PI * j / 16.0);
+      move(0.0, next - y);
+      y = next;
+      if (!load_to(held)) return false;
+    }
+    return true;
+  }
+  double place() const { return place_; }
+  double force() const { return force_ / kinetic_; }
+
+ private:
+  double length_;
+  OnePatch patch_;
+  double force_ = 0.0, place_ = 0.0, kinetic_ = 1.0;
+};
+
+struct Kind {
+  double renewal, residual_share;
+};
+
+}  // namespace
+
+TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by nothing that lasts",
+          "[rubbing][cohorts][creep]") {
+  const int cycles = 10000;
+  for (const Kind& kind : {Kind{1.0, 0.0}, Kind{1.0, 0.1}, Kind{2.0, 0.3}}) {
+    for (const auto& range : {std::pair<double, double>{0.2, 0.5}, {0.0, 0.8}, {-0.3, 0.8}, {-0.5, 0.9}}) {
+      Held held(kind.renewal, kind.residual_share);
+      double ninth = 0.0;
+      bool holds = true;
+      for (int i = 0; i < cycles && holds; ++i) {
+        holds = held.load_to(range.second) && held.load_to(range.first);
+        if (i == cycles * 9 / 10) ninth = held.place();
+      }
+      INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
+                      << range.second);
+      CHECK(holds);
+      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);  // lengths a cycle
+    }
+  }
+}
+
+TEST_CASE("A hundred thousand taps on a held contact move it by nothing", "[rubbing][cohorts][creep]") {
+  const int taps = static_cast<int>(test_size(100000));
+  for (const Kind& kind : {Kind{0.0, 0.0}, Kind{1.0, 0.0}, Kind{1.0, 0.1}}) {
+    Held held(kind.renewal, kind.residual_share);
+    double ninth = 0.0;
+    for (int i = 0; i < taps; ++i) {
+      REQUIRE(held.load_to(0.95));
+      REQUIRE(held.load_to(0.8));
+      if (i == taps * 9 / 10) ninth = held.place();
+    }
+    CHECK(std::abs(held.place() - ninth) < 1e-8);
+  }
+}
+
+TEST_CASE("A million samples of encoder noise relax no held force", "[rubbing][cohorts][creep]") {
+  const int samples = static_cast<int>(test_size(1000000));
+  for (const Kind& kind : {Kind{1.0, 0.0}, Kind{1.0, 0.1}}) {
+    Held held(kind.renewal, kind.residual_share);
+    REQUIRE(held.load_to(0.8));
+    std::mt19937 generator(1);
+    std::uniform_real_distribution<double> flat(-0.05, 0.05);
+    double at = 0.0, ninth = 0.0;
+    for (int i = 0; i < samples; ++i) {
+      const double noise = i == samples * 9 / 10 || i + 1 == samples ? 0.0 : flat(generator);
+      held.move(noise - at);
+      at = noise;
+      if (i == samples * 9 / 10) ninth = held.force();
+    }
+    CHECK(held.force() == Approx(ninth).epsilon(1e-9));
+    CHECK(held.force() > 0.79);
+  }
+}
+
+TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed kinetic friction",
+          "[rubbing][cohorts][creep]") {
+  const auto drift = [](double renewal, double held_at, double shake) {
+    Held held(renewal, 0.1, 2);
+    REQUIRE(held.load_to(held_at));
+    const int cycles = 500;
+    double ninth = 0.0;
+    for (int i = 0; i < cycles; ++i) {
+      if (!held.shake(shake, held_at)) return 1.0;
+      if (i == cycles * 9 / 10) ninth = held.place();
+    }
+    return (held.place() - ninth) / (0.1 * cycles);
+  };
+  for (double renewal : {0.0, 1.0}) {
+    for (const auto& quiet : {std::pair<double, double>{0.2, 0.5}, {0.6, 0.4}, {0.8, 0.3}, {0.9, 0.2}}) {
+      INFO("renewal " << renewal << ", held " << quiet.first << ", shaken by " << quiet.second);
+      CHECK(std::abs(drift(renewal, quiet.first, quiet.second)) < 2e-5);
+    }
+  }
+  // Beyond, kappa = 1 creeps where the paper's brush hardens.
+  CHECK(drift(1.0, 0.6, 0.6) > 0.1);
+  CHECK(std::abs(drift(0.0, 0.6, 0.6)) < 1e-6);
+}
