@@ -273,7 +273,8 @@ FitPoint Fitter::choose() {
   bool takes_rubbed = plain.free.empty();
   if (!plain.free.empty() && !rubbed.free.empty()) {
     const double count = samples_that_count(rubbed);
-    takes_rubbed = criterion(rubbed, count) < criterion(plain, count);
+    takes_rubbed = options_.for_prediction ? rubbed.sum_of_squares < plain.sum_of_squares
+                                           : criterion(rubbed, count) < criterion(plain, count);
   }
   why_ = takes_rubbed ? why_rubbed : why_plain;
   for (const FitParameter p : {fit_residual, fit_renewal}) {
@@ -451,6 +452,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   if (!two_ways()) why_[fit_offset] = why_[fit_drift] = "the motion has one direction only";
   if (two_ways() && options_.no_drift) why_[fit_drift] = "held";
   if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
+  if (options_.for_prediction) return point;
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   return point;
 }

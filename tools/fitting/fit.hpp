@@ -26,6 +26,7 @@ struct FitOptions {
   std::optional<double>
       fit_until;  ///< s after the first sample, end of that part; none: a third of the record
   std::string json, csv, write, plot;  ///< files; empty: none
+  bool for_prediction = false;         ///< nothing is taken out that the data do not determine
   bool no_drift = false;               ///< the sensor's is held at 0
   bool quiet = false;                  ///< no progress on a terminal
 };

@@ -372,7 +372,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   // The brush, each time with the drift of the sensor held: it must not be drawn on beyond what was fitted.
   FitOptions held = options;
-  held.no_drift = true;
+  held.no_drift = held.for_prediction = true;
   held.quiet = true;
   const FitResult rubbed = fit_material(train, held);
   progress.update(0.25);
