@@ -91,8 +91,14 @@ const Reason reasons[] = {
     {"permanent_set", true, {maxwell, gms}, "elements that slipped pull back until the others balance them"},
     {"permanent_set",
      true,
-     {redraw, keep, infinite, rubbed},
+     {redraw, keep, infinite},
      "bristles that snapped start again where they are, and balance the others"},
+    {"permanent_set",
+     false,
+     {rubbed},
+     "its shortest bristles hold up to 94 % of the peak, that is residual and half a mean length: it springs "
+     "back "
+     "all the way"},
 
     {"static_peak", false, {coulomb, dahl, maxwell}, "one coefficient of friction; none is put in for rest"},
     {"static_peak", true, {lugre, plastic, gms}, "a parameter: the static force of the Stribeck curve"},

@@ -111,6 +111,7 @@ class Fitter {
   }
   Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
   double samples_that_count(const FitPoint& point) {
+    if (options_.for_prediction) return static_cast<double>(samples());
     return static_cast<double>(samples()) / correlated_samples(residuals(point));
   }
   /// Bayes' information criterion with the samples that count, parameters weighing twice: what a small
@@ -273,8 +274,7 @@ FitPoint Fitter::choose() {
   bool takes_rubbed = plain.free.empty();
   if (!plain.free.empty() && !rubbed.free.empty()) {
     const double count = samples_that_count(rubbed);
-    takes_rubbed = options_.for_prediction ? rubbed.sum_of_squares < plain.sum_of_squares
-                                           : criterion(rubbed, count) < criterion(plain, count);
+    takes_rubbed = criterion(rubbed, count) < criterion(plain, count);
   }
   why_ = takes_rubbed ? why_rubbed : why_plain;
   for (const FitParameter p : {fit_residual, fit_renewal}) {
