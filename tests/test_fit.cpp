@@ -17,6 +17,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
+#include "tools/fitting/judge.hpp"
 #include "tools/fitting/mean_brush.hpp"
 #include "tools/fitting/solve.hpp"
 #include "tools/scene/snap_law.hpp"
@@ -217,6 +218,97 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
     CHECK(fitted.result.explained > 0.99);
     if (s.encoder > 0.0) CHECK(fitted.data.quantum == Approx(s.encoder));
   }
+}
+
+TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbed", "[fit]") {
+  // Strokes of one to four presliding lengths (18 um) to either side, 100 samples a second, noise of 10 mN.
+  const double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, cv = 0.4, load = 2.0;
+  RubbedBristles bristles(1800, lognormal_quantile(length, cv), residual, renewal, length / 100.0, 17);
+  // Its own kinetic deflection, by sliding: no formula.
+  RubbedBristles sliding(20000, lognormal_quantile(length, cv), residual, renewal, length / 100.0, 18);
+  sliding.move(20.0 * length);
+  double bend = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    sliding.move(0.25 * length);
+    bend += sliding.mean_deflection() / 40.0;
+  }
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  std::string csv = "t,x,load,force\n";
+  double x = 0.0;
+  for (int i = 0; i < 1200; ++i) {
+    const double t = 0.01 * i, swing = 18e-6 * (1.0 + 3.0 * t / 12.0);
+    const double next = swing * std::sin(2.0 * M_PI * t);
+    bristles.move(next - x);
+    x = next;
+    csv += fmt::format("{},{},{},{}\n", t, x, load,
+                       kinetic * load * bristles.mean_deflection() / bend + noise(generator));
+  }
+  const Fitted fitted = fit(csv);
+  check_recovered(fitted[cli::fit_kinetic], kinetic, 0.02 * kinetic);
+  check_recovered(fitted[cli::fit_length], length + residual, 0.12 * (length + residual));
+  check_recovered(fitted[cli::fit_residual], residual / (length + residual), 0.15);
+  check_recovered(fitted[cli::fit_renewal], renewal, renewal);
+  CHECK(fitted.result.material.residual_length ==
+        Approx(fitted[cli::fit_residual].value * fitted[cli::fit_length].value));
+  CHECK(fitted.result.material.shared_renewal == fitted[cli::fit_renewal].value);
+
+  // The paper's brush, held, is told apart; and what is held stays.
+  cli::FitOptions paper;
+  paper.residual = paper.renewal = 0.0;
+  const Fitted plain = fit(csv, paper);
+  CHECK(plain[cli::fit_residual].value == 0.0);
+  CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
+  CHECK(plain.result.residual_rms > 2.0 * fitted.result.residual_rms);
+  cli::FitOptions half;
+  half.renewal = 1.5;
+  CHECK(fit(csv, half)[cli::fit_renewal].value == 1.5);
+  cli::FitOptions keep;
+  keep.rule = SnapRule::keep;
+  keep.renewal = 1.0;
+  CHECK_THAT(refusal(csv, keep), Contains("need --rule redraw"));
+}
+
+TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, each at home in its own data",
+          "[fit]") {
+  // 20 s of strokes of growing length under 1 N. Friction of ten springs with blocks, written here: two of
+  // them.
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> noise(0.0, 0.005);
+  std::string csv = "t,x,load,force\n";
+  double x = 0.0, a = 0.0, b = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.02 * i;
+    const double next = 20e-6 * (1.0 + std::sin(0.7 * t)) * std::sin(2.0 * M_PI * 0.5 * t);
+    a = std::clamp(a + next - x, -3e-6, 3e-6);
+    b = std::clamp(b + next - x, -15e-6, 15e-6);
+    x = next;
+    csv += fmt::format("{},{},1,{}\n", t, x, 5e4 * a + 2e4 * b + noise(generator));
+  }
+  cli::FitOptions options;
+  options.quiet = true;
+  const cli::FitColumns columns = cli::parse_fit_columns(csv, "data.csv");
+  const cli::Judgements all = cli::judge_rivals(columns, options, 7.0);
+  REQUIRE(all.models.size() == 5);
+  CHECK(all.fitted_samples == 351);
+  CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 1000);
+  const auto of = [&](const std::string& name) {
+    for (const cli::Judgement& j : all.models) {
+      if (j.model == name) return j;
+    }
+    FAIL("no " << name);
+    return cli::Judgement{};
+  };
+  const cli::Judgement maxwell = of("Maxwell-slip");
+  CHECK(maxwell.judged.all < 1.2 * 0.005);  // the noise, and 22 numbers from 351 samples
+  for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
+    INFO(other);
+    CHECK(of(other).judged.all > maxwell.judged.all);
+  }
+  CHECK(of("Coulomb").judged.reversal > of("LuGre").judged.reversal);
+  CHECK(of("brush, rubbed").judged.all < of("brush, the paper's").judged.all);
+  CHECK_THAT(cli::judgement_table(all), Contains("Maxwell-slip is closest") && Contains("351 samples"));
+  CHECK_THROWS_AS(cli::judge_rivals(columns, options, 100.0), cli::UserError);
 }
 
 TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") {

@@ -2,6 +2,8 @@
 // differential equations written down here a second time, and against the tables of drift.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+
 #include <cmath>
 #include <functional>
 #include <string>
@@ -64,6 +66,26 @@ double reference_deflection(double z, double v, double dt, const std::function<d
 }
 
 }  // namespace
+
+TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
+  // Two elements that differ, the others without stiffness: each spring is stretched up to its own length.
+  rivals::MaxwellSlip model;
+  model.surface.kinetic_coefficient = 0.5;
+  model.surface.stiffness = 1e5;
+  model.stiffness_share.fill(0.0);
+  model.stiffness_share[2] = 0.3;
+  model.stiffness_share[7] = 0.2;
+  model.slip_length[2] = 0.4;
+  model.slip_length[7] = 3.0;
+  const double unit = 0.5 * 2.0 / 1e5;  // mu N / sigma0, m
+  double a = 0.0, b = 0.0;
+  for (const double way : {0.3, 0.3, 4.0, -0.5, -1.0, 0.2}) {
+    const double force = model.step({way * unit, 0.0}, 1e-3, 2.0).end.x;
+    a = std::clamp(a + way, -0.4, 0.4);
+    b = std::clamp(b + way, -3.0, 3.0);
+    CHECK(force == Approx(-1e5 * unit * (0.3 * a + 0.2 * b)).margin(1e-12));
+  }
+}
 
 TEST_CASE("A rival's step is the same in one piece or in a thousand", "[rivals]") {
   // Exact steps agree to rounding, 1e-12 of the force a step. Elasto-plastic freezes its plasticity over

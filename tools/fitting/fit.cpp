@@ -111,6 +111,7 @@ class Fitter {
   }
   Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
   double samples_that_count(const FitPoint& point) {
+    if (options_.for_prediction) return static_cast<double>(samples());
     return static_cast<double>(samples()) / correlated_samples(residuals(point));
   }
   /// Bayes' information criterion with the samples that count, parameters weighing twice: what a small
@@ -451,6 +452,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   if (!two_ways()) why_[fit_offset] = why_[fit_drift] = "the motion has one direction only";
   if (two_ways() && options_.no_drift) why_[fit_drift] = "held";
   if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
+  if (options_.for_prediction) return point;
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   return point;
 }

@@ -26,8 +26,9 @@ struct FitOptions {
   std::optional<double>
       fit_until;  ///< s after the first sample, end of that part; none: a third of the record
   std::string json, csv, write, plot;  ///< files; empty: none
-  bool no_drift = false;               ///< the sensor's is held at 0
-  bool quiet = false;                  ///< no progress on a terminal
+  bool for_prediction = false;  ///< takes what lessens the residuals, and takes nothing out for its interval
+  bool no_drift = false;        ///< the sensor's is held at 0
+  bool quiet = false;           ///< no progress on a terminal
 };
 
 /// What is fitted: eight numbers of the material, two of the force sensor.

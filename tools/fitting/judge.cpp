@@ -224,10 +224,21 @@ RivalModel maxwell_model(const FitData& data) {
             return m;
           },
           [](const VectorXd& p) {
-            std::vector<double> lengths;
-            for (int i = 0; i < elements; ++i) lengths.push_back(std::exp(p[elements + i]));
-            const auto [low, high] = std::minmax_element(lengths.begin(), lengths.end());
-            return fmt::format("slips at {:.3g} to {:.3g} m", *low, *high);
+            // Without those that hold less than a hundredth, whose lengths nothing determines.
+            double strongest = 0.0, low = 1e300, high = 0.0;
+            int count = 0;
+            const auto limit = [&](int i) { return std::exp(p[i] + p[elements + i]); };
+            const auto counts = [&](int i) { return std::exp(p[elements + i]) < 1.0; };
+            for (int i = 0; i < elements; ++i) {
+              if (counts(i)) strongest = std::max(strongest, limit(i));
+            }
+            for (int i = 0; i < elements; ++i) {
+              if (!counts(i) || limit(i) < 0.01 * strongest) continue;
+              low = std::min(low, std::exp(p[elements + i]));
+              high = std::max(high, std::exp(p[elements + i]));
+              ++count;
+            }
+            return fmt::format("{} elements that matter slip at {:.3g} to {:.3g} m", count, low, high);
           }};
 }
 
@@ -372,7 +383,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   // The brush, each time with the drift of the sensor held: it must not be drawn on beyond what was fitted.
   FitOptions held = options;
-  held.no_drift = true;
+  held.no_drift = held.for_prediction = true;
   held.quiet = true;
   const FitResult rubbed = fit_material(train, held);
   progress.update(0.25);
