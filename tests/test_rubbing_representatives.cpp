@@ -156,10 +156,10 @@ TEST_CASE("Rubbed bristles follow the tables through a reversal and a turn", "[r
         if (steps == 0) continue;
         Response r;
         for (; done < steps; ++done) r = rub.move(0.0, step);
-        expect_near(rub.bend(r, 0), number(row, "f_parallel"), 4.0 * sampling_error(n) + 0.004,
-                    "along the first way");
-        expect_near(rub.bend(r, 1), number(row, "f_perp"), 4.0 * sampling_error(n) + 0.004,
+        expect_near(rub.bend(r, 1), number(row, "f_parallel"), 4.0 * sampling_error(n) + 0.004,
                     "along the turned way");
+        expect_near(rub.bend(r, 0), number(row, "f_perp"), 4.0 * sampling_error(n) + 0.004,
+                    "along the first way");
       }
     }
   }
