@@ -15,41 +15,7 @@ constexpr int per_mean = 32;  ///< cells of a mean snap length
 constexpr int reach = 40;     ///< mean lengths; what forgets more slowly is taken to have forgotten there
 constexpr int cells = per_mean * reach;
 constexpr double near_steady = 1e-3;  ///< of the steady deflection
-constexpr int shares = 4096;          ///< equal shares of the law over which means are taken
 constexpr int classes = 64;           ///< bristles of keep, by their snap length
-
-/// A bristle of length d is bent to d, or to where it is renewed at the rate `rate` per length: from the
-/// mean over its cycles come path, area under the deflection, and snaps of a cycle.
-struct Cycle {
-  double path, area, snaps;
-};
-Cycle find_cycle(double d, double rate) {
-  const double x = rate * d;
-  if (x < 1e-3)  // the forms below lose digits
-    return {d * (1.0 - x / 2.0 + x * x / 6.0), d * d * (0.5 - x / 3.0 + x * x / 8.0), exp(-x)};
-  const double left = exp(-x);
-  return {(1.0 - left) / rate, (1.0 - (1.0 + x) * left) / (rate * rate), left};
-}
-
-/// Steady sliding when every bristle is renewed at `rate`.
-struct Steady {
-  double bend, snaps;
-};
-Steady find_steady(const std::vector<double>& lengths, bool keep, double rate) {
-  double path = 0.0, area = 0.0, snaps = 0.0, bend = 0.0, frequency = 0.0;
-  for (const double d : lengths) {
-    const Cycle cycle = find_cycle(d, rate);
-    path += cycle.path;
-    area += cycle.area;
-    snaps += cycle.snaps;
-    bend += cycle.area / cycle.path;
-    frequency += cycle.snaps / cycle.path;
-  }
-  // keep: each bristle goes its own cycle for ever. redraw: one is met in proportion to its cycle's path.
-  const auto count = static_cast<double>(lengths.size());
-  if (keep) return {bend / count, frequency / count};
-  return {area / path, snaps / path};
-}
 
 /// Bristles by the cell that their bend has reached; a step carries all of them on by a cell.
 class Slide {
@@ -122,20 +88,7 @@ double find_forget(const Material& m) {
 
 RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
-  const bool keep = m.snap_rule == SnapRule::keep;
-  std::vector<double> lengths;
-  for (int i = 0; i < shares; ++i) lengths.push_back(m.snap_length.quantile((i + 0.5) / shares) / mean);
-  // Every snap makes kappa renewals: rate = kappa snaps(rate), which falls with the rate.
-  double low = 0.0;
-  double high = 64.0 * (1.0 + m.shared_renewal);
-  for (int i = 0; i < 60; ++i) {
-    const double rate = 0.5 * (low + high);
-    (m.shared_renewal * find_steady(lengths, keep, rate).snaps > rate ? low : high) = rate;
-  }
-  const Steady steady = find_steady(lengths, keep, 0.5 * (low + high));
   RenewalLaw law;
-  law.bend = steady.bend;
-  law.snaps = steady.snaps;
   law.forget = find_forget(m);
   // The mean of 1 - S over the path.
   constexpr int parts = 8;

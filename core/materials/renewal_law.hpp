@@ -1,14 +1,13 @@
-// What shared renewal means for steady sliding: its rate, its bend, and the path after which it is reached.
+// What representatives need to know of shared renewal: the path after which a slide is steady, and how many
+// of those that begin anew snap again soon. Steady sliding itself: steady_sliding.hpp.
 #pragma once
 
 #include "bristle/material.hpp"
 
 namespace bristle::detail {
 
-/// In units of the mean snap length, counted from the residual.
+/// In units of the mean snap length.
 struct RenewalLaw {
-  double bend = 0.0;    ///< mean deflection in steady sliding
-  double snaps = 0.0;   ///< of a bristle, per mean snap length of steady sliding
   double forget = 0.0;  ///< path after which a straight slide is steady, whatever was before
 
   static constexpr int again_knots = 16;

@@ -96,8 +96,8 @@ void plan_pieces(Representatives<T>& r) noexcept {
   // Bristles bent the other way come by the residual twice before they snap.
   r.forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.inverse_mean = 1.0 / mean;
-  r.steady_bend = m.residual + law.bend * mean;
-  r.steady_snaps = law.snaps / mean;
+  r.steady_bend = m.kinetic;
+  r.steady_snaps = m.snap_rate;
 }
 
 template <class T>
