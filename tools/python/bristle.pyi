@@ -73,6 +73,8 @@ class Coefficients:
         residual_share: float = ...,
         shared_renewal: float = ...,
     ) -> None: ...
+    @staticmethod
+    def paper() -> Coefficients: ...
 
 class Material:
     bristle_stiffness: float

@@ -76,11 +76,11 @@ void define_snap_length(py::module_& module) {
 }
 
 void define_coefficients(py::module_& module) {
-  KeywordClass<Coefficients>(module, "Coefficients",
-                             "What people know of a pair of surfaces. See Material.from_coefficients.")
-      .field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
+  KeywordClass<Coefficients> coefficients(
+      module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
+  coefficients.field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
       .field("peak", &Coefficients::peak, "Highest friction over normal load at first loading.")
-      .field("presliding_length", &Coefficients::presliding_length, "m, mean snap length.")
+      .field("presliding_length", &Coefficients::presliding_length, "m, mean deflection at a snap.")
       .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
       .named_field("law", &Coefficients::law, law_names,
                    "Family of snap lengths; peak / kinetic sets its spread.")
@@ -98,7 +98,9 @@ void define_coefficients(py::module_& module) {
           "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
           "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
-          "damper_decay='exponential', residual_share=0.0, shared_renewal=0.0)");
+          "damper_decay='exponential', residual_share=0.1, shared_renewal=1.0)");
+  coefficients.type.def_static("paper", &Coefficients::paper,
+                               "The law of the paper: residual_share = shared_renewal = 0.");
 }
 
 void define_material(py::module_& module) {

@@ -127,7 +127,7 @@ typedef struct bristle_coefficients {
   size_t struct_size;
   double kinetic;             /**< friction over normal load in slow sliding */
   double peak;                /**< highest friction over normal load at first loading */
-  double presliding_length;   /**< m, mean snap length */
+  double presliding_length;   /**< m, mean deflection at a snap: what it leaves and E[delta] */
   double bristles_per_newton; /**< 1/N */
   double damping_per_newton;  /**< s/m */
   double viscous_friction;    /**< N s/m */
@@ -136,8 +136,8 @@ typedef struct bristle_coefficients {
   uint32_t snap_rule;         /**< BRISTLE_RULE_... */
   uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
   uint32_t reserved;          /**< 0 */
-  double residual_share;      /**< of the presliding length, that a snap leaves; 0 = none */
-  double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none */
+  double residual_share;      /**< of the presliding length, that a snap leaves; 0 = none, as the paper */
+  double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none, as the paper */
 } bristle_coefficients;
 
 /** What follows from a material. */

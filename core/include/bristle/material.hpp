@@ -28,6 +28,10 @@ enum class DamperDecay : unsigned char {
 };
 
 /// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
+///
+/// By default a snap leaves a tenth of the presliding length and renews another bristle: a contact that is
+/// rubbed to and fro does not harden (core/MODEL.md, section 26). Coefficients::paper() has neither, as the
+/// paper.
 struct Coefficients {
   double kinetic = 0.40;               ///< friction over normal load in slow sliding
   double peak = 0.46;                  ///< highest friction over normal load at first loading
@@ -39,8 +43,14 @@ struct Coefficients {
   double viscous_friction = 0.0;    ///< N s/m, sigma2
   double stribeck_velocity = 1e-3;  ///< m/s, vs
   DamperDecay damper_decay = DamperDecay::exponential;
-  double residual_share = 0.0;  ///< of the presliding length: l_r / (l_r + E[delta]), that a snap leaves
-  double shared_renewal = 0.0;  ///< Material::shared_renewal
+  double residual_share = 0.1;  ///< of the presliding length: l_r / (l_r + E[delta]), that a snap leaves
+  double shared_renewal = 1.0;  ///< Material::shared_renewal
+
+  /// The law of Zhang and Phillips: a snap leaves nothing and renews nobody else. Rubbed to and fro by about
+  /// its presliding length such a contact hardens.
+  static Coefficients paper() {
+    return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0);
+  }
 
   Coefficients& with_kinetic(double value) {
     kinetic = value;
