@@ -316,7 +316,7 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(back.viscous_friction == 5.0 && back.law == BRISTLE_LAW_LOGNORMAL);
   EXPECT(back.damper_decay == BRISTLE_DECAY_GAUSSIAN && back.snap_rule == BRISTLE_RULE_REDRAW);
   EXPECT(bristle_material_find_facts(&material, &facts) == BRISTLE_OK);
-  EXPECT(fabs(facts.kinetic_coefficient - 0.3) < 1e-9 && fabs(facts.mean_snap_length - 10e-6) < 1e-15);
+  EXPECT(fabs(facts.kinetic_coefficient - 0.3) < 1e-9 && fabs(facts.mean_snap_length - 9e-6) < 1e-15);
   EXPECT(fabs(facts.bristles_per_newton - 900.0) < 1e-9);
   EXPECT(bristle_material_steady_force(&material, 2.0, speeds, forces, 2) == BRISTLE_OK);
   EXPECT(fabs(forces[0] - 0.6) < 1e-9 && fabs(forces[1] - (0.6 + 2e-3 * 5.0)) < 1e-9);

@@ -402,7 +402,7 @@ TEST_CASE("Coefficients become a material that has them, for every family and ru
     for (double share : {0.0, 0.02, 0.2, 0.5, 0.8, 0.99, 1.0}) {
       const double ratio = c.lowest + (2.0 - c.lowest) * share;
       INFO(to_string(c.law) << (c.rule == SnapRule::keep ? ", keep" : ", redraw") << ", ratio " << ratio);
-      const Coefficients wanted = Coefficients{}
+      const Coefficients wanted = Coefficients::paper()
                                       .with_kinetic(0.37)
                                       .with_peak(0.37 * ratio)
                                       .with_presliding_length(1.3e-5)
@@ -441,7 +441,7 @@ TEST_CASE("Coefficients of the reference lead to the spread of the reference", "
     INFO(dist << ", " << row.at("variant"));
     const SnapLaw law = reference_law(dist, 1.0).law();
     const Material material = Material::from_coefficients(
-        Coefficients{}.with_kinetic(0.4).with_peak(0.4 * ratio).with_law(law).with_rule(rule));
+        Coefficients::paper().with_kinetic(0.4).with_peak(0.4 * ratio).with_law(law).with_rule(rule));
     if (dist == "uniform_0.5_1.5") {
       // Redraw reaches this ratio twice, once at a smaller spread, which is taken; keep is flat at cv 0.29.
       CHECK(material.snap_length.cv() <= number(row, "cv_delta") + 1e-4);
@@ -457,10 +457,16 @@ TEST_CASE("The default coefficients are those of the README, and lengths scale",
   CHECK(small.snap_length.law() == SnapLaw::lognormal);
   CHECK(small.snap_rule == SnapRule::redraw);
   CHECK(small.peak_coefficient() == Approx(0.46).epsilon(1e-6));
+  // A tenth of the presliding length of 10 um stays, and a snap renews one other.
+  CHECK(small.residual_length == Approx(1e-6).epsilon(1e-12));
+  CHECK(small.shared_renewal == 1.0);
+  const Material paper = Material::from_coefficients(Coefficients::paper());
+  CHECK(paper.residual_length == 0.0);
+  CHECK(paper.shared_renewal == 0.0);
   const Material large = Material::from_coefficients(Coefficients{}.with_presliding_length(1.0));
   CHECK(large.snap_length.cv() == Approx(small.snap_length.cv()).epsilon(1e-12));
   CHECK(large.bristle_stiffness == Approx(small.bristle_stiffness * 1e-5).epsilon(1e-12));
-  const Material tiny = Material::from_coefficients(Coefficients{}.with_presliding_length(1e-12));
+  const Material tiny = Material::from_coefficients(Coefficients::paper().with_presliding_length(1e-12));
   CHECK(tiny.peak_coefficient() == Approx(0.46).epsilon(1e-6));
 }
 
@@ -468,7 +474,7 @@ TEST_CASE("Laws without a free spread accept their own ratio only", "[coefficien
   const auto ask = [](SnapLaw law, SnapRule rule, double ratio) {
     return message_of([=] {
       Material::from_coefficients(
-          Coefficients{}.with_kinetic(0.5).with_peak(0.5 * ratio).with_law(law).with_rule(rule));
+          Coefficients::paper().with_kinetic(0.5).with_peak(0.5 * ratio).with_law(law).with_rule(rule));
     });
   };
   CHECK(ask(SnapLaw::single, SnapRule::keep, 2.0) == "(no error)");
@@ -489,7 +495,7 @@ TEST_CASE("A ratio that the family cannot reach is refused with the reachable ra
   const auto ask = [](SnapLaw law, SnapRule rule, double peak) {
     return message_of([=] {
       Material::from_coefficients(
-          Coefficients{}.with_kinetic(0.5).with_peak(peak).with_law(law).with_rule(rule));
+          Coefficients::paper().with_kinetic(0.5).with_peak(peak).with_law(law).with_rule(rule));
     });
   };
   for (SnapLaw law : {SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal}) {

@@ -130,7 +130,7 @@ TEST_CASE("In MuJoCo a plate on bristles of one length comes to rest a whole num
   // Bristles that all keep the length delta are bent by way - n delta, whatever happened on the way; at rest
   // with nothing to hold they are straight. A patch that strayed from its body would stop it anywhere.
   constexpr double delta = 50e-6;
-  World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients{}
+  World world(on_floor(plate, 0.001, 0.5), bristle::Coefficients::paper()
                                                .with_kinetic(0.5)
                                                .with_peak(1.0)
                                                .with_presliding_length(delta)

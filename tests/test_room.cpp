@@ -340,7 +340,7 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
 TEST_CASE("On a slope under taps the brush holds, LuGre and Coulomb creep down", "[room]") {
   Settings settings = few_bristles();
   settings.slope = 10.0 * pi / 180.0;
-  settings.tapping = 0.3;
+  settings.tapping = 0.2;
   // Over whole periods of the taps (0.5 s), when all has settled: m.
   const auto creep = [&](FrictionModel model) {
     settings.model = model;

@@ -288,6 +288,9 @@ TEST_CASE("The energy of a rubbed patch balances in every step", "[rubbing][ener
           for (int kind = 0; kind < 3; ++kind) {
             const double residual = kind == 1 ? 0.0 : 0.4;
             const double renewal = kind == 0 ? 0.0 : 1.0;
+            // The shortest of these laws would renew all others (Material::validate).
+            if (renewal > 0.0 && rule == SnapRule::keep && law.survival(law.mean() / 64.0) < 1.0 - 1e-4)
+              continue;
             INFO(name_of(precision) << ", " << to_string(law.law()) << ", " << table_name(rule) << ", axes "
                                     << axes << ", residual " << residual << ", renewal " << renewal);
             OnePatch patch(rubbed(law, rule, residual, renewal).with_bristle_damping(0.02),

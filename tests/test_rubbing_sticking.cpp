@@ -3,7 +3,10 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "expect.hpp"
@@ -142,4 +145,52 @@ TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed 
   // Beyond, kappa = 1 creeps where the paper's brush hardens.
   CHECK(drift(1.0, 0.6, 0.6) > 0.1);
   CHECK(std::abs(drift(0.0, 0.6, 0.6)) < 1e-6);
+}
+
+TEST_CASE("A fingertip that rubs for ten minutes feels the same all the time", "[rubbing][cohorts][scene]") {
+  struct Sample {
+    double dx, dy, load;
+  };
+  std::vector<Sample> stroke;
+  std::ifstream file(BRISTLE_SCENES "/fingertip.csv");
+  REQUIRE(file.is_open());
+  double x = 0.0, y = 0.0;
+  for (std::string line; std::getline(file, line);) {
+    double t, now_x, now_y, load;
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf", &t, &now_x, &now_y, &load) != 4) continue;
+    if (!stroke.empty() || t > 0.0) stroke.push_back({(now_x - x) * 1e-6, (now_y - y) * 1e-6, load * 1e-3});
+    x = now_x;
+    y = now_y;
+  }
+  REQUIRE(stroke.size() == 10000);
+  const Material wood = Material::from_coefficients(bristle::Coefficients{}.with_presliding_length(1e-3));
+  for (const auto population : {bristle::Population::infinite, bristle::Population::representatives}) {
+    OnePatch tip(wood,
+                 PatchOptions{}.with_max_normal_load(2.5).with_population(population).with_bristles(900));
+    struct Feel {
+      double sliding, highest;
+    };
+    std::vector<Feel> minutes;
+    const int minute_count = static_cast<int>(test_size(10));
+    for (int minute = 0; minute < minute_count; ++minute) {
+      double sum = 0.0, highest = 0.0;
+      int slides = 0;
+      for (int k = 0; k < 6; ++k)
+        for (const Sample& s : stroke) {
+          const Response r = tip.step(s.dx, s.dy, s.load);
+          if (s.load < 0.5) continue;  // as it lifts; few bristles hold it
+          const double share = std::hypot(r.elastic[0], r.elastic[1]) / s.load;
+          highest = std::max(highest, share);
+          if (std::hypot(s.dx, s.dy) < 20e-6) continue;  // slower than 20 mm/s
+          sum += share;
+          ++slides;
+        }
+      minutes.push_back({sum / slides, highest});
+    }
+    INFO("first minute " << minutes.front().sliding << ", highest " << minutes.front().highest
+                         << "; last minute " << minutes.back().sliding << ", " << minutes.back().highest);
+    CHECK(minutes.back().sliding == Approx(minutes.front().sliding).epsilon(0.01));
+    for (const Feel& m : minutes) CHECK(m.highest < 1.1 * minutes.front().highest);
+    CHECK(minutes.front().highest < 0.56);
+  }
 }
