@@ -130,6 +130,126 @@ TEST_CASE("Kinetic friction and snaps of rubbed bristles are those of the tables
   }
 }
 
+namespace {
+constexpr double variance = 0.151;  // of the mean deflection, times n: bristles one by one, a draw per snap
+}
+
+TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of any length", "[rubbing]") {
+  // Lognormal 0.3, redraw, kappa 1: closed form of core/MODEL.md, section 26.
+  constexpr double f = 0.457730;
+  constexpr double rate = 0.714737;
+  const std::uint32_t n = 1000;
+  const int steps = static_cast<int>(test_size(20000));
+  TableCase c;
+  c.law = SnapLength::lognormal(dbar, 0.3);
+  c.renewal = 1.0;
+  for (const double step : {0.3, 1.0, 3.0, 10.0, 100.0}) {
+    INFO("step " << step);
+    Rub rub(c, n, 2);
+    slide(rub, 40.0, 1.0);
+    double end = 0.0, mean = 0.0, snaps = 0.0, squares = 0.0;
+    for (int k = 0; k < steps; ++k) {
+      const Response r = rub.move(step);
+      end += rub.bend(r) / steps;
+      mean += rub.mean_bend(r) / steps;
+      squares += (rub.bend(r) - f) * (rub.bend(r) - f) / steps;
+      snaps += static_cast<double>(r.snaps) / n / step / steps;
+    }
+    // Ends within three steps say nearly the same.
+    const double error = 4.0 * std::sqrt(variance / n * 6.0 / steps);
+    expect_near(end, f, 0.001 * f + error, "force at the end");
+    expect_near(mean, f, 0.001 * f + error, "mean force");
+    expect_near(snaps, rate, 0.002 * rate + error, "snaps per length");
+    expect_near(squares * n, variance, variance * (0.05 + 4.0 * std::sqrt(12.0 / steps)), "variance");
+  }
+}
+
+TEST_CASE("A saved slide goes on as the one that was not saved", "[rubbing][state]") {
+  TableCase c;
+  c.law = SnapLength::lognormal(dbar, 0.3);
+  c.renewal = 1.0;
+  Rub one(c, 700, 2);
+  Rub two(c, 700, 2);
+  slide(one, 40.0, 1.0);
+  two.move(-4.0);
+  std::vector<std::byte> bytes(one.patch.batch.state_size());
+  one.patch.batch.save_state(bytes);
+  two.patch.batch.restore_state(bytes);
+  CHECK(one.patch.hash() == two.patch.hash());
+  for (const double step : {30.0, 0.1, 10.0, -10.0}) {
+    CHECK(first_difference(one.move(step), two.move(step)).empty());
+    CHECK(one.patch.hash() == two.patch.hash());
+  }
+}
+
+TEST_CASE("A load that rises brings bristles that are not steady: they are followed", "[rubbing][load]") {
+  TableCase c;
+  c.law = SnapLength::lognormal(dbar, 0.3);
+  c.renewal = 1.0;
+  const std::uint32_t n = test_size(100000);
+  Rub rub(c, n, 1);
+  for (int k = 0; k < 40; ++k) rub.patch.step(dbar, 0.0, 0.5 * n);
+  const Response risen = rub.move(30.0);
+  expect_near(rub.bend(risen), 0.457730, 0.004 + 4.0 * sampling_error(n), "after the load doubled");
+  const Response lower = rub.patch.step(30.0 * dbar, 0.0, 0.25 * n);
+  expect_near(4.0 * rub.bend(lower), 0.457730, 0.004 + 8.0 * sampling_error(n), "after it fell to a quarter");
+}
+
+TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]") {
+  TableCase c;
+  c.law = SnapLength::lognormal(dbar, 0.3);
+  c.renewal = 1.0;
+  const int steps = static_cast<int>(test_size(20000));
+  for (const std::uint32_t n : {3u, 20u}) {
+    // A bristle is not renewed by its own snap: with few the friction is above that of many.
+    Rub slow(c, n, 1);
+    double expected = 0.0;
+    for (int k = 0; k < 5 * steps; ++k) expected += slow.bend(slow.move(0.1)) / (5 * steps);
+    for (const double step : {0.3, 0.5, 3.0}) {
+      INFO(n << " bristles, step " << step);
+      Rub rub(c, n, 1);
+      double end = 0.0, mean = 0.0;
+      for (int k = 0; k < steps; ++k) {
+        const Response r = rub.move(step);
+        end += rub.bend(r) / steps;
+        mean += rub.mean_bend(r) / steps;
+      }
+      const double error = 4.0 * std::sqrt(2.0 * variance / n * 6.0 / steps);
+      expect_near(end, expected, 0.005 + error, "force at the end");
+      // What is carried has the friction of many bristles.
+      expect_near(mean, expected, 0.1 / n + error, "mean force");
+    }
+  }
+}
+
+TEST_CASE("A long slide that stops, turns back and goes on in long steps follows the tables", "[rubbing]") {
+  const std::uint32_t n = test_size(100000);
+  for (const double step : {3.0, 10.0, 100.0}) {
+    for (const TableCase& c : read_cases("rubbing_reversal.csv")) {
+      if (c.renewal == 0.0) continue;
+      INFO(c.name << ", steps of " << step);
+      const double f = number(c.rows[0], "f");
+      Rub rub(c, n, 1);
+      const double allowed = 4.0 * sampling_error(n) + 0.005;
+      slide(rub, 20.0, 1.0);
+      for (int k = 0; k < 5; ++k) expect_near(rub.bend(rub.move(step)), f, allowed, "on");
+      for (int k = 0; k < 3; ++k) rub.move(0.0);
+      int done = 0;
+      for (const Row& row : c.rows) {
+        const int steps = steps_to(number(row, "y_over_dbar"), 0.1);
+        if (steps == 0) continue;
+        Response r;
+        for (; done < steps; ++done) r = rub.move(-0.1);
+        expect_near(rub.bend(r), number(row, "f"), allowed, "back");
+      }
+      for (int k = 0; k < 3; ++k) rub.move(-step);
+      for (int k = 0; k < 3; ++k) expect_near(rub.bend(rub.move(-step)), -f, allowed, "on the way back");
+      for (int k = 0; k < 3; ++k) rub.move(step);
+      expect_near(rub.bend(rub.move(step)), f, allowed, "there again");
+    }
+  }
+}
+
 TEST_CASE("Rubbed bristles follow the tables through a reversal and a turn", "[rubbing]") {
   const std::uint32_t n = test_size(100000);
   for (const double step : {0.02, 0.1, 0.5}) {
@@ -287,10 +407,9 @@ TEST_CASE("The energy of a rubbed patch balances in every step", "[rubbing][ener
         for (int axes : {1, 2}) {
           for (int kind = 0; kind < 3; ++kind) {
             const double residual = kind == 1 ? 0.0 : 0.4;
-            const double renewal = kind == 0 ? 0.0 : 1.0;
-            // The shortest of these laws would renew all others (Material::validate).
-            if (renewal > 0.0 && rule == SnapRule::keep && law.survival(law.mean() / 64.0) < 1.0 - 1e-4)
-              continue;
+            // keep with shared renewal takes no law with bristles near no length.
+            const bool has_short = law.survival(dbar / 64.0) < 1.0 - 1e-4;
+            const double renewal = kind == 0 || (rule == SnapRule::keep && has_short) ? 0.0 : 1.0;
             INFO(name_of(precision) << ", " << to_string(law.law()) << ", " << table_name(rule) << ", axes "
                                     << axes << ", residual " << residual << ", renewal " << renewal);
             OnePatch patch(rubbed(law, rule, residual, renewal).with_bristle_damping(0.02),

@@ -74,10 +74,9 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
           for (const SnapLength& law : all_laws()) {
             ++kind;
             const double residual = kind % 3 == 1 ? 0.0 : 0.4 * dbar;
-            // The shortest of these laws would renew all others (Material::validate).
-            const bool none_is_short =
-                rule == SnapRule::redraw || law.survival(law.mean() / 64.0) > 1.0 - 1e-4;
-            const double renewal = kind % 3 == 0 || !none_is_short ? 0.0 : 1.5;
+            // keep with shared renewal takes no law with bristles near no length.
+            const bool refused = rule == SnapRule::keep && law.survival(dbar / 64.0) < 1.0 - 1e-4;
+            const double renewal = kind % 3 == 0 || refused ? 0.0 : 1.5;
             std::ostringstream name;
             name << axes << " axes, " << table_name(rule) << ", outputs " << static_cast<int>(outputs) << ", "
                  << name_of(precision) << (residual > 0.0 ? ", residual" : "")
@@ -89,7 +88,7 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
                                           .with_shared_renewal(renewal);
             const Material later = Material(material)
                                        .with_residual_length(kind % 2 ? 0.25 * dbar : 0.0)
-                                       .with_shared_renewal(kind % 5 && none_is_short ? 0.8 : 0.0);
+                                       .with_shared_renewal(kind % 5 && !refused ? 0.8 : 0.0);
             const PatchOptions options = PatchOptions{}
                                              .with_max_normal_load(2.0)
                                              .with_bristles(bristles + seed % 7)

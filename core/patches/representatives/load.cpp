@@ -112,6 +112,8 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
     loss = joules * shed_contacts<T>(p, now, energy);
   else if (now.active > r.active)
     loss = joules * admit_contacts<T>(p, now, energy);
+  // Those that stay in contact slide on as before; those that enter, and shrunk ones, do not.
+  if (now.active > r.active || now.overload != p.overload || now.active == 0.0) r.run = 0.0;
   r.active = now.active;
   if (now.overload != p.overload) {
     const double before = energy ? joules_per_square<T>(p) * all_squares<T>(p) : 0.0;

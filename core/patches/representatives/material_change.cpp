@@ -85,6 +85,7 @@ void take_over(Patch& to, Patch& from) noexcept {
   to.overload = from.overload;
   static_cast<RepresentativeCount&>(r) = old;
   if (r.renews()) static_cast<RenewalState&>(r) = old;
+  r.run = 0.0;
   take_over_columns(r, old);
   snap_beyond<T>(to);
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {

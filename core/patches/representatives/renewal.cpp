@@ -11,6 +11,9 @@
 namespace bristle::detail {
 namespace {
 
+constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
+constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
+
 std::int64_t moved_by(std::int64_t from, double way) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) +
                                    static_cast<std::uint64_t>(std::llrint(way * fixed_per_length)));
@@ -85,6 +88,40 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   return beyond;
 }
 
+/// How far the straight slide has come that a step goes on with; 0 = it begins. Where the patch went since
+/// without a snap does not matter, if it is on the line again.
+template <class T>
+double find_run(const Patch& p, const Advance& a) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  if (r.run == 0.0) return 0.0;
+  const double(&e)[2] = r.direction;
+  const double x = to_lengths(difference(p.position[0], r.slid_to[0]));
+  const double y = to_lengths(difference(p.position[1], r.slid_to[1]));
+  const bool goes_on = std::abs(a.direction[0] * e[1] - a.direction[1] * e[0]) <= straight &&
+                       a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0 &&
+                       std::abs(x * e[1] - y * e[0]) * r.inverse_mean <= straight;
+  return goes_on ? std::clamp(r.run + (x * e[0] + y * e[1]), 0.0, r.forget) : 0.0;
+}
+
+/// The straight slide after a step in which something snapped.
+template <class T>
+void note_run(Patch& p, const double (&direction)[2]) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  r.run = std::min(r.walked.run + r.walked.length, r.forget);
+  for (int axis = 0; axis < 2; ++axis) {
+    if (r.walked.run == 0.0) r.direction[axis] = direction[axis];
+    r.slid_to[axis] = p.position[axis];
+  }
+}
+
+/// How much of a step is followed: what is missing to steady sliding, and at least what makes its end
+/// another than its start. Few bristles go on until some have snapped.
+template <class T>
+double way_followed(const Representatives<T>& r, double length) noexcept {
+  const double some = std::max(r.goes_on, snaps_followed / (r.steady_snaps * r.in_contact()));
+  return std::min({length, r.forget, std::max(r.forget - r.walked.run, some)});
+}
+
 }  // namespace
 
 template <class T>
@@ -95,6 +132,7 @@ void plan_pieces(Representatives<T>& r) noexcept {
   r.piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
   // Bristles bent the other way come by the residual twice before they snap.
   r.forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
+  r.goes_on = longest_piece * mean;
   r.inverse_mean = 1.0 / mean;
   r.steady_bend = m.kinetic;
   r.steady_snaps = m.snap_rate;
@@ -108,9 +146,14 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.walked = PieceSums{};
   r.walked.length = whole.length;
   for (int axis = 0; axis < 2; ++axis) r.walked.from[axis] = whole.from[axis];
-  const double followed = std::min(whole.length, r.forget);
+  if (r.in_contact() == 0) {
+    prepare_kernel<T>(p, step);
+    return;
+  }
+  r.walked.run = find_run<T>(p, whole);
+  const double followed = way_followed(r, whole.length);
   const double pieces = std::max(std::ceil(followed / r.piece * (1.0 - 1e-12)), 1.0);
-  if (r.in_contact() == 0 || (pieces <= 1.0 && followed == whole.length)) {
+  if (pieces <= 1.0 && followed == whole.length) {
     prepare_kernel<T>(p, step);
     renew<T>(p, step.advance);
     return;
@@ -171,12 +214,21 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
+/// Snaps of the way along which the patch is carried: whole ones, right in the mean of many steps.
+template <class T>
+std::uint64_t snaps_carried(const Representatives<T>& r) noexcept {
+  const double share = static_cast<double>(renewal_key(r) + r.draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
+  const double snaps = std::floor(r.walked.carried * r.steady_snaps * r.in_contact() + share);
+  return snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u};
+}
+
 }  // namespace
 
 template <class T>
 void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const PieceSums& walked = r.walked;
+  if (walked.changed) note_run<T>(p, direction);
   // What the patch is carried along as it stands is steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = walked.carried / walked.length;
@@ -191,9 +243,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (!has(p.outputs, Outputs::energy)) return;
   const double squares = walked.squares + steady * walked.carried;
   sums.dissipated = std::min(joules_per_square<T>(p) * squares, highest_energy);
-  const double snaps = walked.carried * r.steady_snaps * r.in_contact();
-  sums.snaps =
-      walked.snaps + (snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u});
+  sums.snaps = walked.snaps;
+  if (walked.carried > 0.0) sums.snaps += snaps_carried(r);
 }
 
 #define BRISTLE_RENEWAL(T)                                                       \

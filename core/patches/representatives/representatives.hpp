@@ -32,12 +32,18 @@ struct RepresentativeCount {
 struct RenewalState {
   double due = 0.0;         ///< draws owed: kappa for each snap so far, less those made
   std::uint64_t draws = 0;  ///< made so far: numbers the next
+  // The straight slide that the last step with a snap belongs to; steps in which nothing snaps change
+  // nothing.
+  double run = 0.0;                  ///< its length, at most `forget`; 0 = none
+  double direction[2] = {0.0, 0.0};  ///< in which it began
+  std::int64_t slid_to[2] = {0, 0};  ///< patch position at its end
 };
 
 /// Sums over the pieces of a step under shared renewal.
 struct PieceSums {
   double length = 0.0;                    ///< of the whole step, scaled
   double carried = 0.0;                   ///< of it: the way along which the patch is carried as it stands
+  double run = 0.0;                       ///< length of the straight slide that the step goes on with
   double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
   double squares = 0.0;                   ///< of what slipped, scaled
   std::uint64_t snaps = 0, visited = 0;
@@ -63,6 +69,7 @@ struct Representatives : PatchRecord, RepresentativeCount, RenewalState {
   double piece = 0.0;         ///< longest piece
   double inverse_mean = 0.0;  ///< of the snap length
   double forget = 0.0;        ///< way after which a straight slide is steady
+  double goes_on = 0.0;       ///< way along which a step of a steady slide is followed, at least
   double steady_bend = 0.0;   ///< mean deflection there
   double steady_snaps = 0.0;  ///< of a bristle, per length
   PieceSums walked;

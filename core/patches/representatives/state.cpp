@@ -25,8 +25,13 @@ template <class Io, class State>
 void renewal_fields(Io& io, State& state) noexcept {
   io(state.due);
   io(state.draws);
+  io(state.run);
+  for (int axis = 0; axis < 2; ++axis) {
+    io(state.direction[axis]);
+    io(state.slid_to[axis]);
+  }
 }
-constexpr std::size_t renewal_size = 2 * 8;
+constexpr std::size_t renewal_size = 7 * 8;
 
 template <class Io, class AnyBlock>
 void block_fields(Io& io, AnyBlock& block) noexcept {
@@ -151,6 +156,11 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
   if (r.renews()) {
     hasher.add(r.due);
     hasher.add(r.draws);
+    hasher.add(r.run);
+    for (int axis = 0; axis < 2 && r.run > 0.0; ++axis) {
+      hasher.add(r.direction[axis]);
+      hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.slid_to[axis])));
+    }
   }
   const std::uint32_t contact = r.in_contact();
   for (std::uint32_t i = 0; i < r.bristles; ++i) {
@@ -227,6 +237,9 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     renewal_fields(read, renewal);
     const double most = most_snaps_of_piece * largest_renewal * r.bristles;
     if (!within(renewal.due, -most, most)) return "renewals due";
+    if (!within(renewal.run, 0.0, r.forget)) return "run";
+    for (const double e : renewal.direction)
+      if (!within(e, -1.0, 1.0)) return "direction";
   }
 
   // Rounding may carry a bristle a little over its length.
