@@ -96,9 +96,9 @@ const Reason reasons[] = {
     {"permanent_set",
      false,
      {rubbed},
-     "its shortest bristles hold up to 94 % of the peak, that is residual and half a mean length: it springs "
-     "back "
-     "all the way"},
+     "its peak is where the shortest bristles of the uniform law begin to snap: let go short of it, it "
+     "springs "
+     "back all the way."},
 
     {"static_peak", false, {coulomb, dahl, maxwell}, "one coefficient of friction; none is put in for rest"},
     {"static_peak", true, {lugre, plastic, gms}, "a parameter: the static force of the Stribeck curve"},

@@ -51,29 +51,6 @@ class LawTable {
   std::vector<Value> nodes_;
 };
 
-/// Deflection of steady sliding beyond the residual: bristles snap with the law, and each is renewed at the
-/// rate renewal nu, nu being the snaps per bristle and length, (1 + renewal) nu int T dr = 1 with
-/// T = S(r) exp(-renewal nu r). By trapezoids over the nodes of the table.
-double steady_bend(const LawTable& law, double renewal) {
-  const auto integrals = [&](double rate) {
-    std::pair<double, double> sum{0.5 * law.step(), 0.0};
-    for (double r = law.step(); r < law.reach(); r += law.step()) {
-      const double left = law.at(r).survival * std::exp(-renewal * rate * r);
-      sum.first += left * law.step();
-      sum.second += r * left * law.step();
-    }
-    return sum;
-  };
-  double rate = 1.0 / (1.0 + renewal);
-  for (int i = 0; i < 60; ++i) {
-    const double next = 1.0 / ((1.0 + renewal) * integrals(rate).first);
-    if (std::fabs(next - rate) < 1e-13) break;
-    rate = 0.5 * (rate + next);
-  }
-  const auto [time, way] = integrals(rate);
-  return way / time;
-}
-
 /// Path after which a long slide has forgotten how it began, to 1e-4: waves of the renewal equation die out
 /// as exp(-2 pi^2 spread^2 x), slower where the density of the law jumps, and no bristle is older than the
 /// longest length.
@@ -419,11 +396,16 @@ std::vector<double> keep_force(const std::vector<PathPoint>& path, const SnapLen
 }  // namespace
 
 double kinetic_deflection(const SnapLength& law, SnapRule rule, Rubbing rubbing) {
-  const double mean = law.mean();
-  if (rule == SnapRule::keep) return 0.5 * mean;
-  if (rubbing.shared_renewal == 0.0)
-    return rubbing.residual_length + 0.5 * mean * (1.0 + law.cv() * law.cv());
-  return rubbing.residual_length + mean * steady_bend(LawTable(law), rubbing.shared_renewal);
+  // Of a material whose friction coefficient is that deflection.
+  return bristle::Material{}
+      .with_bristle_stiffness(1.0)
+      .with_normal_stiffness(1e6)
+      .with_asperity_height_deviation(1e-6)
+      .with_snap_length(law)
+      .with_snap_rule(rule)
+      .with_residual_length(rubbing.residual_length)
+      .with_shared_renewal(rule == SnapRule::keep ? 0.0 : rubbing.shared_renewal)
+      .kinetic_coefficient();
 }
 
 std::vector<double> mean_brush_force(const std::vector<PathPoint>& path, const SnapLength& law, SnapRule rule,
