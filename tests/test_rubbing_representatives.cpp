@@ -195,6 +195,27 @@ TEST_CASE("A load that rises brings bristles that are not steady: they are follo
   expect_near(4.0 * rub.bend(lower), 0.457730, 0.004 + 8.0 * sampling_error(n), "after it fell to a quarter");
 }
 
+TEST_CASE("A load that rises in every step of a slide has the friction of a steady one", "[rubbing][load]") {
+  TableCase c;
+  c.law = SnapLength::lognormal(dbar, 0.3);
+  c.renewal = 1.0;
+  const std::uint32_t n = test_size(100000);
+  for (const double rise : {1.1, 1.01}) {
+    INFO("load rises " << rise << " times in a step");
+    Rub rub(c, n, 1);
+    double load = 0.2 * n;
+    for (int k = 0; k < 40; ++k) rub.patch.step(dbar, 0.0, load);
+    double bend = 0.0;
+    int steps = 0;
+    for (; load * rise < n; ++steps) {
+      load *= rise;
+      bend += -rub.patch.step(10.0 * dbar, 0.0, load).end[0] / load / dbar;
+    }
+    const double error = 4.0 * std::sqrt(variance / (0.2 * n) * 3.0 / steps);
+    expect_near(bend / steps, 0.457730, 0.001 + error, "mean deflection");
+  }
+}
+
 TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]") {
   TableCase c;
   c.law = SnapLength::lognormal(dbar, 0.3);
