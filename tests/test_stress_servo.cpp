@@ -296,7 +296,7 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
           "[stress]") {
   const int ticks = static_cast<int>(test_size(100));
   in_rounds([&] {
-    double changing = 1e9, steady = 1e9, plain_time = 1e9;
+    double changing = 1e9, steady = 1e9, least = 1e9, plain_time = 1e9;
     PlainStep plain(4 * come_and_go * small, SnapRule::keep);
     for (int tries = 0; tries < 3; ++tries) {
       BusyServo with, without;
@@ -308,6 +308,8 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
       std::vector<double> times;
       for (int k = 2; k < ticks; ++k) times.push_back(without.step(adder.ids(1), adder.ids(0)));
       steady = std::min(steady, median(times));
+      // Least against least: a machine that others share slows a median and not the best of the plain loop.
+      least = std::min(least, *std::min_element(times.begin(), times.end()));
       for (int k = 0; k < 20; ++k) {
         const double start = bristle::DeadlineMonitor::cpu_now();
         plain(k);
@@ -319,7 +321,7 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
     std::printf("4,000 patches: %.3g s a step steady, %.3g s with 1,000 coming and going\n", steady,
                 changing);
     check_below(changing / steady, 3.4, "coming and going against steady");
-    check_vectors_below(PatchBatch(), steady / plain_time, 3.5,
+    check_vectors_below(PatchBatch(), least / plain_time, 3.5,
                         "steady against a plain loop over as many bristles");
   });
 }
