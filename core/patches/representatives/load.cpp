@@ -88,9 +88,9 @@ void scale_all(Patch& p, double factor) noexcept {
 template <class T>
 double run_with(const Representatives<T>& r, double share) noexcept {
   constexpr double per_forget = 6.907755278982137;  // log of 1000
-  if (r.run == 0.0) return 0.0;
-  const double unsteady = std::min(exp(-per_forget * (r.run / r.forget)) + share, 1.0);
-  return std::clamp(r.forget * (-log(unsteady) / per_forget), 0.0, r.run);
+  if (r.shared->run == 0.0) return 0.0;
+  const double unsteady = std::min(exp(-per_forget * (r.shared->run / r.shared->forget)) + share, 1.0);
+  return std::clamp(r.shared->forget * (-log(unsteady) / per_forget), 0.0, r.shared->run);
 }
 
 }  // namespace
@@ -123,8 +123,10 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
     loss = joules * shed_contacts<T>(p, now, energy);
   else if (now.active > r.active)
     loss = joules * admit_contacts<T>(p, now, energy);
-  if (now.active > r.active) r.run = run_with(r, 1.0 - r.active / now.active);
-  if (now.overload != p.overload || now.active == 0.0) r.run = 0.0;
+  if (r.shared != nullptr) {
+    if (now.active > r.active) r.shared->run = run_with(r, 1.0 - r.active / now.active);
+    if (now.overload != p.overload || now.active == 0.0) r.shared->run = 0.0;
+  }
   r.active = now.active;
   if (now.overload != p.overload) {
     const double before = energy ? joules_per_square<T>(p) * all_squares<T>(p) : 0.0;

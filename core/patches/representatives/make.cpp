@@ -3,7 +3,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <string>
+#include <type_traits>
 
 #include "core/common/range_check.hpp"
 #include "core/patches/representatives/population.hpp"
@@ -84,13 +86,16 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.block_count = (made.padded() + block_size - 1) / block_size;
   made.group_count = (made.block_count + blocks_per_group - 1) / blocks_per_group;
 
-  if (made.renews()) plan_pieces(made);
   const std::size_t columns = column_bytes(made);
   auto* r = make_record<Representatives<T>>(std::move(material), columns);
   made.bytes = r->bytes;
   *r = made;
   std::memset(column_memory(r), 0, columns);
   place_columns(*r, column_memory(r));
+  if (r->shared != nullptr) {
+    new (r->shared) SharedRenewal{};
+    plan_pieces(*r);
+  }
   r->find_lengths();
   fill_first(*r);
   fill_columns(*r);
@@ -135,7 +140,8 @@ template <class T>
 void fill_columns(Representatives<T>& r) noexcept {
   Representatives<T>::columns(r, [&r](auto* column, const ColumnRule& rule) {
     if (rule.count == 0) return;
-    if (rule.filler == Filler::zero) std::memset(column, 0, rule.count * sizeof *column);
+    if (rule.filler == Filler::zero)
+      std::fill_n(column, rule.count, std::remove_pointer_t<decltype(column)>{});
     if constexpr (std::is_same_v<decltype(column), T*>) {
       if (rule.filler == Filler::first_length) std::memcpy(column, r.first, rule.count * sizeof *column);
     } else if constexpr (std::is_same_v<decltype(column), std::uint32_t*>) {
@@ -156,7 +162,7 @@ template <class T>
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Representatives<T>& r = representatives<T>(p);
   static_cast<RepresentativeCount&>(r) = RepresentativeCount{};
-  static_cast<RenewalState&>(r) = RenewalState{};
+  if (r.shared != nullptr) static_cast<RenewalState&>(*r.shared) = RenewalState{};
   r.weight = r.full_weight;
   r.detail = r.bristles;
   r.options.key = key;

@@ -84,8 +84,10 @@ void take_over(Patch& to, Patch& from) noexcept {
   to.pending_loss = from.pending_loss;
   to.overload = from.overload;
   static_cast<RepresentativeCount&>(r) = old;
-  if (r.renews()) static_cast<RenewalState&>(r) = old;
-  r.run = 0.0;
+  if (r.shared != nullptr) {
+    if (old.shared != nullptr) static_cast<RenewalState&>(*r.shared) = *old.shared;
+    r.shared->run = 0.0;
+  }
   take_over_columns(r, old);
   snap_beyond<T>(to);
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {

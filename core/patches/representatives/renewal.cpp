@@ -59,9 +59,9 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   if (beyond == 0) return 0;
   const double kappa = p.material().material.shared_renewal;
   const double count = r.in_contact();
-  const double again = share_again(p.material().renewal(), a.length * r.inverse_mean);
+  const double again = share_again(p.material().renewal(), a.length * r.shared->inverse_mean);
   const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
-  const double draws = std::floor(r.due + foreseen);
+  const double draws = std::floor(r.shared->due + foreseen);
   if (!(draws > 0.0)) return beyond;
   Renewal renewal{};
   for (int axis = 0; axis < 2; ++axis) {
@@ -71,19 +71,19 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   renewal.length = a.length;
   renewal.residual = a.residual;
   renewal.key = renewal_key(r);
-  renewal.first_draw = r.draws;
+  renewal.first_draw = r.shared->draws;
   renewal.draws = static_cast<std::uint64_t>(draws);
   RenewalTotals totals{};
   r.kernels->renew[axes][redraw](r.view(), renewal, totals);
-  r.draws += renewal.draws;
-  r.due += kappa * static_cast<double>(totals.snaps) - draws;
+  r.shared->draws += renewal.draws;
+  r.shared->due += kappa * static_cast<double>(totals.snaps) - draws;
   for (int axis = 0; axis < p.axes; ++axis) {
     p.sum[axis] += totals.stored[axis];
-    r.walked.twice_integral[axis] += totals.twice_integral[axis] * fixed_per_length;
+    r.shared->walked.twice_integral[axis] += totals.twice_integral[axis] * fixed_per_length;
   }
-  r.walked.squares += totals.squares;
-  r.walked.changed |= totals.renewed > 0;
-  r.walked.snaps += totals.snaps;
+  r.shared->walked.squares += totals.squares;
+  r.shared->walked.changed |= totals.renewed > 0;
+  r.shared->walked.snaps += totals.snaps;
   if (totals.tail_changed) note_tail<T>(p);
   return beyond;
 }
@@ -93,24 +93,24 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
 template <class T>
 double find_run(const Patch& p, const Advance& a) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  if (r.run == 0.0) return 0.0;
-  const double(&e)[2] = r.direction;
-  const double x = to_lengths(difference(p.position[0], r.slid_to[0]));
-  const double y = to_lengths(difference(p.position[1], r.slid_to[1]));
+  if (r.shared->run == 0.0) return 0.0;
+  const double(&e)[2] = r.shared->direction;
+  const double x = to_lengths(difference(p.position[0], r.shared->slid_to[0]));
+  const double y = to_lengths(difference(p.position[1], r.shared->slid_to[1]));
   const bool goes_on = std::abs(a.direction[0] * e[1] - a.direction[1] * e[0]) <= straight &&
                        a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0 &&
-                       std::abs(x * e[1] - y * e[0]) * r.inverse_mean <= straight;
-  return goes_on ? std::clamp(r.run + (x * e[0] + y * e[1]), 0.0, r.forget) : 0.0;
+                       std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean <= straight;
+  return goes_on ? std::clamp(r.shared->run + (x * e[0] + y * e[1]), 0.0, r.shared->forget) : 0.0;
 }
 
 /// The straight slide after a step in which something snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
-  r.run = std::min(r.walked.run + r.walked.length, r.forget);
+  r.shared->run = std::min(r.shared->walked.run + r.shared->walked.length, r.shared->forget);
   for (int axis = 0; axis < 2; ++axis) {
-    if (r.walked.run == 0.0) r.direction[axis] = direction[axis];
-    r.slid_to[axis] = p.position[axis];
+    if (r.shared->walked.run == 0.0) r.shared->direction[axis] = direction[axis];
+    r.shared->slid_to[axis] = p.position[axis];
   }
 }
 
@@ -118,8 +118,8 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
 /// another than its start. Few bristles go on until some have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
-  const double some = std::max(r.goes_on, snaps_followed / (r.steady_snaps * r.in_contact()));
-  return std::min({length, r.forget, std::max(r.forget - r.walked.run, some)});
+  const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
+  return std::min({length, r.shared->forget, std::max(r.shared->forget - r.shared->walked.run, some)});
 }
 
 }  // namespace
@@ -129,13 +129,13 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const CompiledMaterial& m = *r.material;
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
-  r.piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
+  r.shared->piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
   // Bristles bent the other way come by the residual twice before they snap.
-  r.forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
-  r.goes_on = longest_piece * mean;
-  r.inverse_mean = 1.0 / mean;
-  r.steady_bend = m.kinetic;
-  r.steady_snaps = m.snap_rate;
+  r.shared->forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
+  r.shared->goes_on = longest_piece * mean;
+  r.shared->inverse_mean = 1.0 / mean;
+  r.shared->steady_bend = m.kinetic;
+  r.shared->steady_snaps = m.snap_rate;
 }
 
 template <class T>
@@ -143,16 +143,16 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
   const Advance whole = step.advance;
   BRISTLE_ASSERT(whole.commit);
-  r.walked = PieceSums{};
-  r.walked.length = whole.length;
-  for (int axis = 0; axis < 2; ++axis) r.walked.from[axis] = whole.from[axis];
+  r.shared->walked = PieceSums{};
+  r.shared->walked.length = whole.length;
+  for (int axis = 0; axis < 2; ++axis) r.shared->walked.from[axis] = whole.from[axis];
   if (r.in_contact() == 0) {
     prepare_kernel<T>(p, step);
     return;
   }
-  r.walked.run = find_run<T>(p, whole);
+  r.shared->walked.run = find_run<T>(p, whole);
   const double followed = way_followed(r, whole.length);
-  const double pieces = std::max(std::ceil(followed / r.piece * (1.0 - 1e-12)), 1.0);
+  const double pieces = std::max(std::ceil(followed / r.shared->piece * (1.0 - 1e-12)), 1.0);
   if (pieces <= 1.0 && followed == whole.length) {
     prepare_kernel<T>(p, step);
     renew<T>(p, step.advance);
@@ -164,7 +164,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   for (int axis = 0; axis < 2; ++axis) a.to[axis] = whole.from[axis];
   double way = 0.0;
   for (double k = 1.0;; k += 1.0) {
-    way = k <= pieces ? followed * (k / pieces) : std::min(way + r.piece, whole.length);
+    way = k <= pieces ? followed * (k / pieces) : std::min(way + r.shared->piece, whole.length);
     const bool arrives = way >= whole.length;
     for (int axis = 0; axis < 2; ++axis) {
       a.from[axis] = a.to[axis];
@@ -174,8 +174,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     const std::uint64_t beyond = renew<T>(p, a);
     // Where nothing has snapped yet nothing slides: such a patch is not carried, but bent on.
-    if (arrives || (k >= pieces && (beyond > 0 || r.walked.changed))) {
-      r.walked.carried = whole.length - way;
+    if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
+      r.shared->walked.carried = whole.length - way;
       return;
     }
     Totals totals{};
@@ -189,8 +189,8 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
   Representatives<T>& r = representatives<T>(p);
   StepSums sums;
   finish_kernel<T>(p, a, t, sums);
-  r.due += p.material().material.shared_renewal * static_cast<double>(t.snaps);
-  PieceSums& walked = r.walked;
+  r.shared->due += p.material().material.shared_renewal * static_cast<double>(t.snaps);
+  PieceSums& walked = r.shared->walked;
   for (int axis = 0; axis < p.axes; ++axis) walked.twice_integral[axis] += sums.twice_mean[axis] * a.length;
   walked.squares += to_double(t.squares) / a.energy_unit;
   walked.snaps += t.snaps;
@@ -205,7 +205,7 @@ namespace {
 /// Twice the mean over a step in which nothing changed: as `hold` gives it, to the bit.
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
-  const std::int64_t from = representatives<T>(p).walked.from[axis];
+  const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
   Int128 twice_mean = 2 * p.sum[axis] - Int128{p.whole} * difference(p.position[axis], from);
   if (p.part > 0.0)
     twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
@@ -217,8 +217,8 @@ double held_mean(const Patch& p, int axis) noexcept {
 /// Snaps of the way along which the patch is carried: whole ones, right in the mean of many steps.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r) noexcept {
-  const double share = static_cast<double>(renewal_key(r) + r.draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
-  const double snaps = std::floor(r.walked.carried * r.steady_snaps * r.in_contact() + share);
+  const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
+  const double snaps = std::floor(r.shared->walked.carried * r.shared->steady_snaps * r.in_contact() + share);
   return snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u};
 }
 
@@ -227,12 +227,12 @@ std::uint64_t snaps_carried(const Representatives<T>& r) noexcept {
 template <class T>
 void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  const PieceSums& walked = r.walked;
+  const PieceSums& walked = r.shared->walked;
   if (walked.changed) note_run<T>(p, direction);
   // What the patch is carried along as it stands is steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = walked.carried / walked.length;
-  const double steady = 2.0 * weight * r.steady_bend;
+  const double steady = 2.0 * weight * r.shared->steady_bend;
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = deflection_sum(p, axis) * fixed_per_length;
     sums.twice_mean[axis] =

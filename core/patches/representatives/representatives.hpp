@@ -51,12 +51,23 @@ struct PieceSums {
   bool changed = false;           ///< a bristle snapped or was renewed
 };
 
+/// Shared renewal of a patch: state, the material's plan (scaled), and the step under way.
+struct SharedRenewal : RenewalState {
+  double piece = 0.0;         ///< longest piece
+  double inverse_mean = 0.0;  ///< of the snap length
+  double forget = 0.0;        ///< way after which a straight slide is steady
+  double goes_on = 0.0;       ///< way along which a step of a steady slide is followed, at least
+  double steady_bend = 0.0;   ///< mean deflection there
+  double steady_snaps = 0.0;  ///< of a bristle, per length
+  PieceSums walked;
+};
+
 /// Longest piece of a step under shared renewal, in mean snap lengths; shorter where kappa is above 2
 /// (core/patches/RUBBING.md).
 constexpr double longest_piece = 0.25;
 
 template <class T>
-struct Representatives : PatchRecord, RepresentativeCount, RenewalState {
+struct Representatives : PatchRecord, RepresentativeCount {
   using Number = T;
 
   std::uint32_t bristles = 0;  ///< n
@@ -65,23 +76,15 @@ struct Representatives : PatchRecord, RepresentativeCount, RenewalState {
   int variant = 0;  ///< of the step kernel
   const KernelSet<T>* kernels = nullptr;
 
-  // Shared renewal: the material's plan, scaled, and the step under way.
-  double piece = 0.0;         ///< longest piece
-  double inverse_mean = 0.0;  ///< of the snap length
-  double forget = 0.0;        ///< way after which a straight slide is steady
-  double goes_on = 0.0;       ///< way along which a step of a steady slide is followed, at least
-  double steady_bend = 0.0;   ///< mean deflection there
-  double steady_snaps = 0.0;  ///< of a bristle, per length
-  PieceSums walked;
-
   Block* blocks = nullptr;
   Reach* groups = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;  ///< null with one axis
   // How far a bristle bends before it snaps: the residual and its snap length together.
-  T* first = nullptr;             ///< with the first snap length
-  T* delta = nullptr;             ///< with the snap length now; == first with keep
-  std::uint32_t* draw = nullptr;  ///< null with keep
+  T* first = nullptr;               ///< with the first snap length
+  T* delta = nullptr;               ///< with the snap length now; == first with keep
+  std::uint32_t* draw = nullptr;    ///< null with keep
+  SharedRenewal* shared = nullptr;  ///< one, or null without
 
   /// Every column, in the order in which it is laid out, saved and hashed.
   template <class Self, class Visit>
@@ -95,6 +98,8 @@ struct Representatives : PatchRecord, RepresentativeCount, RenewalState {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
+    // Its state is saved and hashed by functions of its own.
+    visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
   }
   /// After the columns were placed: with keep the length now is the first one.
   void find_lengths() noexcept {

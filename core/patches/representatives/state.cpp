@@ -154,12 +154,12 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
   hasher.add(r.active);
   hasher.add(p.overload);
   if (r.renews()) {
-    hasher.add(r.due);
-    hasher.add(r.draws);
-    hasher.add(r.run);
-    for (int axis = 0; axis < 2 && r.run > 0.0; ++axis) {
-      hasher.add(r.direction[axis]);
-      hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.slid_to[axis])));
+    hasher.add(r.shared->due);
+    hasher.add(r.shared->draws);
+    hasher.add(r.shared->run);
+    for (int axis = 0; axis < 2 && r.shared->run > 0.0; ++axis) {
+      hasher.add(r.shared->direction[axis]);
+      hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.shared->slid_to[axis])));
     }
   }
   const std::uint32_t contact = r.in_contact();
@@ -204,7 +204,7 @@ template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   count_fields(write, static_cast<const RepresentativeCount&>(r));
-  if (r.renews()) renewal_fields(write, static_cast<const RenewalState&>(r));
+  if (r.renews()) renewal_fields(write, static_cast<const RenewalState&>(*r.shared));
   constexpr Block away{};
   for (std::uint32_t b = 0; b < r.block_count; ++b)
     block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
@@ -237,7 +237,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     renewal_fields(read, renewal);
     const double most = most_snaps_of_piece * largest_renewal * r.bristles;
     if (!within(renewal.due, -most, most)) return "renewals due";
-    if (!within(renewal.run, 0.0, r.forget)) return "run";
+    if (!within(renewal.run, 0.0, r.shared->forget)) return "run";
     for (const double e : renewal.direction)
       if (!within(e, -1.0, 1.0)) return "direction";
   }
@@ -291,7 +291,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Representatives<T>& r = representatives<T>(p);
   change_seed(r, seed);
   count_fields(read, static_cast<RepresentativeCount&>(r));
-  if (r.renews()) renewal_fields(read, static_cast<RenewalState&>(r));
+  if (r.renews()) renewal_fields(read, static_cast<RenewalState&>(*r.shared));
   for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(read, r.blocks[b]);
   Representatives<T>::columns(r, [&](auto* column, const ColumnRule& rule) {
     using Entry = std::remove_pointer_t<decltype(column)>;
