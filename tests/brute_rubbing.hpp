@@ -29,6 +29,7 @@ class RubbedBristles {
   /// Moves by (dx, dy) in pieces of at most `piece`.
   void step(double dx, double dy, double piece) {
     const double path = std::hypot(dx, dy);
+    if (path == 0.0) return;
     const int pieces = static_cast<int>(path / piece) + 1;
     for (int k = 0; k < pieces; ++k) small_step(dx / path, dy / path, path / pieces);
   }

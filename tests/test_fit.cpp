@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
+#include "tests/brute_rubbing.hpp"
 #include "tests/reference_table.hpp"
-#include "tests/rubbed_bristles.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
@@ -155,8 +155,7 @@ TEST_CASE("The mean brush follows rubbed bristles through loops and strokes", "[
   } cases[] = {{0.3, 0.0, 1.0, 1.5}, {0.3, 0.7, 0.0, 2.0}, {0.5, 0.4, 2.0, 1.0}, {0.3, 1.5, 1.0, 4.0}};
   for (const auto& c : cases) {
     CAPTURE(c.cv, c.residual, c.renewal, c.stroke);
-    RubbedBristles bristles(20000, lognormal_quantile(length, c.cv), c.residual * length, c.renewal,
-                            length / 200.0, 5);
+    RubbedBristles bristles(20000, lognormal_quantile(length, c.cv), c.residual * length, c.renewal, 5);
     std::vector<cli::PathPoint> path{{0.0, 2.0, false}};
     std::vector<double> expected;
     double x = 0.0;
@@ -165,10 +164,10 @@ TEST_CASE("The mean brush follows rubbed bristles through loops and strokes", "[
       const double from = x;
       for (int i = 1; i <= pieces; ++i) {
         const double next = from + (to * length - from) * i / pieces;
-        bristles.move(next - x);
+        bristles.step(next - x, 0.0, length / 200.0);
         x = next;
         path.push_back({x, 2.0, true});
-        expected.push_back(bristles.mean_deflection() / length);
+        expected.push_back(bristles.x() / length);
       }
     };
     for (int i = 0; i < 6; ++i) {
@@ -223,14 +222,15 @@ TEST_CASE("A fit recovers known parameters through noise, drift, slow sampling a
 TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbed", "[fit]") {
   // Strokes of one to four presliding lengths (18 um) to either side, 100 samples a second, noise of 10 mN.
   const double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, cv = 0.4, load = 2.0;
-  RubbedBristles bristles(1800, lognormal_quantile(length, cv), residual, renewal, length / 100.0, 17);
+  const double finest = length / 100.0;
+  RubbedBristles bristles(1800, lognormal_quantile(length, cv), residual, renewal, 17);
   // Its own kinetic deflection, by sliding: no formula.
-  RubbedBristles sliding(20000, lognormal_quantile(length, cv), residual, renewal, length / 100.0, 18);
-  sliding.move(20.0 * length);
+  RubbedBristles sliding(20000, lognormal_quantile(length, cv), residual, renewal, 18);
+  sliding.step(20.0 * length, 0.0, finest);
   double bend = 0.0;
   for (int i = 0; i < 40; ++i) {
-    sliding.move(0.25 * length);
-    bend += sliding.mean_deflection() / 40.0;
+    sliding.step(0.25 * length, 0.0, finest);
+    bend += sliding.x() / 40.0;
   }
   std::mt19937_64 generator(3);
   std::normal_distribution<double> noise(0.0, 0.01);
@@ -239,10 +239,9 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   for (int i = 0; i < 1200; ++i) {
     const double t = 0.01 * i, swing = 18e-6 * (1.0 + 3.0 * t / 12.0);
     const double next = swing * std::sin(2.0 * M_PI * t);
-    bristles.move(next - x);
+    bristles.step(next - x, 0.0, finest);
     x = next;
-    csv += fmt::format("{},{},{},{}\n", t, x, load,
-                       kinetic * load * bristles.mean_deflection() / bend + noise(generator));
+    csv += fmt::format("{},{},{},{}\n", t, x, load, kinetic * load * bristles.x() / bend + noise(generator));
   }
   const Fitted fitted = fit(csv);
   check_recovered(fitted[cli::fit_kinetic], kinetic, 0.02 * kinetic);
