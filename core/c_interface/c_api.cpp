@@ -195,12 +195,15 @@ struct Mirror;
   field(&C::c_name, &Cpp::cpp_name, #c_name, static_cast<std::uint32_t>(last))
 #define BRISTLE_CHOICE(c_name, last) BRISTLE_CHOICE2(c_name, c_name, last)
 
-BRISTLE_MIRROR(bristle_material, Material, 0, BRISTLE_FIELD(bristle_stiffness),
+BRISTLE_MIRROR(bristle_material, Material, 1, BRISTLE_FIELD(bristle_stiffness),
                BRISTLE_FIELD(bristle_damping), BRISTLE_FIELD(viscous_friction),
                BRISTLE_FIELD(stribeck_velocity), BRISTLE_FIELD(normal_stiffness),
                BRISTLE_FIELD(asperity_height_deviation), BRISTLE_FIELD(snap_length),
                BRISTLE_CHOICE(snap_rule, SnapRule::keep), BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian),
-               BRISTLE_FIELD(residual_length), BRISTLE_FIELD(shared_renewal));
+               BRISTLE_FIELD(residual_length), BRISTLE_FIELD(shared_renewal),
+               BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(ageing_strength),
+               BRISTLE_FIELD(ageing_time), BRISTLE_FIELD(speed_strengthening),
+               BRISTLE_FIELD(strengthening_speed));
 BRISTLE_MIRROR(bristle_coefficients, Coefficients, 1, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
                BRISTLE_FIELD(presliding_length), BRISTLE_FIELD(bristles_per_newton),
                BRISTLE_FIELD(damping_per_newton), BRISTLE_FIELD(viscous_friction),
@@ -210,12 +213,12 @@ BRISTLE_MIRROR(bristle_coefficients, Coefficients, 1, BRISTLE_FIELD(kinetic), BR
                BRISTLE_FIELD(shared_renewal));
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
-BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
+BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
                BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
                BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
                BRISTLE_CHOICE(step_rule, StepRule::literal), BRISTLE_CHOICE(sampling, Sampling::random),
                BRISTLE_CHOICE(population, Population::infinite), BRISTLE_FIELD(cohorts),
-               BRISTLE_FIELD(resolution));
+               BRISTLE_FIELD(fluctuation), BRISTLE_FIELD(resolution));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(bristles_visited));

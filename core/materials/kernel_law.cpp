@@ -148,6 +148,16 @@ std::uint64_t hash_material(const Material& m) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
   }
+  if (m.ageing_strength != 0.0) {
+    hasher.add(std::uint64_t{0xA6E} | static_cast<std::uint64_t>(m.ageing_form) << 16);
+    hasher.add(m.ageing_strength);
+    hasher.add(m.ageing_time);
+  }
+  if (m.speed_strengthening != 0.0) {
+    hasher.add(std::uint64_t{0x5EED});
+    hasher.add(m.speed_strengthening);
+    hasher.add(m.strengthening_speed);
+  }
   return hasher.value();
 }
 

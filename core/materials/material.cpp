@@ -46,6 +46,16 @@ void Material::validate() const {
                          largest_residual * snap_length.mean(), "m; at most 64 mean snap lengths");
   detail::require_within("Material", "shared_renewal", shared_renewal, 0.0, largest_renewal,
                          "bristles renewed by a snap");
+  if (ageing_form != AgeingForm::logarithmic && ageing_form != AgeingForm::saturating) {
+    detail::refuse("Material", "ageing_form", static_cast<int>(ageing_form),
+                   "logarithmic (0) or saturating (1)");
+  }
+  detail::require_within("Material", "ageing_strength", ageing_strength, 0.0, largest_ageing, "");
+  detail::require_within("Material", "ageing_time", ageing_time, shortest_ageing_time, longest_ageing_time,
+                         "s");
+  detail::require_within("Material", "speed_strengthening", speed_strengthening, 0.0, largest_parameter, "");
+  detail::require_within("Material", "strengthening_speed", strengthening_speed, smallest_positive,
+                         largest_parameter, "m/s");
   if (snap_rule == SnapRule::keep && shared_renewal != 0.0 &&
       1.0 - snap_length.survival(short_length * snap_length.mean()) > short_share) {
     detail::refuse(
@@ -89,6 +99,13 @@ double Material::snap_rate() const {
   return per_mean / snap_length.mean();
 }
 
+double Material::ageing_factor(double age_s) const noexcept {
+  if (ageing_strength == 0.0 || !(age_s > 0.0)) return 1.0;
+  const double a = age_s / ageing_time;
+  return 1.0 +
+         ageing_strength * (ageing_form == AgeingForm::saturating ? -detail::expm1(-a) : detail::log1p(a));
+}
+
 double Material::damping_at(double speed_m_per_s) const noexcept {
   if (!(stribeck_velocity > 0.0) || bristle_damping == 0.0) return 0.0;
   const double u = detail::magnitude(speed_m_per_s) / stribeck_velocity;
@@ -126,7 +143,10 @@ bool operator==(const Material& x, const Material& y) noexcept {
          x.normal_stiffness == y.normal_stiffness &&
          x.asperity_height_deviation == y.asperity_height_deviation && x.snap_length == y.snap_length &&
          x.snap_rule == y.snap_rule && x.damper_decay == y.damper_decay &&
-         x.residual_length == y.residual_length && x.shared_renewal == y.shared_renewal;
+         x.residual_length == y.residual_length && x.shared_renewal == y.shared_renewal &&
+         x.ageing_form == y.ageing_form && x.ageing_strength == y.ageing_strength &&
+         x.ageing_time == y.ageing_time && x.speed_strengthening == y.speed_strengthening &&
+         x.strengthening_speed == y.strengthening_speed;
 }
 
 }  // namespace bristle

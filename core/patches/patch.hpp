@@ -30,7 +30,13 @@ struct PatchRecord {
   double full_weight =
       0.0;                ///< physical bristles per representative when all are in use; a material keeps it
   std::size_t bytes = 0;  ///< of the record and its columns
+  /// The batch's clock, which runs on in every step; null = it stands still at 0. A patch that ages counts
+  /// time from `epoch`. Both in clock units.
+  const Int128* clock = nullptr;
+  Int128 epoch = 0;
 };
+
+constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
 
 /// The shared part of a patch. Touched by the stepping thread and its workers only.
 ///
@@ -60,6 +66,7 @@ struct alignas(64) Patch {
   bool tracks : 1 = true;             ///< bounds are renewed: worth it while most visited blocks hold still
   bool literal : 1 = false;           ///< StepRule::literal
   bool damps : 1 = false;             ///< the damper depends on the velocity
+  bool ages : 1 = false;              ///< time_of(patch) matters
   bool renews : 1 = false;            ///< a trial step changes the patch: it is made on a copy
   std::uint8_t fetched_lines = 0;     ///< cache lines of the record that are worth asking for ahead of a step
   double part = 0.0;                  ///< bristles beyond `whole`, a real number
@@ -86,6 +93,13 @@ struct alignas(64) Patch {
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);
+
+/// The patch's own time, s: since it was made, with what it had aged before it was restored. During a step,
+/// the time at which it begins.
+inline double time_of(const Patch& p) noexcept {
+  const PatchRecord& r = *p.record;
+  return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
+}
 
 /// Fixed-point difference of two positions, which wrap.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {

@@ -88,6 +88,8 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   }
   step.advance.commit = commit ? 1 : 0;
   step.advance.energy_unit = 1.0;
+  step.advance.duration = dt_s;
+  if (p.ages) step.advance.start = time_of(p);
   find_way(p, step.displacement, step);
   step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;
   return step;

@@ -38,6 +38,24 @@ void contact_fields(Io& io, Contact& c) noexcept {
 }
 constexpr std::size_t contact_size = 8 * 8;
 
+/// The patch's own time, where it ages.
+constexpr std::size_t clock_size = 16;
+std::size_t clock_size_of(const Patch& p) noexcept { return p.ages ? clock_size : 0; }
+void save_clock(const Patch& p, ByteWriter& write) noexcept {
+  if (!p.ages) return;
+  const PatchRecord& r = *p.record;
+  const Int128 time = r.clock == nullptr ? 0 : *r.clock - r.epoch;
+  write(static_cast<std::uint64_t>(time));
+  write(static_cast<std::uint64_t>(time >> 64));
+}
+Int128 read_clock(const Patch& p, ByteReader& read) noexcept {
+  if (!p.ages) return 0;
+  std::uint64_t low = 0, high = 0;
+  read(low);
+  read(high);
+  return static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
+}
+
 std::uint64_t checksum(Span<const std::byte> state) noexcept {
   Hasher hasher;
   add_bytes(hasher, {state.data(), checksum_at});
@@ -115,7 +133,7 @@ std::uint64_t signature_of(const Patch& p) noexcept {
 }
 
 std::size_t saved_size_of(const Patch& p) noexcept {
-  return saved_patch_size + contact_size + p.model->saved_size(p);
+  return saved_patch_size + contact_size + clock_size_of(p) + p.model->saved_size(p);
 }
 
 void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
@@ -124,6 +142,7 @@ void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
   const SavedPatch head{slot, p.generation, signature_of(p), saved_size_of(p), options.key, options.seed};
   head_fields(write, head);
   contact_fields(write, p);
+  save_clock(p, write);
   p.model->save(p, write);
 }
 
@@ -139,6 +158,7 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   ByteReader read(from + saved_patch_size);
   contact_fields(read, contact);
   if (const char* fault = find_contact_fault(p, contact)) return fault;
+  if (read_clock(p, read) < 0) return "time";
   return p.model->find_fault(p, contact, read);
 }
 
@@ -147,6 +167,8 @@ void restore_patch(Patch& p, const std::byte* from) noexcept {
   p.record->options.key = head.key;
   ByteReader read(from + saved_patch_size);
   contact_fields(read, p);
+  const Int128 time = read_clock(p, read);
+  if (p.ages && p.record->clock != nullptr) p.record->epoch = *p.record->clock - time;
   p.model->restore(p, head.seed, read);
 }
 

@@ -119,6 +119,7 @@ struct PatchBatch::Impl {
   std::uint32_t queue_length = 0;
   Scratch scratch;  ///< as large as the largest patch's record
   std::uint64_t step_number = 0;
+  Int128 clock = 0;  ///< runs on in every step, whoever is named in it (PatchRecord::clock)
   std::size_t patches = 0;
 
   /// A copy of a patch under a load that was tried, until anything changes: a solver asks for many motions
@@ -180,6 +181,8 @@ struct PatchBatch::Impl {
       if (c->scratch.memory) std::swap(scratch, c->scratch);
       switch (c->kind) {
         case Command::Kind::add:
+          c->patch.record->clock = &clock;
+          c->patch.record->epoch = clock;
           pool.patch(c->slot) = c->patch;
           c->patch.record = nullptr;
           ++patches;
@@ -187,6 +190,8 @@ struct PatchBatch::Impl {
         case Command::Kind::replace: {
           FloatModeScope mode;
           Patch& p = pool.patch(c->slot);
+          c->patch.record->clock = &clock;
+          c->patch.record->epoch = p.record->epoch;
           p.model->take_over(c->patch, p);
           keep_place(c->patch, p);
           std::swap(p, c->patch);
@@ -257,6 +262,7 @@ struct PatchBatch::Impl {
     const FloatModeScope mode;
     trial.of = nullptr;
     const Patch before = *p;
+    p->record->epoch = clock;
     p->model->reset(*p, seed, key);
     keep_place(*p, before);
     pool.note(slot_of(id)).last = Response{};
@@ -426,7 +432,15 @@ struct PatchBatch::Impl {
     dt = dt_s;
     in = motions;
     out = responses;
-    return step_all();
+    const StepReport report = step_all();
+    run_on(dt_s);
+    return report;
+  }
+
+  void run_on(double dt_s) noexcept {
+    constexpr double longest = 1e16;  // s: a clock that would overflow stands still
+    if (clock < static_cast<Int128>(longest * clock_units_per_second))
+      clock += static_cast<Int128>(std::min(dt_s, longest) * clock_units_per_second);
   }
 
   /// A large patch goes by ranges of blocks. False: there is no room for its tasks.

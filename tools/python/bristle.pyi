@@ -88,6 +88,11 @@ class Material:
     damper_decay: str
     residual_length: float
     shared_renewal: float
+    ageing_form: str
+    ageing_strength: float
+    ageing_time: float
+    speed_strengthening: float
+    strengthening_speed: float
     def __init__(
         self,
         *,
@@ -102,6 +107,11 @@ class Material:
         damper_decay: str = ...,
         residual_length: float = ...,
         shared_renewal: float = ...,
+        ageing_form: str = ...,
+        ageing_strength: float = ...,
+        ageing_time: float = ...,
+        speed_strengthening: float = ...,
+        strengthening_speed: float = ...,
     ) -> None: ...
     @overload
     @staticmethod
@@ -132,6 +142,7 @@ class PatchOptions:
     population: str
     cohorts: int
     resolution: float
+    fluctuation: int
     def __init__(
         self,
         *,
@@ -147,6 +158,7 @@ class PatchOptions:
         population: str = ...,
         cohorts: int = ...,
         resolution: float = ...,
+        fluctuation: int = ...,
     ) -> None: ...
 
 def motions(ids: ArrayLike, normal_load: ArrayLike = ...) -> np.recarray: ...

@@ -13,5 +13,7 @@ inline const Names<bristle::SnapRule> rule_names = {{"redraw", bristle::SnapRule
                                                     {"keep", bristle::SnapRule::keep}};
 inline const Names<bristle::DamperDecay> decay_names = {{"exponential", bristle::DamperDecay::exponential},
                                                         {"gaussian", bristle::DamperDecay::gaussian}};
+inline const Names<bristle::AgeingForm> ageing_names = {{"logarithmic", bristle::AgeingForm::logarithmic},
+                                                        {"saturating", bristle::AgeingForm::saturating}};
 
 }  // namespace bristle_python

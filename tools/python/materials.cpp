@@ -119,12 +119,21 @@ void define_material(py::module_& module) {
       .field("residual_length", &Material::residual_length,
              "m: a bristle snaps at this plus its snap length, and stays bent by this.")
       .field("shared_renewal", &Material::shared_renewal, "Bristles that a snap renews in the patch.")
+      .named_field("ageing_form", &Material::ageing_form, ageing_names,
+                   "\"logarithmic\" or \"saturating\": how a snap length grows while a bristle holds.")
+      .field("ageing_strength", &Material::ageing_strength, "beta or gain; 0 = no ageing.")
+      .field("ageing_time", &Material::ageing_time, "s: tau.")
+      .field("speed_strengthening", &Material::speed_strengthening,
+             "a: a N asinh(v / (2 v*)) against the motion; 0 = none.")
+      .field("strengthening_speed", &Material::strengthening_speed, "m/s: v*.")
       .done(
           "Material(*, bristle_stiffness=82.05, bristle_damping=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
           "normal_stiffness=1111.1, asperity_height_deviation=1e-6, snap_length=SnapLength.uniform(5e-6, "
           "15e-6), "
-          "snap_rule='redraw', damper_decay='exponential', residual_length=0.0, shared_renewal=0.0)");
+          "snap_rule='redraw', damper_decay='exponential', residual_length=0.0, shared_renewal=0.0, "
+          "ageing_form='logarithmic', ageing_strength=0.0, ageing_time=1.0, speed_strengthening=0.0, "
+          "strengthening_speed=1e-6)");
   material.type
       .def_static(
           "from_coefficients", &Material::from_coefficients, py::arg("coefficients"),

@@ -40,10 +40,12 @@ void define_options(py::module_& module) {
       .field("cohorts", &PatchOptions::cohorts, "Infinite: most cohorts, 8 to 512; 0 = automatic.")
       .field("resolution", &PatchOptions::resolution,
              "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")
+      .field("fluctuation", &PatchOptions::fluctuation,
+             "Infinite: fluctuates as so many bristles would; 0 = no noise.")
       .done(
           "PatchOptions(*, max_normal_load=1.0, bristles=0, axes=2, outputs='end', precision='single', "
           "step_rule='exact', sampling='stratified', seed=1, key=0, population='representatives', "
-          "cohorts=0, resolution=0.0)");
+          "cohorts=0, resolution=0.0, fluctuation=0)");
 }
 
 }  // namespace bristle_python

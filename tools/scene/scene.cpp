@@ -74,6 +74,13 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.residual_length =
       table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
   m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
+  m.ageing_form =
+      static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
+  m.ageing_strength = table.number("ageing_strength", {0.0, bristle::largest_ageing}, 0.0);
+  m.ageing_time = table.number(
+      "ageing_time", {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, 1.0);
+  m.speed_strengthening = table.number("speed_strengthening", any_not_negative, 0.0);
+  m.strengthening_speed = table.number("strengthening_speed", any_positive, m.strengthening_speed);
   return m;
 }
 
@@ -111,7 +118,8 @@ SceneMaterial read_material(TomlTable table) {
       }
       table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
                    "asperity_height_deviation", "snap_length", "rule", "viscous_friction",
-                   "stribeck_velocity", "damper_decay", "residual_length", "shared_renewal"});
+                   "stribeck_velocity", "damper_decay", "residual_length", "shared_renewal", "ageing_form",
+                   "ageing_strength", "ageing_time", "speed_strengthening", "strengthening_speed"});
       result.material = read_bristle_parameters(table);
     } else {
       table.allow({"name", "kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "rule",
@@ -159,7 +167,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
   o.population =
       static_cast<bristle::Population>(table.choice("population", {"representatives", "infinite"}, 0));
   if (o.population != bristle::Population::infinite) {
-    for (const char* key : {"resolution", "cohorts"})
+    for (const char* key : {"resolution", "cohorts", "fluctuation"})
       if (table.number(key, any_not_negative, 0.0) > 0.0)
         table.fail(key, "is for population = \"infinite\"; this patch has representatives");
     return;
@@ -179,6 +187,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail(
         "resolution",
         fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
+  o.fluctuation = static_cast<std::uint32_t>(table.integer("fluctuation", 0, 4294967295, 0));
   o.cohorts = static_cast<std::uint32_t>(table.integer("cohorts", 0, 512, 0));
   if (o.cohorts > 0 && o.cohorts < 8)
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
@@ -203,7 +212,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
                "sampling", "seed", "count", "priority", "least_bristles", "population", "resolution",
-               "cohorts"});
+               "cohorts", "fluctuation"});
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});

@@ -106,6 +106,9 @@ typedef struct bristle_snap_length {
   const double* table;     /**< the caller's; read during the call only */
 } bristle_snap_length;
 
+/** g = 1 + strength ln(1 + a / time), or 1 + strength (1 - exp(-a / time)). */
+enum { BRISTLE_AGEING_LOGARITHMIC = 0, BRISTLE_AGEING_SATURATING = 1 };
+
 /** Bristle parameters: bristle::Material. */
 typedef struct bristle_material {
   size_t struct_size;
@@ -120,6 +123,12 @@ typedef struct bristle_material {
   uint32_t damper_decay;  /**< BRISTLE_DECAY_... */
   double residual_length; /**< m, l_r: a bristle snaps at l_r + delta and stays bent by l_r; 0 = straight */
   double shared_renewal;  /**< kappa: bristles that a snap renews in the patch; 0 = none */
+  uint32_t ageing_form;   /**< BRISTLE_AGEING_... */
+  uint32_t reserved;      /**< 0 */
+  double ageing_strength; /**< beta or gain: the snap length grows while a bristle holds; 0 = none */
+  double ageing_time;     /**< s, tau */
+  double speed_strengthening; /**< a: a N asinh(v / (2 v*)) against the motion; 0 = none */
+  double strengthening_speed; /**< m/s, v* */
 } bristle_material;
 
 /** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
@@ -231,15 +240,15 @@ typedef struct bristle_patch_options {
   uint64_t key;           /**< the caller's own name of the contact */
   uint32_t bristles;      /**< representatives; 0 = one per physical bristle, at most 4096 */
   uint32_t seed;
-  int32_t axes;        /**< 1 or 2 */
-  uint32_t outputs;    /**< BRISTLE_OUTPUT_... */
-  uint32_t precision;  /**< BRISTLE_PRECISION_... */
-  uint32_t step_rule;  /**< BRISTLE_STEP_... */
-  uint32_t sampling;   /**< BRISTLE_SAMPLING_... */
-  uint32_t population; /**< BRISTLE_POPULATION_... */
-  uint32_t cohorts;    /**< infinite: most cohorts, 8 to 512; 0 = automatic */
-  uint32_t reserved;   /**< 0 */
-  double resolution;   /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
+  int32_t axes;         /**< 1 or 2 */
+  uint32_t outputs;     /**< BRISTLE_OUTPUT_... */
+  uint32_t precision;   /**< BRISTLE_PRECISION_... */
+  uint32_t step_rule;   /**< BRISTLE_STEP_... */
+  uint32_t sampling;    /**< BRISTLE_SAMPLING_... */
+  uint32_t population;  /**< BRISTLE_POPULATION_... */
+  uint32_t cohorts;     /**< infinite: most cohorts, 8 to 512; 0 = automatic */
+  uint32_t fluctuation; /**< infinite: fluctuates as so many bristles would; 0 = no noise */
+  double resolution;    /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
 } bristle_patch_options;
 
 /** Input of one patch for one step: bristle::Motion. All zero is a patch at rest out of contact. */

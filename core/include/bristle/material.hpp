@@ -27,6 +27,29 @@ enum class DamperDecay : unsigned char {
   gaussian      ///< exp(-(v/vs)^2), the form of Canudas de Wit et al. that the paper cites.
 };
 
+/// How the snap length of a bristle grows while it holds: delta g(a), a the time since it last snapped, was
+/// renewed or came into contact. Both forms are concave.
+enum class AgeingForm : unsigned char {
+  logarithmic,  ///< g = 1 + strength ln(1 + a / time): metals, rock, paper, polymers. The default.
+  saturating    ///< g = 1 + strength (1 - exp(-a / time)): skin on glass
+};
+
+struct Ageing {
+  AgeingForm form = AgeingForm::logarithmic;
+  double strength = 0.0;  ///< 0 = none
+  double time = 1.0;      ///< s
+
+  static Ageing logarithmic(double beta, double cutoff_s) {
+    return {AgeingForm::logarithmic, beta, cutoff_s};
+  }
+  static Ageing saturating(double gain, double time_s) { return {AgeingForm::saturating, gain, time_s}; }
+};
+
+/// Largest Material::ageing_strength, and limits of Material::ageing_time, s.
+constexpr double largest_ageing = 1.0;
+constexpr double shortest_ageing_time = 1e-9;
+constexpr double longest_ageing_time = 1e9;
+
 /// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
 ///
 /// By default a snap leaves a tenth of the presliding length and renews another bristle: a contact that is
@@ -48,9 +71,7 @@ struct Coefficients {
 
   /// The law of Zhang and Phillips: a snap leaves nothing and renews nobody else. Rubbed to and fro by about
   /// its presliding length such a contact hardens.
-  static Coefficients paper() {
-    return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0);
-  }
+  static Coefficients paper() { return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0); }
 
   Coefficients& with_kinetic(double value) {
     kinetic = value;
@@ -120,6 +141,14 @@ struct BRISTLE_API Material {
   /// kappa, >= 0: bristles that a snap renews in the same patch, on average, of those that are bent along the
   /// motion by more than l_r. 0 = none, as in the paper.
   double shared_renewal = 0.0;
+  /// Ageing (struct Ageing): strength beta or gain, >= 0; 0 = none, as in the paper. time: tau, s.
+  AgeingForm ageing_form = AgeingForm::logarithmic;
+  double ageing_strength = 0.0;
+  double ageing_time = 1.0;
+  /// Strengthening with speed, of the whole patch: a N asinh(v / (2 v*)) against the motion. a, >= 0,
+  /// friction over normal load per e-fold of speed; 0 = none. v*, m/s, > 0.
+  double speed_strengthening = 0.0;
+  double strengthening_speed = 1e-6;
 
   Material& with_bristle_stiffness(double newtons_per_metre) {
     bristle_stiffness = newtons_per_metre;
@@ -165,6 +194,17 @@ struct BRISTLE_API Material {
     shared_renewal = bristles_per_snap;
     return *this;
   }
+  Material& with_ageing(const Ageing& ageing) {
+    ageing_form = ageing.form;
+    ageing_strength = ageing.strength;
+    ageing_time = ageing.time;
+    return *this;
+  }
+  Material& with_speed_strengthening(double per_e_fold, double speed_m_per_s) {
+    speed_strengthening = per_e_fold;
+    strengthening_speed = speed_m_per_s;
+    return *this;
+  }
 
   /// Throws bristle::Error naming the first parameter out of range, its value and the range.
   void validate() const;
@@ -192,6 +232,8 @@ struct BRISTLE_API Material {
   /// for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are shared_renewal times as
   /// many.
   double snap_rate() const;
+  /// g(a) of a bristle that has held for this time, s: 1 without ageing.
+  double ageing_factor(double age_s) const noexcept;
   /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
   /// Steady friction at constant speed, N: kinetic + dampers + viscous term (eqs. 3 to 5).

@@ -65,6 +65,8 @@ struct PatchOptions {
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
   double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error
                               ///< falls with its square, time grows with it; 0 = automatic (8)
+  std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of so many bristles
+                                  ///< would, keyed by `seed`; 0 = no noise
 
   PatchOptions& with_max_normal_load(double newtons) {
     max_normal_load = newtons;
@@ -108,6 +110,10 @@ struct PatchOptions {
   }
   PatchOptions& with_resolution(double pieces) {
     resolution = pieces;
+    return *this;
+  }
+  PatchOptions& with_fluctuation(std::uint32_t bristles_) {
+    fluctuation = bristles_;
     return *this;
   }
   PatchOptions& with_key(std::uint64_t value) {
