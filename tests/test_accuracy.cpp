@@ -327,6 +327,22 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
   check_populations(r, table, keep);
 }
 
+TEST_CASE("A study of a material that the paper's loop cannot take leaves that loop out and says so",
+          "[accuracy]") {
+  const bristle_test::TemporaryFolder folder;
+  std::string text = ramp_scene("redraw", 2e-3);
+  text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");  // as the default of coefficients
+  cli::AccuracyOptions options;
+  options.quick = true;
+  options.seconds = 0.5;
+  const cli::Scene scene = cli::read_scene(folder.write("rubbed.toml", text));
+  const cli::AccuracyResult result = cli::study_accuracy(scene, options);
+  CHECK(result.no_literal.find("'tip'") != std::string::npos);
+  for (const cli::SettingResult& s : result.settings) CHECK(s.setting.rule == bristle::StepRule::exact);
+  CHECK(cli::accuracy_table(scene, options, result).find("the paper's loop, is not among") !=
+        std::string::npos);
+}
+
 TEST_CASE("A tuned scene changes its population, and keys of the other one leave no trace", "[accuracy]") {
   cli::AccuracyResult result;
   result.reference_dt_s = 1e-3;

@@ -113,6 +113,7 @@ struct AccuracyResult {
   std::vector<std::string> not_run;  ///< settings too slow for the time given
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
+  std::string no_literal;            ///< why the literal rule is not among the settings; empty: it is
   std::string no_infinite;           ///< why the infinite brush is not among the settings; empty: it is
   std::vector<CheapestOf> cheapest;  ///< representatives, infinite
   std::vector<FeatureResult> features;

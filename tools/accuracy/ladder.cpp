@@ -111,6 +111,16 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
+/// Why a scene cannot be run with the paper's loop; empty where it can.
+std::string literal_obstacle(const Scene& scene) {
+  for (const ScenePatch& patch : scene.patches) {
+    const bristle::Material& m = scene.materials[patch.material].material;
+    if (m.residual_length != 0.0 || m.shared_renewal != 0.0 || m.ageing_strength != 0.0)
+      return fmt::format("the material of patch '{}' has residual, shared renewal or ageing", patch.name);
+  }
+  return {};
+}
+
 // Forgets the most expensive settings until the rest fits.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
@@ -241,6 +251,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
     const double p = over * r.scene_parts;
     if (p >= 1.0 && over <= 5.0) parts.push_back(static_cast<std::uint32_t>(std::lround(p)));
   }
+  study.result.no_literal = literal_obstacle(study.scene);
   for (const std::uint32_t n : counts) {
     const bool paired = n == r.pair_bristles;
     for (const std::uint32_t p : parts) {
@@ -249,7 +260,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       s.bristles = n;
       s.parts = p;
       add(s, paired);
-      if (n == 300 || paired) {
+      if (study.result.no_literal.empty() && (n == 300 || paired)) {
         s.rule = bristle::StepRule::literal;
         add(s, paired);
       }

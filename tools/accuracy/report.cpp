@@ -113,6 +113,8 @@ std::string head(const Scene& scene, const AccuracyResult& r) {
       "worst; the scatter that a patch with so many real bristles would have is part of it. Times: one "
       "thread's CPU,\n"
       "median over rounds. A scene step is one dt of the scene, in however many steps.\n";
+  if (!r.no_literal.empty())
+    text += fmt::format("The literal rule, the paper's loop, is not among the settings: {}.\n", r.no_literal);
   if (!scene.bodies.empty()) {
     text +=
         "Bodies: forces are compared at equal times. Breaking away or stopping a little earlier or later "

@@ -110,9 +110,10 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
                                 : "none while straight under constant load within a step; else 2 (mean, "
                                   "smooth) or 1 (turning back, load)") +
                 (redraw ? "; the scatter of other draws hides it" : ""));
-  add_slope(study, p, "step length, literal rule (work)", literal,
-            fmt::format("1: loses about v dt / (2 delta); fitted below {} mean snap lengths a step",
-                        literal_limit));
+  if (r.no_literal.empty())
+    add_slope(study, p, "step length, literal rule (work)", literal,
+              fmt::format("1: loses about v dt / (2 delta); fitted below {} mean snap lengths a step",
+                          literal_limit));
 }
 
 SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uint32_t first_round,
