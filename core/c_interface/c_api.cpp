@@ -204,13 +204,16 @@ BRISTLE_MIRROR(bristle_material, Material, 1, BRISTLE_FIELD(bristle_stiffness),
                BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(ageing_strength),
                BRISTLE_FIELD(ageing_time), BRISTLE_FIELD(speed_strengthening),
                BRISTLE_FIELD(strengthening_speed));
-BRISTLE_MIRROR(bristle_coefficients, Coefficients, 1, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
+BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
                BRISTLE_FIELD(presliding_length), BRISTLE_FIELD(bristles_per_newton),
                BRISTLE_FIELD(damping_per_newton), BRISTLE_FIELD(viscous_friction),
                BRISTLE_FIELD(stribeck_velocity), BRISTLE_CHOICE(law, SnapLaw::table),
                BRISTLE_CHOICE2(snap_rule, rule, SnapRule::keep),
                BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian), BRISTLE_FIELD(residual_share),
-               BRISTLE_FIELD(shared_renewal));
+               BRISTLE_FIELD(shared_renewal), BRISTLE_FIELD(kinetic_speed), BRISTLE_FIELD(fall_per_decade),
+               BRISTLE_FIELD(growth_per_decade), BRISTLE_FIELD(ageing_time),
+               BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(speed_strengthening),
+               BRISTLE_FIELD(strengthening_speed));
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
@@ -527,7 +530,8 @@ bristle_result bristle_material_from_coefficients(const bristle_coefficients* co
 bristle_result bristle_material_to_coefficients(const bristle_material* material,
                                                 bristle_coefficients* coefficients) {
   return guarded([&] {
-    write_struct(to_c<bristle_coefficients>(read_material(material).coefficients()), coefficients,
+    const double speed = read_cpp(coefficients, "coefficients").kinetic_speed;
+    write_struct(to_c<bristle_coefficients>(read_material(material).coefficients(speed)), coefficients,
                  "coefficients");
   });
 }
@@ -556,6 +560,15 @@ bristle_result bristle_material_steady_force(const bristle_material* material, d
     const Material m = read_material(material);
     write_column(speeds, "speeds", forces, "forces", count,
                  [&](double v) { return m.steady_force(v, normal_load_n); });
+  });
+}
+
+bristle_result bristle_material_kinetic_at(const bristle_material* material, const double* speeds,
+                                           double* coefficients, size_t count) {
+  return guarded([&] {
+    const Material m = read_material(material);
+    write_column(speeds, "speeds", coefficients, "coefficients", count,
+                 [&](double v) { return m.kinetic_coefficient(v); });
   });
 }
 

@@ -238,6 +238,10 @@ Material Material::from_coefficients(const Coefficients& c) {
                    "0 with law exponential and rule keep: its shortest bristles would renew all others");
   }
 
+  require_within(where, "kinetic_speed", c.kinetic_speed, 0.0, 1e15, "m/s");
+  require_within(where, "fall_per_decade", c.fall_per_decade, 0.0, 0.0);
+  require_within(where, "growth_per_decade", c.growth_per_decade, 0.0, 0.0);
+
   const Family family{c.law, c.rule, c.residual_share / (1.0 - c.residual_share), c.shared_renewal};
   const double spread = find_spread(family, c.peak / c.kinetic, c.residual_share);
 
@@ -254,13 +258,25 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.viscous_friction = c.viscous_friction;
   material.stribeck_velocity = c.stribeck_velocity;
   material.damper_decay = c.damper_decay;
+  material.ageing_form = c.ageing_form;
+  material.ageing_time = c.ageing_time;
+  material.speed_strengthening = c.speed_strengthening;
+  material.strengthening_speed = c.strengthening_speed;
   material.validate();
   return material;
 }
 
-Coefficients Material::coefficients() const {
+Coefficients Material::coefficients(double kinetic_speed_m_per_s) const {
   validate();
+  detail::require_within("Material::coefficients", "kinetic_speed_m_per_s", kinetic_speed_m_per_s, 0.0, 1e15,
+                         "m/s");
+  if (ageing_strength != 0.0) detail::refuse("Material", "ageing_strength", ageing_strength, "0");
   Coefficients c;
+  c.kinetic_speed = kinetic_speed_m_per_s;
+  c.ageing_form = ageing_form;
+  c.ageing_time = ageing_time;
+  c.speed_strengthening = speed_strengthening;
+  c.strengthening_speed = strengthening_speed;
   c.kinetic = kinetic_coefficient();
   c.peak = peak_coefficient();
   c.presliding_length = residual_length + snap_length.mean();

@@ -104,6 +104,12 @@ inline double log1p(double x) noexcept {
   return log(u) + (x - (u - 1.0)) / u;
 }
 
+/// asinh(x) for x >= 0.
+inline double asinh(double x) noexcept {
+  if (x > 1e8) return log(x) + 0.6931471805599453;
+  return log1p(x + x * x / (1.0 + square_root(1.0 + x * x)));
+}
+
 /// exp(-x^2/2), accurate also in the far tails: x^2 is split into an exact part and a small rest.
 inline double exp_half_square(double x) noexcept {
   const double high = from_bits(bits_of(x) & 0xfffffffff8000000ULL);

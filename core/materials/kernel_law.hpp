@@ -20,14 +20,14 @@ struct CompiledMaterial {
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled
   double longest = 0.0;
-  double residual = 0.0;       ///< Material::residual_length, scaled
-  double snap_rate = 0.0;      ///< Material::snap_rate, per scaled length
-  double kinetic = 0.0;        ///< mean deflection in slow steady sliding, scaled
-  bool redraw = false;         ///< needs the redraw kernels: the rule, and a spread worth the name
-  bool single_length = false;  ///< a single length: remainders in double at every speed
-  double peak_coefficient = 0.0;
-  std::uint64_t hash = 0;  ///< of every parameter
-  KernelLaw law{};         ///< points into the tables below
+  double residual = 0.0;          ///< Material::residual_length, scaled
+  double snap_rate = 0.0;         ///< Material::snap_rate, per scaled length: without ageing
+  double kinetic = 0.0;           ///< mean deflection in slow steady sliding, scaled; without ageing
+  bool redraw = false;            ///< needs the redraw kernels: the rule, and a spread worth the name
+  bool single_length = false;     ///< a single length: remainders in double at every speed
+  double peak_coefficient = 0.0;  ///< without ageing
+  std::uint64_t hash = 0;         ///< of every parameter
+  KernelLaw law{};                ///< points into the tables below
 
   std::vector<double> table, biased_table;
 

@@ -84,12 +84,28 @@ double Material::kinetic_coefficient() const {
   return bristle_stiffness * (residual_length + beyond) / (normal_stiffness * asperity_height_deviation);
 }
 
+double Material::kinetic_coefficient(double speed_m_per_s) const {
+  if (speed_m_per_s != speed_m_per_s)
+    detail::refuse("Material::kinetic_coefficient", "speed_m_per_s", speed_m_per_s, "any number");
+  if (ageing_strength == 0.0) return kinetic_coefficient();
+  const detail::SteadySliding sliding = detail::find_steady_sliding(snap_length, snap_rule, shared_renewal,
+                                                                    detail::ageing_at(*this, speed_m_per_s));
+  return bristle_stiffness * (residual_length + snap_length.mean() * sliding.deflection) /
+         (normal_stiffness * asperity_height_deviation);
+}
+
 double Material::peak_coefficient() const {
   const double beyond = detail::peak_deflection(snap_length, snap_rule, shared_renewal);
   const double force = residual_length == 0.0
                            ? bristle_stiffness * snap_length.mean() * beyond
                            : bristle_stiffness * (residual_length + snap_length.mean() * beyond);
   return force / (normal_stiffness * asperity_height_deviation);
+}
+
+double Material::peak_coefficient(double held_s) const {
+  const double residual =
+      bristle_stiffness * residual_length / (normal_stiffness * asperity_height_deviation);
+  return residual + ageing_factor(held_s) * (peak_coefficient() - residual);
 }
 
 double Material::snap_rate() const {
@@ -112,11 +128,23 @@ double Material::damping_at(double speed_m_per_s) const noexcept {
   return bristle_damping * detail::exp(damper_decay == DamperDecay::gaussian ? -u * u : -u);
 }
 
+double Material::strengthening_at(double speed_m_per_s) const noexcept {
+  if (speed_strengthening == 0.0) return 0.0;
+  return speed_strengthening * detail::asinh(0.5 * detail::magnitude(speed_m_per_s) / strengthening_speed);
+}
+
+double Material::strengthening_damping(double speed_m_per_s) const noexcept {
+  if (speed_strengthening == 0.0) return 0.0;
+  const double x = 0.5 * detail::magnitude(speed_m_per_s) / strengthening_speed;
+  return 0.5 * speed_strengthening / strengthening_speed * (x < 1e-8 ? 1.0 : detail::asinh(x) / x);
+}
+
 double Material::steady_force(double speed_m_per_s, double normal_load_n) const {
   if (!(normal_load_n > 0.0)) return 0.0;  // no contact, no force: the lubricant term included
   const double speed = detail::magnitude(speed_m_per_s);
   const double dampers = bristles_in_contact(normal_load_n) * damping_at(speed) * speed;
-  return kinetic_coefficient() * normal_load_n + dampers + viscous_friction * speed;
+  return kinetic_coefficient(speed) * normal_load_n + dampers + viscous_friction * speed +
+         strengthening_at(speed) * normal_load_n;
 }
 
 double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean) {

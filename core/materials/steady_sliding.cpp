@@ -5,6 +5,7 @@
 //           E[w2(d)] / E[w1(d)]
 //   keep:   E[1 / (exp(lambda d) - 1)] = 1 / kappa; mean deflection E[w2(d) / w1(d)]
 // with w1 = integral over 0 to d of exp(-lambda r), w2 = that of r exp(-lambda r).
+// Ageing: at a speed v a bristle that was drawn the length d snaps at l = d g(l / v), and l stands for d.
 #include "core/materials/steady_sliding.hpp"
 
 #include <algorithm>
@@ -16,9 +17,9 @@
 namespace bristle::detail {
 namespace {
 
-/// A snap length, in mean lengths, and its share of the bristles.
+/// A snap length, in mean lengths, as drawn; its share of the bristles; and where it snaps.
 struct Node {
-  double length, share;
+  double length, share, aged = 0.0;
 };
 
 /// Gauss's rule of eight points on `low` to `high`; `density` of the bristles over the length.
@@ -107,10 +108,11 @@ std::vector<Node> spread_nodes(const SnapLength& law) {
   return nodes;
 }
 
+/// Of a function of where the bristles snap.
 template <class Function>
 double expectation(const std::vector<Node>& nodes, const Function& f) {
   double sum = 0.0;
-  for (const Node& node : nodes) sum += node.share * f(node.length);
+  for (const Node& node : nodes) sum += node.share * f(node.aged);
   return sum;
 }
 
@@ -123,9 +125,9 @@ struct LogValue {
 LogValue log_transform(const std::vector<Node>& nodes, double growth) {
   double lost = 0.0, moment = 0.0;
   for (const Node& node : nodes) {
-    const double snapped = expm1(-growth * node.length);
+    const double snapped = expm1(-growth * node.aged);
     lost -= node.share * snapped;
-    moment += node.share * node.length * (1.0 + snapped);
+    moment += node.share * node.aged * (1.0 + snapped);
   }
   return {log1p(-lost), -moment / (1.0 - lost)};
 }
@@ -134,19 +136,20 @@ LogValue log_transform(const std::vector<Node>& nodes, double growth) {
 LogValue log_revolutions(const std::vector<Node>& nodes, double growth) {
   double sum = 0.0, slope = 0.0;
   for (const Node& node : nodes) {
-    const double rate = 1.0 / expm1(growth * node.length);
+    const double rate = 1.0 / expm1(growth * node.aged);
     sum += node.share * rate;
-    slope -= node.share * node.length * rate * (1.0 + rate);
+    slope -= node.share * node.aged * rate * (1.0 + rate);
   }
   return {log(sum), slope / sum};
 }
 
-/// The growth at which the expectation is 1 / (1 + kappa), or 1 / kappa with keep.
-double solve_growth(const std::vector<Node>& nodes, SnapRule rule, double kappa) {
+/// The growth at which the expectation is 1 / (1 + kappa), or 1 / kappa with keep; `mean` of where bristles
+/// snap.
+double solve_growth(const std::vector<Node>& nodes, SnapRule rule, double kappa, double mean) {
   // Both logarithms are convex in the growth and, by Jensen's inequality, above their target at that of a
   // single length: Newton's steps rise to the root and never pass it.
   const double target = rule == SnapRule::keep ? -log(kappa) : -log1p(kappa);
-  double growth = log1p(kappa);
+  double growth = log1p(kappa) / mean;
   for (int i = 0; i < 100; ++i) {
     const LogValue at =
         rule == SnapRule::keep ? log_revolutions(nodes, growth) : log_transform(nodes, growth);
@@ -158,7 +161,7 @@ double solve_growth(const std::vector<Node>& nodes, SnapRule rule, double kappa)
 }
 
 /// Integral over 0 to d of exp(-growth r).
-double path_share(double growth, double d) { return -expm1(-growth * d) / growth; }
+double path_share(double growth, double d) { return growth == 0.0 ? d : -expm1(-growth * d) / growth; }
 
 /// Integral over 0 to d of r exp(-growth r).
 double deflection_share(double growth, double d) {
@@ -167,27 +170,75 @@ double deflection_share(double growth, double d) {
   return (1.0 - exp(-t) * (1.0 + t)) / (growth * growth);
 }
 
-}  // namespace
-
-SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal) {
-  BRISTLE_ASSERT(shared_renewal > 0.0);
+std::vector<Node> aged_nodes(const SnapLength& law, SnapRule rule, const WayAgeing& ageing) {
   std::vector<Node> nodes = spread_nodes(law);
-  const bool keep = rule == SnapRule::keep;
-  if (keep) {
+  if (rule == SnapRule::keep) {
     const auto too_short = [](const Node& node) { return node.length < shortest_that_counts; };
     nodes.erase(std::remove_if(nodes.begin(), nodes.end(), too_short), nodes.end());
   }
-  const double growth = solve_growth(nodes, rule, shared_renewal);
-  const auto path = [&](double d) { return path_share(growth, d); };
-  const auto bend = [&](double d) { return deflection_share(growth, d); };
-  const double deflection = keep ? expectation(nodes, [&](double d) { return bend(d) / path(d); })
-                                 : expectation(nodes, bend) / expectation(nodes, path);
-  return {growth / shared_renewal, growth, deflection};
+  for (Node& node : nodes) node.aged = aged_length(node.length, ageing);
+  return nodes;
+}
+
+}  // namespace
+
+double WayAgeing::factor(double way) const noexcept {
+  if (strength == 0.0) return 1.0;
+  const double a = way / path;
+  return 1.0 + strength * (form == AgeingForm::saturating ? -expm1(-a) : log1p(a));
+}
+
+double WayAgeing::slope(double way) const noexcept {
+  if (strength == 0.0) return 0.0;
+  return form == AgeingForm::saturating ? strength / path * exp(-way / path) : strength / (path + way);
+}
+
+WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
+  const double speed = magnitude(speed_m_per_s);
+  return {m.ageing_form, m.ageing_strength,
+          (speed > slowest_sliding ? speed : slowest_sliding) * m.ageing_time / m.snap_length.mean()};
+}
+
+double aged_length(double length, const WayAgeing& ageing) noexcept {
+  if (ageing.strength == 0.0) return length;
+  // l - length g(l) is convex and rises from `length` on, where it is at most 0: the first of Newton's steps
+  // ends at the root or beyond it, the others fall onto it.
+  double l = length;
+  for (int i = 0; i < 60; ++i) {
+    const double step = (length * ageing.factor(l) - l) / (1.0 - length * ageing.slope(l));
+    l += step;
+    if (i > 0 && !(step < -1e-15 * l)) break;
+  }
+  return l;
+}
+
+SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
+                                  const WayAgeing& ageing) {
+  BRISTLE_ASSERT(shared_renewal >= 0.0 && ageing.path > 0.0);
+  const std::vector<Node> nodes = aged_nodes(law, rule, ageing);
+  const double mean = ageing.strength == 0.0 ? 1.0 : expectation(nodes, [](double l) { return l; });
+  const double growth = shared_renewal == 0.0 ? 0.0 : solve_growth(nodes, rule, shared_renewal, mean);
+  const auto path = [&](double l) { return path_share(growth, l); };
+  const auto bend = [&](double l) { return deflection_share(growth, l); };
+  SteadySliding s;
+  s.growth = growth;
+  if (rule == SnapRule::keep) {
+    s.deflection = expectation(nodes, [&](double l) { return bend(l) / path(l); });
+    s.drawn = 1.0;
+    s.snap_rate =
+        growth == 0.0 ? expectation(nodes, [](double l) { return 1.0 / l; }) : growth / shared_renewal;
+    return s;
+  }
+  const double kept = expectation(nodes, path);
+  s.deflection = expectation(nodes, bend) / kept;
+  s.drawn = 0.0;
+  for (const Node& node : nodes) s.drawn += node.share * node.length * path(node.aged) / kept;
+  s.snap_rate = growth == 0.0 ? 1.0 / kept : growth / shared_renewal;
+  return s;
 }
 
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule) {
-  if (rule == SnapRule::redraw) return 1.0;
-  return expectation(spread_nodes(law), [](double d) { return d < shortest_that_counts ? 0.0 : 1.0 / d; });
+  return rule == SnapRule::redraw ? 1.0 : find_steady_sliding(law, rule, 0.0).snap_rate;
 }
 
 }  // namespace bristle::detail

@@ -1,5 +1,6 @@
-// Slow steady sliding of infinitely many bristles of which every snap renews others (core/MODEL.md,
-// "Rubbing"). Lengths in units of the mean snap length; deflections counted from the residual length.
+// Steady sliding of infinitely many bristles that age and of which every snap renews others (core/MODEL.md,
+// "Rubbing", "Ageing"). Lengths in units of the mean snap length; deflections counted from the residual
+// length.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -10,14 +11,34 @@ namespace bristle::detail {
 /// (Material::validate), and how often they snap depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
+/// Ageing at a constant speed: over the way that a bristle has been bent since it snapped, in mean snap
+/// lengths, g = 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
+struct WayAgeing {
+  AgeingForm form = AgeingForm::logarithmic;
+  double strength = 0.0;  ///< 0 = none
+  double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
+
+  /// g and its slope after a way.
+  double factor(double way) const noexcept;
+  double slope(double way) const noexcept;
+};
+
+/// Ageing of a material in sliding at a speed (Material::kinetic_coefficient).
+WayAgeing ageing_at(const Material& material, double speed_m_per_s);
+
+/// The deflection beyond the residual at which a bristle that was drawn this length snaps: l = length g(l).
+double aged_length(double length, const WayAgeing& ageing) noexcept;
+
 struct SteadySliding {
   double snap_rate;   ///< nu: snaps per bristle in contact and mean length
   double growth;      ///< lambda = kappa nu: renewals per bristle and mean length
   double deflection;  ///< mean deflection beyond the residual length
+  double drawn;       ///< mean snap length, as drawn, of the bristles in contact
 };
 
-/// `shared_renewal` > 0. Some ten microseconds; more for long tables.
-SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal);
+/// `shared_renewal` >= 0. Some ten microseconds, with ageing some thirty; more for long tables.
+SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
+                                  const WayAgeing& ageing = {});
 /// Snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 

@@ -34,6 +34,12 @@ struct PatchRecord {
   /// time from `epoch`. Both in clock units.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
+  /// Of a patch that ages: no bristle has held since before `oldest`. Times as time_of, s.
+  struct Hold {
+    double oldest = 0.0;
+    double since = 0.0;              ///< once the patch is far from `place` this is the next `oldest`:
+    std::int64_t place[2] = {0, 0};  ///< where it was then
+  } hold;
 };
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64

@@ -691,6 +691,16 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   return response;
 }
 
+double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
+                                         double speed_m_per_s) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
+  impl_->apply_commands();
+  const Patch* p = impl_->pool.find(id);
+  return p != nullptr && normal_load_n > 0.0
+             ? normal_load_n * p->material().material.strengthening_damping(speed_m_per_s)
+             : 0.0;
+}
+
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();

@@ -146,13 +146,21 @@ void define_material(py::module_& module) {
             return Material::from_coefficients(py::cast<Coefficients>(type(**given)));
           },
           "The same with the parameters of Coefficients as keywords.")
-      .def("coefficients", &Material::coefficients, "The way back: Coefficients of these parameters.")
+      .def("coefficients", &Material::coefficients, py::arg("kinetic_speed") = 0.0,
+           "The way back: Coefficients of these parameters, at a speed (m/s; 0 = fast).")
       .def("validate", &Material::validate, "Raises bristle.Error naming the first parameter out of range.")
       .def("bristles_in_contact", &Material::bristles_in_contact, py::arg("normal_load"),
            "Bristles that carry this load (N), a real number.")
-      .def("kinetic_coefficient", &Material::kinetic_coefficient,
-           "Friction over load in slow steady sliding.")
-      .def("peak_coefficient", &Material::peak_coefficient, "Highest friction over load at first loading.")
+      .def("kinetic_coefficient", py::overload_cast<>(&Material::kinetic_coefficient, py::const_),
+           "Friction over load in slow steady sliding; with ageing in fast sliding, the lowest.")
+      .def("kinetic_coefficient", py::overload_cast<double>(&Material::kinetic_coefficient, py::const_),
+           py::arg("speed"), "The same at a speed, m/s: with ageing it falls with the speed.")
+      .def("peak_coefficient", py::overload_cast<>(&Material::peak_coefficient, py::const_),
+           "Highest friction over load at first loading.")
+      .def("peak_coefficient", py::overload_cast<double>(&Material::peak_coefficient, py::const_),
+           py::arg("held"), "The same of a contact that has held for this time, s, and is loaded fast.")
+      .def("strengthening_at", &Material::strengthening_at, py::arg("speed"),
+           "Friction over load that strengthening with speed adds. m/s.")
       .def("damping_at", &Material::damping_at, py::arg("speed"), "sigma1(v), N s/m, of one bristle. m/s.")
       .def("steady_force", &Material::steady_force, py::arg("speed"), py::arg("normal_load"),
            "Steady friction at constant speed (m/s) under a load (N): N.");

@@ -134,8 +134,8 @@ typedef struct bristle_material {
 /** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
 typedef struct bristle_coefficients {
   size_t struct_size;
-  double kinetic;             /**< friction over normal load in slow sliding */
-  double peak;                /**< highest friction over normal load at first loading */
+  double kinetic;             /**< friction over normal load in sliding, at kinetic_speed */
+  double peak;                /**< highest friction over normal load at first loading, at kinetic_speed */
   double presliding_length;   /**< m, mean deflection at a snap: what it leaves and E[delta] */
   double bristles_per_newton; /**< 1/N */
   double damping_per_newton;  /**< s/m */
@@ -147,12 +147,20 @@ typedef struct bristle_coefficients {
   uint32_t reserved;          /**< 0 */
   double residual_share;      /**< of the presliding length, that a snap leaves; 0 = none, as the paper */
   double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none, as the paper */
+  double kinetic_speed;       /**< m/s; 0 = so fast that nothing ages */
+  double fall_per_decade;   /**< share of kinetic friction that is lost per decade of speed; 0 = no ageing */
+  double growth_per_decade; /**< instead: growth of static friction per decade of rest, over kinetic */
+  double ageing_time;       /**< s, tau */
+  uint32_t ageing_form;     /**< BRISTLE_AGEING_... */
+  uint32_t reserved_too;    /**< 0 */
+  double speed_strengthening; /**< a of bristle_material; not part of `kinetic` */
+  double strengthening_speed; /**< m/s, v* */
 } bristle_coefficients;
 
 /** What follows from a material. */
 typedef struct bristle_material_facts {
   size_t struct_size;
-  double kinetic_coefficient;   /**< friction over normal load in slow steady sliding */
+  double kinetic_coefficient;   /**< friction over normal load in slow steady sliding; with ageing in fast */
   double peak_coefficient;      /**< highest friction over normal load at first loading */
   double bristles_per_newton;   /**< zeta / N, 1/N */
   double mean_snap_length;      /**< m */
@@ -171,7 +179,7 @@ BRISTLE_API bristle_result bristle_init_material_facts(bristle_material_facts* f
  * kinetic that the family cannot reach, naming the range. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                               bristle_material* material);
-/** The inverse; `coefficients` must be initialised. Set-up cost. [any] */
+/** The inverse, at coefficients->kinetic_speed; `coefficients` must be initialised. Set-up cost. [any] */
 BRISTLE_API bristle_result bristle_material_to_coefficients(const bristle_material* material,
                                                             bristle_coefficients* coefficients);
 /** Refuses the first parameter out of range by name. [any] */
@@ -183,6 +191,10 @@ BRISTLE_API bristle_result bristle_material_find_facts(const bristle_material* m
 BRISTLE_API bristle_result bristle_material_steady_force(const bristle_material* material,
                                                          double normal_load_n, const double* speeds,
                                                          double* forces, size_t count);
+/** Friction of the bristles over normal load in steady sliding at each of `count` speeds (m/s): without
+ * dampers and strengthening. With ageing it falls with the speed. [any] */
+BRISTLE_API bristle_result bristle_material_kinetic_at(const bristle_material* material, const double* speeds,
+                                                       double* coefficients, size_t count);
 /** Damper of one bristle (N s/m) at each of `count` speeds (m/s). [any] */
 BRISTLE_API bristle_result bristle_material_damping(const bristle_material* material, const double* speeds,
                                                     double* dampings, size_t count);
@@ -282,7 +294,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double mean[2];      /**< N, force averaged over the step */
   double stiffness;    /**< N/m */
   double damping;      /**< N s/m, never negative */
-  double force_limit;  /**< N, highest elastic force at first loading under this load */
+  double force_limit;  /**< N, highest elastic force at first loading under this load, as old as it may be */
   double dissipated;   /**< J, lost in snaps */
   double contact_loss; /**< J, energy of bristles that lost contact */
   double damper_work;  /**< J, taken by dampers and lubricant */

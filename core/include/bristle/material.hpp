@@ -50,13 +50,18 @@ constexpr double largest_ageing = 1.0;
 constexpr double shortest_ageing_time = 1e-9;
 constexpr double longest_ageing_time = 1e9;
 
+/// m/s: with logarithmic ageing friction has no limit as the speed falls to 0. Below this speed, an atom's
+/// diameter in a century, closed forms take this speed.
+constexpr double slowest_sliding = 1e-19;
+
 /// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
 ///
-/// By default a snap leaves a tenth of the presliding length and renews another bristle: a contact that is
-/// rubbed to and fro does not harden (core/MODEL.md, section 26). Coefficients::paper() has neither, as the
-/// paper.
+/// Ageing (struct Ageing) is given by what it does: friction falls with speed, and grows with rest. By
+/// default there is none. By default a snap leaves a tenth of the presliding length and renews another
+/// bristle: a contact that is rubbed to and fro does not harden (core/MODEL.md, section 26).
+/// Coefficients::paper() has neither, as the paper.
 struct Coefficients {
-  double kinetic = 0.40;               ///< friction over normal load in slow sliding
+  double kinetic = 0.40;               ///< friction over normal load in sliding, see kinetic_speed
   double peak = 0.46;                  ///< highest friction over normal load at first loading
   double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
   double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
@@ -68,6 +73,18 @@ struct Coefficients {
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< of the presliding length: l_r / (l_r + E[delta]), that a snap leaves
   double shared_renewal = 1.0;  ///< Material::shared_renewal
+  /// m/s: `kinetic` and `peak` hold at this speed. 0: in sliding so fast that nothing ages.
+  double kinetic_speed = 0.0;
+  /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
+  /// kinetic_speed 0 that of slow sliding, to first order: ln 10 times beta, of the part beyond the residual.
+  double fall_per_decade = 0.0;
+  /// Instead of fall_per_decade: growth of the static friction per decade of rest, over the kinetic friction,
+  /// to first order: about twice the fall. For AgeingForm::logarithmic.
+  double growth_per_decade = 0.0;
+  double ageing_time = 1.0;  ///< s, Material::ageing_time
+  AgeingForm ageing_form = AgeingForm::logarithmic;
+  double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
+  double strengthening_speed = 1e-6;  ///< m/s
 
   /// The law of Zhang and Phillips: a snap leaves nothing and renews nobody else. Rubbed to and fro by about
   /// its presliding length such a contact hardens.
@@ -119,6 +136,31 @@ struct Coefficients {
   }
   Coefficients& with_shared_renewal(double value) {
     shared_renewal = value;
+    return *this;
+  }
+  Coefficients& with_kinetic_speed(double metres_per_second) {
+    kinetic_speed = metres_per_second;
+    return *this;
+  }
+  Coefficients& with_fall_per_decade(double share) {
+    fall_per_decade = share;
+    return *this;
+  }
+  Coefficients& with_growth_per_decade(double share) {
+    growth_per_decade = share;
+    return *this;
+  }
+  Coefficients& with_ageing_time(double seconds) {
+    ageing_time = seconds;
+    return *this;
+  }
+  Coefficients& with_ageing_form(AgeingForm value) {
+    ageing_form = value;
+    return *this;
+  }
+  Coefficients& with_speed_strengthening(double per_e_fold, double speed_m_per_s) {
+    speed_strengthening = per_e_fold;
+    strengthening_speed = speed_m_per_s;
     return *this;
   }
 };
@@ -223,27 +265,42 @@ struct BRISTLE_API Material {
   }
   /// Friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1 / 2 for
   /// keep, m2 / (2 m1) for redraw; with shared renewal less, by the equations of core/MODEL.md: some 10 us.
+  /// With ageing this is the limit of fast sliding, in which nothing ages: the lowest.
   double kinetic_coefficient() const;
+  /// The same at a speed: with ageing a bristle snaps at l_r + l, l = delta g(l / v), and the law of l stands
+  /// for that of delta. Without ageing as above. Bristles alone: no damper, no strengthening with speed. Some
+  /// 30 us. A speed below slowest_sliding counts as that. Throws bristle::Error on NaN.
+  double kinetic_coefficient(double speed_m_per_s) const;
   /// Highest friction over normal load at first loading from rest with all deflections zero (the virgin
   /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
-  /// renewal: set-up cost.
+  /// renewal: set-up cost. With ageing the limit of fast loading, in which nothing ages: the lowest.
   double peak_coefficient() const;
+  /// The same of a contact in which every bristle has held for this time, s, and is loaded fast: the part
+  /// beyond the residual is ageing_factor times as large. Response::force_limit takes the longest time that
+  /// any bristle of the patch can have held.
+  double peak_coefficient(double held_s) const;
   /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 1 / m1 for redraw, E[1/delta]
   /// for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are shared_renewal times as
-  /// many.
+  /// many. With ageing the limit of fast sliding: the highest.
   double snap_rate() const;
   /// g(a) of a bristle that has held for this time, s: 1 without ageing.
   double ageing_factor(double age_s) const noexcept;
+  /// a asinh(v / (2 v*)): friction over normal load that strengthening with speed adds at this speed.
+  double strengthening_at(double speed_m_per_s) const noexcept;
+  /// The same over the speed, s/m; at rest its limit a / (2 v*), the highest.
+  double strengthening_damping(double speed_m_per_s) const noexcept;
   /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
-  /// Steady friction at constant speed, N: kinetic + dampers + viscous term (eqs. 3 to 5).
+  /// Steady friction at constant speed, N: kinetic at that speed, dampers, viscous term (eqs. 3 to 5) and
+  /// strengthening with speed.
   double steady_force(double speed_m_per_s, double normal_load_n) const;
 
   /// Bristle parameters from coefficients. The spread of the snap length is solved from
   /// peak / kinetic; a ratio that the family cannot reach throws with the reachable range.
   static Material from_coefficients(const Coefficients& coefficients);
-  /// The inverse: coefficients of these bristle parameters.
-  Coefficients coefficients() const;
+  /// The inverse: coefficients of these bristle parameters, at a speed (Coefficients::kinetic_speed; 0 with
+  /// saturating ageing: one presliding length in the ageing time). Ageing comes as fall_per_decade.
+  Coefficients coefficients(double kinetic_speed_m_per_s = 0.0) const;
 
   friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;
   friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }

@@ -160,9 +160,12 @@ struct Response {
   double elastic[2] = {0.0, 0.0};  ///< N, part of `end` from bent bristles
   double damper[2] = {0.0, 0.0};   ///< N, part of `end` and of `mean` from dampers and lubricant
   double mean[2] = {0.0, 0.0};     ///< N, force averaged over the step (Outputs::mean)
-  double stiffness = 0.0;     ///< N/m, zeta sigma0: F(d + e) ~ F - stiffness e in sticking; an upper bound
-  double damping = 0.0;       ///< N s/m, zeta sigma1(v) + sigma2: the secant, never negative
-  double force_limit = 0.0;   ///< N, highest elastic force at first loading under this load
+  double stiffness = 0.0;  ///< N/m, zeta sigma0: F(d + e) ~ F - stiffness e in sticking; an upper bound
+  double damping = 0.0;    ///< N s/m, zeta sigma1(v) + sigma2, and where friction strengthens with speed
+                           ///< a N asinh(v / (2 v*)) / v: the secant, never negative
+  /// N, highest elastic force at first loading under this load. With ageing that of a contact in which all
+  /// have held as long as any bristle of this one can have held.
+  double force_limit = 0.0;
   double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
   double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
   double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity ///<

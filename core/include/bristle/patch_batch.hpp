@@ -113,6 +113,11 @@ class BRISTLE_API PatchBatch {
   /// The response that step would give to a trial motion, without changing the state. For implicit solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
+  /// The part of Response::damping, N s/m, that is strengthening with speed, under a load and at a slip
+  /// speed: friction that is nearly the same at any speed, and stops a body within a step. For implicit
+  /// solvers, which take it at the speed that they find (coupling.hpp does). 0 for a material without.
+  double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
+
   /// From now on the patch uses `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer
   /// mean less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The
   /// next `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once,
