@@ -62,6 +62,9 @@ struct CohortLaw {
   double residual;        ///< l_r, scaled: what a snap leaves; R counts from it
   double renewal;         ///< kappa: bristles renewed by a snap
   double snap_rate;       ///< snaps of a bristle per scaled length of steady sliding
+  /// Of a patch that fluctuates as n bristles: the mass of one (0 = it does not), and the key of its draws.
+  double bristle;
+  std::uint64_t draw_key;
 };
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
@@ -84,6 +87,9 @@ struct CohortState {
   std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< at least 8
+  /// Passes of random draws so far, and the renewals that are still to be drawn for: less than one.
+  std::uint64_t draws = 0;
+  double draws_due = 0.0;
   /// What a move tells: bristles snap no nearer than this to its middle; below 0 = not known. No state.
   double slack = -1.0;
 };
@@ -121,6 +127,17 @@ struct CohortKernels {
   /// stronger.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
+
+/// A patch that fluctuates as n bristles do: what leaves a cohort is drawn, bristle by bristle. One table for
+/// every instruction set: the draws are scalar, and with them the pass; the bits are the same by themselves.
+struct CohortNoise {
+  /// As CohortKernels::move.
+  void (*move[4])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
+  /// Mass that leaves when each bristle of this mass (of what is left of one, too) leaves with this chance:
+  /// whole bristles, binomial. `pass` and `number` key the draw.
+  double (*leave)(const CohortLaw&, std::uint64_t pass, std::uint32_t number, double mass, double chance);
+};
+extern const CohortNoise cohort_noise;
 
 /// Kernels of the instruction set of this name; null = not in this build.
 const CohortKernels* find_cohort_kernels(const char* name) noexcept;

@@ -1,5 +1,6 @@
 // The infinite brush, cohort by cohort: written to be read beside core/patches/COHORTS.md. The vector kernels
 // (cohort_step.hpp) give the same bits: sums have 8 lanes and a fixed tree.
+#include "cohort_draws.hpp"
 #include "cohort_parts.hpp"
 
 namespace bristle::detail {
@@ -50,11 +51,18 @@ double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
 
+/// What an infinite brush loses: the mean.
+struct MeanLosses {
+  double kept_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
+  double renewed_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
+  double fresh_of(double mean_fresh, double, double) { return mean_fresh; }
+};
+
 /// One cohort at the end of a piece: those that are not stronger than the deflection have snapped. True = it
 /// was bent farther than before.
-template <int axes, bool rubs>
+template <int axes, bool rubs, class Losses>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
-          double length, const double at[2], ReferenceSums& sums) {
+          double length, const double at[2], ReferenceSums& sums, Losses& losses) {
   const std::uint32_t lane = i % cohort_lanes;
   const double x = cohort(rows, i, cohort_x);
   const double y = cohort(rows, i, cohort_y);
@@ -76,7 +84,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   const double left = cohort(rows, i, cohort_left);
   const double moment = cohort(rows, i, cohort_moment);
   const Survival now = survival_at(law, bent);
-  double kept = least(whole_part(fresh * now.left), mass);
+  double kept = losses.kept_of(i, mass, least(whole_part(fresh * now.left), mass));
   if (kept < least_mass) kept = 0.0;
   const double lost = mass - kept;
 
@@ -94,7 +102,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
 
   cohort(rows, i, cohort_reach) = bent + reach_margin;
   if (kept == 0.0) sums.emptied.set(i);
-  cohort(rows, i, cohort_fresh) = kept > 0.0 ? fresh : 0.0;
+  cohort(rows, i, cohort_fresh) = kept > 0.0 ? losses.fresh_of(fresh, kept, now.left) : 0.0;
   cohort(rows, i, cohort_left) = now.left;
   cohort(rows, i, cohort_moment) = now.moment;
   return true;
@@ -102,9 +110,9 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
 
 /// One cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of those that can
 /// be renewed slips to l_r and draws afresh, halfway along the path on which it can.
-template <int axes>
+template <int axes, class Losses>
 void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
-                 double length, const double at[2], double hazard, ReferenceSums& sums) {
+                 double length, const double at[2], double hazard, ReferenceSums& sums, Losses& losses) {
   const double zx = at[0] - cohort(rows, i, cohort_x);
   const double zy = at[1] - cohort(rows, i, cohort_y);
   const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
@@ -116,9 +124,10 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);  // exp(-quarter)
   const double twice = root_left * root_left;
   double fresh = cohort(rows, i, cohort_fresh) * (twice * twice);
-  double kept = least(whole_part(fresh * cohort(rows, i, cohort_left)), mass);
+  const double left = cohort(rows, i, cohort_left);
+  double kept = losses.renewed_of(i, mass, least(whole_part(fresh * left), mass));
   if (path > 0.0 && kept < least_mass) kept = 0.0;
-  if (!(kept > 0.0)) fresh = 0.0;
+  fresh = kept > 0.0 ? losses.fresh_of(fresh, kept, left) : 0.0;
   if (kept == 0.0 && mass > 0.0) sums.emptied.set(i);
   const double lost = mass - kept;
 
@@ -154,27 +163,40 @@ Partner find_partner(const double* rows, const double* masses, std::uint32_t cou
   return best;
 }
 
+template <int axes, bool rubs, class Losses>
+bool bend_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                  double length, const double at[2], PieceSums& p, Losses& losses) {
+  ReferenceSums sums;
+  bool bent = false;
+  const double least_mass = s.mass * law.negligible;
+  for (std::uint32_t i = 0; i < s.count; ++i)
+    if (bend<axes, rubs>(law, least_mass, rows, i, a, length, at, sums, losses)) bent = true;
+  p = sums.totals();
+  return bent;
+}
+template <int axes, class Losses>
+PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
+                        double length, const double at[2], double hazard, Losses& losses) {
+  ReferenceSums sums;
+  const double least_mass = s.mass * law.negligible;
+  for (std::uint32_t i = 0; i < s.count; ++i)
+    renew_share<axes>(law, least_mass, rows, i, a, length, at, hazard, sums, losses);
+  return sums.totals();
+}
+
 struct Reference {
   /// One piece of the path, which ends at `at`.
   template <int axes, bool rubs>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], PieceSums& p) {
-    ReferenceSums sums;
-    bool bent = false;
-    const double least_mass = s.mass * law.negligible;
-    for (std::uint32_t i = 0; i < s.count; ++i)
-      if (bend<axes, rubs>(law, least_mass, rows, i, a, length, at, sums)) bent = true;
-    p = sums.totals();
-    return bent;
+    MeanLosses losses;
+    return bend_cohorts<axes, rubs>(law, s, rows, a, length, at, p, losses);
   }
   template <int axes>
   static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                              double length, const double at[2], double hazard) {
-    ReferenceSums sums;
-    const double least_mass = s.mass * law.negligible;
-    for (std::uint32_t i = 0; i < s.count; ++i)
-      renew_share<axes>(law, least_mass, rows, i, a, length, at, hazard, sums);
-    return sums.totals();
+    MeanLosses losses;
+    return renew_cohorts<axes>(law, s, rows, a, length, at, hazard, losses);
   }
   template <int axes>
   static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows,
@@ -184,6 +206,22 @@ struct Reference {
   static Partner find_partner(const double* rows, const double* masses, std::uint32_t count,
                               std::uint32_t i) {
     return detail::find_partner(rows, masses, count, i);
+  }
+};
+
+/// The same with losses drawn.
+struct DrawnReference : Reference {
+  template <int axes, bool rubs>
+  static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
+                       const double at[2], PieceSums& p) {
+    DrawnLosses losses(law, s);
+    return bend_cohorts<axes, rubs>(law, s, rows, a, length, at, p, losses);
+  }
+  template <int axes>
+  static PieceSums renew_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a,
+                             double length, const double at[2], double hazard) {
+    DrawnLosses losses(law, s, hazard);
+    return renew_cohorts<axes>(law, s, rows, a, length, at, hazard, losses);
   }
 };
 
@@ -215,5 +253,10 @@ const CohortKernels cohort_kernels_scalar = {
     &enter,
     &renew,
 };
+
+const CohortNoise cohort_noise = {
+    {&move_cohorts<DrawnReference, 1, false>, &move_cohorts<DrawnReference, 2, false>,
+     &move_cohorts<DrawnReference, 1, true>, &move_cohorts<DrawnReference, 2, true>},
+    &leave};
 
 }  // namespace bristle::detail

@@ -111,6 +111,20 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
   cases.push_back(large);
 }
 
+/// The infinite brush that fluctuates as few, many and very many bristles do.
+inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
+  std::vector<PatchCase> infinite;
+  add_infinite_variants(infinite);
+  const std::uint32_t bristles[] = {7, 100, 10000, 1000000};
+  std::uint32_t kind = 0;
+  for (PatchCase& c : infinite) {
+    ++kind;
+    c.name += ", fluctuating";
+    c.options.with_fluctuation(bristles[kind % 4]).with_seed(kind).with_key(kind % 3);
+    cases.push_back(c);
+  }
+}
+
 /// A patch for every combination of axes, rule, outputs, precision, step rule and law, large ones that are
 /// split over workers, infinite ones, and ones that can be rubbed.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
@@ -162,6 +176,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   }
   if (!BRISTLE_MINIMAL) add_infinite_variants(cases);
   if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
+  if (!BRISTLE_MINIMAL) add_fluctuating_variants(cases);
   return cases;
 }
 

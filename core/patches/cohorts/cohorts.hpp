@@ -26,6 +26,8 @@ constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^
 struct Cohorts : PatchRecord, CohortState {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
+  /// Of a patch that fluctuates (fluctuation.hpp).
+  const CohortNoise* noise = nullptr;
   std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
   double snap_rest = 0.0;            ///< bristles that snapped and are not reported yet: less than one
   std::uint32_t pieces = 0;          ///< resolution, rounded up: what PatchInfo::bristles says

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/patches/cohorts/cohorts.hpp"
+#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -58,12 +59,15 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   r.spread = spread;
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
   const double cut = find_cut(r, mass_now, r.mass - mass_now);
+  double kept_of[most_cohorts];
+  for (std::uint32_t i = 0; i < r.count; ++i) kept_of[i] = cut_cohort(r.rows, i, cut, mass_now);
+  if (r.noise != nullptr) draw_cut(r, kept_of);
   double all_kept = 0.0;
   double most_kept = -1.0;
   std::uint32_t largest = 0;
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double before = mass_of(r.rows, i);
-    const double kept = cut_cohort(r.rows, i, cut, mass_now);
+    const double kept = kept_of[i];
     all_kept += kept;
     if (kept > most_kept) {
       most_kept = kept;

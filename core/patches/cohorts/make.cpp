@@ -5,6 +5,7 @@
 
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
+#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -54,14 +55,22 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
 }
 
 void describe(const Patch& p, PatchInfo& info) noexcept {
-  static constexpr const char* names[8] = {"1 axis, infinite, end, double",
-                                           "2 axes, infinite, end, double",
-                                           "1 axis, infinite, end + mean, double",
-                                           "2 axes, infinite, end + mean, double",
-                                           "1 axis, infinite, end, energy, double",
-                                           "2 axes, infinite, end, energy, double",
-                                           "1 axis, infinite, end + mean, energy, double",
-                                           "2 axes, infinite, end + mean, energy, double"};
+  static constexpr const char* names[16] = {"1 axis, infinite, end, double",
+                                            "2 axes, infinite, end, double",
+                                            "1 axis, infinite, end + mean, double",
+                                            "2 axes, infinite, end + mean, double",
+                                            "1 axis, infinite, end, energy, double",
+                                            "2 axes, infinite, end, energy, double",
+                                            "1 axis, infinite, end + mean, energy, double",
+                                            "2 axes, infinite, end + mean, energy, double",
+                                            "1 axis, infinite, fluctuating, end, double",
+                                            "2 axes, infinite, fluctuating, end, double",
+                                            "1 axis, infinite, fluctuating, end + mean, double",
+                                            "2 axes, infinite, fluctuating, end + mean, double",
+                                            "1 axis, infinite, fluctuating, end, energy, double",
+                                            "2 axes, infinite, fluctuating, end, energy, double",
+                                            "1 axis, infinite, fluctuating, end + mean, energy, double",
+                                            "2 axes, infinite, fluctuating, end + mean, energy, double"};
   const Cohorts& r = cohorts(p);
   info.bristles = r.pieces;
   info.detail = r.detail;
@@ -70,7 +79,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
   info.active = r.mass / full_mass * r.detail;
   info.bytes_per_bristle = static_cast<std::uint32_t>(r.bytes / r.pieces);
   info.kernel = names[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
-                      (has(p.outputs, Outputs::energy) ? 4u : 0u)];
+                      (has(p.outputs, Outputs::energy) ? 4u : 0u) | (r.noise != nullptr ? 8u : 0u)];
 }
 
 constexpr ContactModel cohorts_model = {"cohorts",
@@ -130,6 +139,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
   // Steady sliding starts a cohort with that share of the mass; of a wide law the last of it carries much.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
+  set_fluctuation(r);
 }
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/patches/cohorts/cohorts.hpp"
+#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -23,7 +24,8 @@ void renew_all(Patch& p) noexcept {
     const double square = zx * zx + zy * zy;
     entry(r.rows, i, cohort_fresh) = mass + 0.5;
     const double length = std::sqrt(square);
-    const double kept = r.kernels->renew(r.law, r.rows, i, std::max(length - r.law.residual, 0.0));
+    double kept = r.kernels->renew(r.law, r.rows, i, std::max(length - r.law.residual, 0.0));
+    if (r.noise != nullptr) kept = draw_kept(r, i, mass, kept);
     snapped += mass - kept;
     squares += (mass - kept) * square;
     if (length > 0.0) {

@@ -4,6 +4,7 @@
 
 #include "core/common/hashing.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
+#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -176,6 +177,11 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
     hasher.add(std::uint64_t{r.open[axis]});
   }
   hasher.add(std::uint64_t{r.open[2]} << 32 | r.layered);
+  if (r.noise != nullptr) {
+    hasher.add(r.law.draw_key);
+    hasher.add(r.draws);
+    hasher.add(r.draws_due);
+  }
   for (std::uint32_t i = 0; i < r.count; ++i)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
@@ -206,17 +212,20 @@ std::uint64_t cohort_signature(const Patch& p) noexcept {
   hasher.add(p.material().hash);
   for (double x : {r.zeta_max(), r.options.max_normal_load, r.options.resolution}) hasher.add(x);
   hasher.add(std::uint64_t{r.capacity} << 32 | r.first_seed);
+  if (r.noise != nullptr) hasher.add(std::uint64_t{r.options.fluctuation});
   hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
   return hasher.value();
 }
 
 std::size_t saved_cohorts_size(const Patch& p) noexcept {
-  return cohort_fields_size + std::size_t{cohorts(p).capacity} * cohort_columns * sizeof(double);
+  return cohort_fields_size + (cohorts(p).noise != nullptr ? fluctuation_fields_size : 0) +
+         std::size_t{cohorts(p).capacity} * cohort_columns * sizeof(double);
 }
 
 void save_cohorts(const Patch& p, ByteWriter& write) noexcept {
   const Cohorts& r = cohorts(p);
   cohort_fields(write, r, p.part_position);
+  if (r.noise != nullptr) fluctuation_fields(write, r);
   write.column(r.rows, r.used_numbers());
   write.zeros<double>(r.capacity * cohort_columns - r.used_numbers());
 }
@@ -226,6 +235,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   Cohorts saved;
   std::int64_t noted[2];
   cohort_fields(read, saved, noted);
+  if (r.noise != nullptr) fluctuation_fields(read, saved);
   const double share = contact.zeta / r.zeta_max();
   if (!(contact.overload == (share > 1.0 + 1e-14 ? share : 1.0))) return "overload";
   if (saved.mass != std::floor(std::min(share, 1.0) * full_mass + 0.5)) return "mass";
@@ -233,6 +243,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (saved.detail < 1 || saved.detail > r.pieces) return "detail";
   if (!within(saved.run, 0.0, r.law.forget)) return "run";
   if (!within(saved.snap_rest, 0.0, 1.0)) return "snap_rest";
+  if (!within(saved.draws_due, 0.0, 1.0)) return "renewals due";
   if (saved.layered > 1) return "layered";
   if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
@@ -256,6 +267,7 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   r.options.seed = seed;
   std::int64_t noted[2];
   cohort_fields(read, r, noted);
+  if (r.noise != nullptr) fluctuation_fields(read, r);
   set_pieces(r, r.detail);
   read.column(r.rows, r.capacity * cohort_columns);
   for (std::uint32_t i = r.count; i < r.capacity; ++i) clear_lane(r.rows, i);

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/patches/cohorts/cohorts.hpp"
+#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -40,7 +41,8 @@ struct Slide {
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
-  slide.run = find_run(p, r, a);
+  // What fluctuates never repeats itself: it takes its pieces for ever.
+  slide.run = r.noise == nullptr ? find_run(p, r, a) : 0.0;
   const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0));
   slide.carried = a.length - followed;
   slide.move.length = followed;
@@ -78,7 +80,8 @@ double whole_deflections(const CohortState& s, double at, int axis) noexcept {
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
   for (int axis = 0; axis < 2; ++axis) {
-    const double work = far * (s.mass * slide.move.to[axis] - s.moment[axis]);
+    const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
+                                                  : s.mass * carried_deflection(r, slide.move, axis));
     t.integral[axis] += work;
     t.lost += 2.0 * work * slide.move.direction[axis];
   }
@@ -113,10 +116,13 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, StepSu
 
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    if (is_forgetful(r, slide.move))
+    if (is_forgetful(r, slide.move)) {
       slide_far(r, state, rows, slide.move, totals);
-    else
-      r.kernels->move[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, state, rows, slide.move, totals);
+      if (r.noise != nullptr) scatter(r, state, rows, slide.move.to, totals);
+    } else {
+      const auto& moves = r.noise == nullptr ? r.kernels->move : r.noise->move;
+      moves[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, state, rows, slide.move, totals);
+    }
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);

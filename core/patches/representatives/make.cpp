@@ -215,6 +215,9 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
     refuse("Material", m.residual_length != 0.0 ? "residual_length" : "shared_renewal",
            m.residual_length != 0.0 ? m.residual_length : m.shared_renewal,
            "0 with StepRule::literal, the paper's loop; StepRule::exact takes it");
+  if (options.fluctuation != 0)
+    refuse("PatchOptions", "fluctuation", options.fluctuation,
+           "0: representatives fluctuate as what they are, `bristles` of them (or use Population::infinite)");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels.f64, weight);

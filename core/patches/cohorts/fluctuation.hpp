@@ -1,0 +1,40 @@
+// Fluctuation on demand: a patch whose force fluctuates as that of n bristles (COHORTS.md, "Fluctuation").
+//
+// What leaves a cohort is drawn in the pass over the cohorts that computes its mean (CohortNoise), not by a
+// second pass that moves the deviation afterwards: place of the snap, work, loss, renewals and births follow
+// from the mass that did leave, so energy balances and nothing is lost negatively. Here is the rest: the key
+// of the draws, what is no piece of path, and what is saved.
+#pragma once
+
+#include "core/common/little_endian.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+
+/// What the law of a patch says of its draws, by its options.
+void set_fluctuation(Cohorts& r) noexcept;
+
+/// After a slide that forgot how it began: n bristles, each in a cohort by chance, as independent as they are
+/// without shared renewal. Books what that changes of the stored energy.
+void scatter(const Cohorts& r, CohortState& s, double* rows, const double (&at)[2], CohortTotals& t) noexcept;
+
+/// Steady sliding over a path that is carried: its mean force, not the one that happens to be.
+double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept;
+
+/// Cohort i of this mass has drawn fresh lengths of a new law. Returns the mass that is stronger than it is
+/// bent; `mean_kept` is its mean.
+double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noexcept;
+
+/// A falling load cuts cohorts: `kept` is the mean mass that each keeps. Which bristles of a cohort were the
+/// last to come is chance; how many leave is not. Changes `kept`, not its sum.
+void draw_cut(Cohorts& r, double* kept) noexcept;
+
+// --- saved state and hash: nothing of a patch that does not fluctuate
+constexpr std::size_t fluctuation_fields_size = 2 * 8;
+template <class Io, class State>
+void fluctuation_fields(Io& io, State& s) noexcept {
+  io(s.draws);
+  io(s.draws_due);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,129 @@
+// What leaves a cohort of a patch that fluctuates as n bristles do: each bristle by itself, so the number is
+// binomial. Plain arithmetic, one draw a cohort.
+#pragma once
+
+#include "core/cohort_table.hpp"
+#include "scalar_lanes.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// SplitMix64's finaliser.
+inline std::uint64_t mix64(std::uint64_t x) {
+  x ^= x >> 30;
+  x *= 0xBF58476D1CE4E5B9u;
+  x ^= x >> 27;
+  x *= 0x94D049BB133111EBu;
+  x ^= x >> 31;
+  return x;
+}
+constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // 2^64 / golden ratio
+
+/// The whole part of a number from 0 to 2^63. (floor is a call where the baseline has no instruction for it.)
+inline double whole_of(double x) { return static_cast<double>(static_cast<std::int64_t>(x)); }
+
+/// Strictly between 0 and 1.
+inline double wide_share_of(std::uint64_t random) {
+  return (static_cast<double>(random >> 12) + 0.5) * 0x1p-52;
+}
+
+/// x^n for a whole n.
+inline double whole_power(double x, std::uint64_t n) {
+  double power = 1.0;
+  for (; n > 0; n >>= 1, x *= x)
+    if ((n & 1) != 0) power *= x;
+  return power;
+}
+
+/// A binomial number by its distribution function, from 0 on: for means of a dozen or less.
+inline double draw_few(double share, double n, double chance) {
+  const double odds = chance / (1.0 - chance);
+  double term = whole_power(1.0 - chance, static_cast<std::uint64_t>(n));
+  double sum = term;
+  double k = 0.0;
+  while (share > sum && k < n && term > 0.0) {
+    term *= odds * ((n - k) / (k + 1.0));
+    k += 1.0;
+    sum += term;
+  }
+  return k;
+}
+
+/// A symmetric number of mean 0 and variance 1 within +-root(12): four shares of 16 bits. Bounded, so that
+/// what it is the deviation of needs no clipping, which would shift the mean.
+inline double deviation_of(std::uint64_t random) {
+  constexpr std::uint64_t low = 0xFFFF;
+  const std::uint64_t sum = (random & low) + (random >> 16 & low) + (random >> 32 & low) + (random >> 48);
+  return (static_cast<double>(sum) + 2.0) * (1.7320508075688772 / 65536.0) - 2.0 * 1.7320508075688772;
+}
+
+/// Binomial: how many of n (whole) leave, each with this chance.
+inline double draw_binomial(std::uint64_t random, double n, double chance) {
+  const double other = 1.0 - chance;
+  constexpr double bound = 12.0;  // root(12) standard deviations on either side lie within 0 and n
+  if (n * chance < bound * other) return draw_few(wide_share_of(random), n, chance);
+  if (n * other < bound * chance) return n - draw_few(wide_share_of(random), n, other);
+  // Rounding to whole bristles adds 1/12 to the variance.
+  const double deviation = root(n * (chance * other) - 1.0 / 12.0) * deviation_of(random);
+  return least(whole_of(most(n * chance + deviation + 0.5, 0.0)), n);
+}
+
+/// See CohortNoise. A bristle that the load holds in part leaves as a whole or stays.
+inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t number, double mass,
+                    double chance) {
+  if (!(chance > 0.0) || !(mass > 0.0)) return 0.0;
+  if (chance >= 1.0) return mass;
+  const std::uint64_t random = mix64(mix64(law.draw_key + pass * golden) + (number + 1) * golden);
+  const double bristles = mass / law.bristle;
+  const double whole = whole_of(bristles);
+  double left = whole > 0.0 ? draw_binomial(random, whole, chance) : 0.0;
+  if (bristles > whole && wide_share_of(mix64(random ^ golden)) < chance) left += bristles - whole;
+  return least(whole_of(left * law.bristle + 0.5), mass);
+}
+
+/// Losses of one pass over the cohorts: what snapped, or what its snaps renew.
+class DrawnLosses {
+ public:
+  DrawnLosses(const CohortLaw& law, CohortState& s) : law_(law), s_(s), pass_(s.draws) {}
+  /// A snap draws kappa bristles, as with representatives: their number follows the snaps, and which they are
+  /// is chance. (Each bristle by a chance of its own would be 13 % more variance: MODEL.md 26.)
+  DrawnLosses(const CohortLaw& law, CohortState& s, double hazard) : DrawnLosses(law, s) {
+    const double wanted = hazard * (s.mass / law.bristle) + s.draws_due;
+    draws_ = whole_of(most(wanted, 0.0));
+    s.draws_due = wanted - draws_;
+    weight_ = hazard * s.mass;
+  }
+
+  double kept_of(std::uint32_t i, double mass, double mean_kept) {
+    if (!(mean_kept < mass)) return mass;
+    s_.draws = pass_ + 1;
+    return mass - leave(law_, pass_, i, mass, (mass - mean_kept) / mass);
+  }
+
+  /// The draws that are left fall on this cohort with its share of the weight that is left.
+  double renewed_of(std::uint32_t i, double mass, double mean_kept) {
+    s_.draws = pass_ + 1;
+    const double weight = mass - mean_kept;
+    if (!(weight > 0.0)) return mass;
+    if (mass < law_.bristle) return kept_of(i, mass, mean_kept);  // less than one
+    if (!(draws_ > 0.0)) return mass;
+    const std::uint64_t random = mix64(mix64(law_.draw_key + pass_ * golden) + (i + 1) * golden);
+    const double chance = least(weight / weight_, 1.0);
+    const double drawn = chance < 1.0 ? draw_binomial(random, draws_, chance) : draws_;
+    draws_ -= drawn;
+    weight_ -= weight;
+    return mass - least(whole_of(drawn * law_.bristle + 0.5), mass);
+  }
+
+  static double fresh_of(double, double kept, double left) { return (kept + 0.5) / left; }
+
+ private:
+  const CohortLaw& law_;
+  CohortState& s_;
+  std::uint64_t pass_;
+  double draws_ = 0.0;   ///< not yet made
+  double weight_ = 0.0;  ///< mass that those fall on, or would: the chance of each
+};
+
+}  // namespace
+}  // namespace bristle::detail
