@@ -67,7 +67,7 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0)
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // a far step says only how far
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
@@ -164,6 +164,8 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
     return;
   }
   Slide slide = find_slide(p, r, a);
+  if (a.snaps_all != 0 && slide.carried == 0.0)
+    for (int axis = 0; axis < 2; ++axis) step.advance.to[axis] = slide.to[axis];
   CohortTotals totals{};
 
   // A trial works on a copy: only the rows in use, and one more for what is born.
