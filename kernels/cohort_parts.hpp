@@ -413,7 +413,8 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2).
+/// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the square
+/// of the mean snap length times dg.
 struct Partner {
   double cost;
   std::uint32_t i, j;
@@ -442,8 +443,13 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
+  // How much longer age has made the mean snap length: those of different age are not alike.
+  alignas(64) double grown[most_cohorts];
+  if (ages)
+    for (std::uint32_t i = 0; i < padded; ++i)
+      grown[i] = law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   for (std::uint32_t i = 0; i + 1 < s.count; ++i)
-    partners[i] = Engine::find_partner(rows, masses, s.count, i);
+    partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i);
 
   double cheapest = unlimited_cost;
   for (std::uint32_t i = 0; i + 1 < s.count; ++i) cheapest = least(cheapest, partners[i].cost);
