@@ -44,10 +44,10 @@ inline double square_of(double a) { return a * a; }
 
 // Ageing, for a number or a vector of them: see Material::ageing_factor.
 
-/// g and its slope, 1/s, at an age in s.
+/// g at an age in s, and its slope, 1/s, as a fraction: g' = rise / run.
 template <class V>
 struct StrengthOf {
-  V factor, slope;
+  V factor, rise, run;
 };
 using Strength = StrengthOf<double>;
 
@@ -60,10 +60,10 @@ inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
   if (t.saturates != 0) {
     // exp(-40) is nothing beside 1.
     const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
-    return {one + strength * (one - weak), strength * weak * rate};
+    return {one + strength * (one - weak), strength * weak * rate, one};
   }
   const V later = one + scaled;
-  return {one + strength * natural_log<double>(later), divide(strength * rate, later)};
+  return {one + strength * natural_log<double>(later), strength * rate, later};
 }
 template <class V>
 inline V ageing_at(const CohortTimes& t, V age) {
@@ -84,17 +84,20 @@ template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
   const V length = V(law.residual) + delta * strength.factor;
-  const V growth = delta * (strength.slope * V(per_length));  // of the snap length by path
-  const V half = along - growth * length;
+  // All times `run`, which spares a division. The snap length grows along the path by growth / run.
+  const V run = strength.run;
+  const V growth = delta * (strength.rise * V(per_length));
+  const V half = along * run - growth * length;
   const V over = most(square - length * length, V(0.0));
-  const V root_of = root(most(half * half - (V(1.0) - growth * growth) * over, V(0.0)));
-  return divide(over, most(half + root_of, V(1e-300)));
+  const V root_of = root(most(half * half - (run * run - growth * growth) * over, V(0.0)));
+  return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// The R of bristles that were bent from straight to `bent` at constant speed.
+/// The R of bristles that were bent from straight to `bent` at constant speed; where none snaps yet, anything
+/// up to `bent`.
 template <bool ages>
-inline double fresh_length(const CohortTimes& t, double bent) {
-  return ages ? bent / ageing_at(t, bent * t.per_length) : bent;
+inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
+  return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
 /// A lane that holds no cohort: it never snaps and weighs nothing.
@@ -176,7 +179,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   if (ages) {
     double& birth = times.births[i];
     birth = even ? birth + share * (n.birth - birth) : mean_birth(times, birth, n.birth, share);
-    bent = bent / ageing_at(times, most(times.now - birth, 0.0));
+    if (bent + reach_margin > mean) bent = bent / ageing_at(times, most(times.now - birth, 0.0));
   }
   reach = most(mean, bent + reach_margin);
   const Survival at = survival_at(law, reach);
@@ -315,7 +318,7 @@ constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles is left: (1 -
 template <bool ages>
 inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,
                         const CohortTimes& times) {
-  const double again = 1.0 - survival_at(law, fresh_length<ages>(times, p.gap / p.lost)).left;
+  const double again = 1.0 - survival_at(law, fresh_length<ages>(law, times, p.gap / p.lost)).left;
   const double per_mass = law.renewal / s.mass;
   const double damped = 1.0 - per_mass * (again * p.renewable - 0.5 * p.lost);
   const double hazard = least(per_mass * (p.lost * (1.0 + again)) / most(damped, 0.25), highest_hazard);
@@ -348,7 +351,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   const double gap = p.gap / p.lost;
   // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
-  const Survival s = survival_at(law, fresh_length<ages>(times, gap));
+  const Survival s = survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
@@ -394,7 +397,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],
-          most(fresh_length<ages>(times, mean_gap) + reach_margin, law.sure),
+          most(fresh_length<ages>(law, times, mean_gap) + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost,
           times.now - mean_gap * times.per_length};
