@@ -417,7 +417,7 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
 }
 
 /// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the square
-/// of the mean snap length times dg.
+/// of twice the mean snap length times dg.
 struct Partner {
   double cost;
   std::uint32_t i, j;
@@ -446,11 +446,11 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // How much longer age has made the mean snap length: those of different age are not alike.
+  // Those of different age are not alike. (Once the mean snap length instead of twice: a fifth worse.)
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
-      grown[i] = law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
+      grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   for (std::uint32_t i = 0; i + 1 < s.count; ++i)
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i);
 
