@@ -30,9 +30,9 @@ void set_fluctuation(Cohorts& r) noexcept {
   r.law.draw_key = hasher.value();
 }
 
-void scatter(const Cohorts& r, CohortState& s, double* rows, const double (&at)[2],
+void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept {
-  const double before = squares_at(s, rows, at);
+  const double before = squares_at(s, rows, move.to);
   // One cohort after the other: of the bristles that are left it gets each by its share of the mean mass that
   // is left.
   double left = s.mass;
@@ -46,9 +46,9 @@ void scatter(const Cohorts& r, CohortState& s, double* rows, const double (&at)[
     left -= mass;
     mean_left -= mean;
   }
-  remove_empty(s, rows);
+  remove_empty(s, rows, move.times.births);
   find_moment(s, rows);
-  t.lost += before - squares_at(s, rows, at);
+  t.lost += before - squares_at(s, rows, move.to);
 }
 
 double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept {

@@ -16,7 +16,8 @@ void set_fluctuation(Cohorts& r) noexcept;
 
 /// After a slide that forgot how it began: n bristles, each in a cohort by chance, as independent as they are
 /// without shared renewal. Books what that changes of the stored energy.
-void scatter(const Cohorts& r, CohortState& s, double* rows, const double (&at)[2], CohortTotals& t) noexcept;
+void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
+             CohortTotals& t) noexcept;
 
 /// Steady sliding over a path that is carried: its mean force, not the one that happens to be.
 double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept;

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double farthest_base = 16.0;    // scaled: from the base, before it follows the patch
 constexpr double straight = 0x1p-12;      // sine of the angle within which a slide counts as straight
+constexpr double longest_step = 1e16;     // s: no clock runs farther
+constexpr double same_speed = 0x1p-8;     // share by which the speed of a slide may differ, with ageing
 constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
 
 std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
@@ -22,12 +24,20 @@ std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
+/// Whether a step goes on with the slide at its speed, and at once: else ages change.
+bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
+  return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
+         times.now - ageing.until <= same_speed * duration;
+}
+
 /// How far a straight slide has come that this step goes on with; 0 = it begins.
-double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
+double find_run(const Patch& p, const Cohorts& r, const Advance& a, const CohortTimes& times,
+                double duration) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
   const bool goes_on = std::abs(across) <= straight && along > 0.0 && p.position[0] == r.slid_to[0] &&
                        p.position[1] == r.slid_to[1];
+  if (r.ageing != nullptr && goes_on && !same_pace(*r.ageing, times, duration)) return 0.0;
   return goes_on ? r.run : 0.0;
 }
 
@@ -37,20 +47,34 @@ struct Slide {
   std::int64_t to[2];
   double run = 0.0;      ///< of the straight slide that it goes on with
   double carried = 0.0;  ///< path along which the patch is carried as it stands
+  // Of a patch that ages:
+  double duration = 0.0;  ///< of the step, s
+  double oldest = 0.0;    ///< birth of the oldest cohort when the slide began
+  double growth = 1.0;    ///< g of such a one at the end: it takes that much longer to forget
 };
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
+  if (r.ageing != nullptr) {
+    slide.move.times = times_of(p);
+    slide.duration = std::min(a.duration, longest_step);
+    slide.move.times.per_length = slide.duration / a.length;
+  }
   // What fluctuates never repeats itself: it takes its pieces for ever.
-  slide.run = r.noise == nullptr ? find_run(p, r, a) : 0.0;
-  const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0));
+  slide.run = r.noise == nullptr ? find_run(p, r, a, slide.move.times, slide.duration) : 0.0;
+  if (r.ageing != nullptr) {
+    slide.oldest = slide.run > 0.0 ? r.ageing->oldest : find_oldest(r);
+    if (slide.run < r.law.forget)
+      slide.growth = r.material->material.ageing_factor(slide.move.times.now + slide.duration - slide.oldest);
+  }
+  const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0) * slide.growth);
   slide.carried = a.length - followed;
   slide.move.length = followed;
   for (int axis = 0; axis < 2; ++axis) {
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0)
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // a far step says only how far
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
@@ -76,6 +100,19 @@ double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
+/// Snaps of a bristle per scaled length of the slide.
+double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
+  if (r.ageing == nullptr) return r.law.snap_rate;
+  CohortAgeing& ageing = *r.ageing;
+  CohortTimes times = slide.move.times;
+  if (slide.run > 0.0) times.per_length = ageing.per_length;
+  if (ageing.rate_per_length != times.per_length) {
+    ageing.rate_per_length = times.per_length;
+    ageing.snap_rate = find_snap_rate(r, times);
+  }
+  return ageing.snap_rate;
+}
+
 /// What the carried part adds: the force that there is, over its length.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
@@ -85,7 +122,21 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
     t.integral[axis] += work;
     t.lost += 2.0 * work * slide.move.direction[axis];
   }
-  t.snapped += s.mass * (far * r.law.snap_rate);
+  t.snapped += s.mass * (far * snap_rate_of(r, slide));
+}
+
+/// What a committed step of a patch that ages leaves beside its cohorts.
+void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
+  CohortAgeing& ageing = *r.ageing;
+  // The carried part takes its time, but the patch stays as old as it was: all are born later.
+  const double carried = slide.carried * slide.move.times.per_length;
+  ageing.base += static_cast<Int128>(carried * clock_units_per_second);
+  if (slide.run == 0.0) {
+    ageing.per_length = slide.move.times.per_length;
+    ageing.oldest = slide.oldest;
+  }
+  ageing.until = slide.move.times.now + slide.move.length * slide.move.times.per_length;
+  follow_time(p);
 }
 
 void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const CohortTotals& t,
@@ -106,22 +157,32 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
+/// Number of the kernels of a law: with residual or renewal, with ageing.
+int kind_of(const Cohorts& r) noexcept {
+  if (r.ageing != nullptr) return 4;
+  return r.rubs() ? 2 : 0;
+}
+
 /// The step, on cohorts that are the patch's own or a copy.
-void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, StepSums& sums) noexcept {
+void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
+             StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   const Advance& a = step.advance;
   const bool commit = a.commit != 0;
   Slide slide = find_slide(p, r, a);
+  if (a.snaps_all != 0 && slide.carried == 0.0)
+    for (int axis = 0; axis < 2; ++axis) step.advance.to[axis] = slide.to[axis];
   CohortTotals totals{};
 
+  slide.move.times.births = births;
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    if (is_forgetful(r, slide.move)) {
+    if (is_forgetful(r, slide.move, r.law.forget * slide.growth)) {
       slide_far(r, state, rows, slide.move, totals);
-      if (r.noise != nullptr) scatter(r, state, rows, slide.move.to, totals);
+      if (r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
     } else {
       const auto& moves = r.noise == nullptr ? r.kernels->move : r.noise->move;
-      moves[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, state, rows, slide.move, totals);
+      moves[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     }
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
@@ -141,7 +202,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, StepSu
   }
   if (!commit) return;
   r.snap_rest = rest;
-  r.run = std::min(slide.run + a.length, r.law.forget);
+  r.run = std::min(slide.run + a.length / slide.growth, r.law.forget);
+  if (r.ageing != nullptr) note_pace(p, r, slide);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
@@ -161,7 +223,9 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   std::memcpy(rows, r.rows, numbers * sizeof(double));
   // A trial may bear more cohorts than that row holds.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
-  advance(p, step, state, rows, sums);
+  alignas(64) double births[most_cohorts];
+  if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
+  advance(p, step, state, rows, r.ageing != nullptr ? births : nullptr, sums);
 }
 
 }  // namespace
@@ -171,7 +235,7 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   if (r.count == 0)  // out of contact: nothing slides, as within a bound that has no end
     hold(p, step.advance, sums);
   else if (step.advance.commit != 0)
-    advance(p, step, r, r.rows, sums);
+    advance(p, step, r, r.rows, r.ageing != nullptr ? r.births() : nullptr, sums);
   else
     advance_copy(p, step, sums);
 }
