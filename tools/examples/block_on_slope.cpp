@@ -26,7 +26,11 @@ struct Engine {
   bristle::PatchBatch batch;
   bristle::ContactMatcher matcher{bristle::MatcherOptions{}.with_capacity(64).with_reach(0.01)};
   bristle::KeyedPatches patches{batch, bristle::Material{}.with_bristle_damping(0.02),
-                                bristle::PatchOptions{}.with_max_normal_load(20.0).with_bristles(200),
+                                bristle::PatchOptions{}
+                                    .with_max_normal_load(20.0)
+                                    .with_population(bristle::Population::infinite)
+                                    .with_resolution(4)
+                                    .with_cohorts(24),
                                 bristle::KeyedOptions{}.with_capacity(64)};
   bristle::MovingBody<3> block;  // along x, along y, about the normal
   double position[3] = {0.0, 0.0, 0.0};

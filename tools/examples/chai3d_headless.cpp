@@ -91,7 +91,9 @@ int main() {
   world.addChild(make_floor());
   const auto material = bristle::Material::from_coefficients(
       bristle::Coefficients{}.with_kinetic(kinetic).with_peak(0.55).with_presliding_length(100e-6));
-  BrushFingerProxy brush(material, bristle::PatchOptions{}.with_max_normal_load(4.0).with_bristles(2000), dt);
+  const auto options =
+      bristle::PatchOptions{}.with_max_normal_load(4.0).with_population(bristle::Population::infinite);
+  BrushFingerProxy brush(material, options, dt);
   chai3d::cAlgorithmFingerProxy cone;
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);

@@ -5,8 +5,12 @@
 
 int main() {
   bristle::PatchBatch batch;
-  bristle::KeyedPatches patches(batch, bristle::Material{},
-                                bristle::PatchOptions{}.with_bristles(100).with_max_normal_load(50.0 /* N */),
+  const auto options = bristle::PatchOptions{}
+                           .with_max_normal_load(50.0 /* N */)
+                           .with_population(bristle::Population::infinite)
+                           .with_resolution(4)
+                           .with_cohorts(24);
+  bristle::KeyedPatches patches(batch, bristle::Material{}, options,
                                 bristle::KeyedOptions{}.with_capacity(1000));  // all memory is taken here
   batch.warm_up();
   bristle::ContactFrame frame(Eigen::Vector3d::UnitZ());  // one for each contact, kept as long as its key

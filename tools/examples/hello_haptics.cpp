@@ -10,7 +10,9 @@ int main() {
   bristle::PatchBatch batch;
   bristle::Motion motion;
   bristle::Response response;
-  motion.id = batch.add(skin, bristle::PatchOptions{}.with_max_normal_load(3.3 /* N */));
+  motion.id = batch.add(skin, bristle::PatchOptions{}
+                                  .with_max_normal_load(3.3 /* N */)
+                                  .with_population(bristle::Population::infinite));
   batch.warm_up();  // from here on nothing allocates
   bristle::HapticPoint point(
       bristle::HapticOptions{}.with_force_limit(3.3 /* N */).with_peak_coefficient(skin.peak_coefficient()));

@@ -33,8 +33,13 @@ namespace mujoco_example {
 void remove_friction(mjModel& model);
 
 struct FrictionOptions {
-  bristle::PatchOptions patch =
-      bristle::PatchOptions{}.with_max_normal_load(10.0).with_bristles(1000);  ///< of each contact point
+  /// Of each contact point. The infinite brush has no noise and costs less; a law with SnapRule::keep needs
+  /// Population::representatives.
+  bristle::PatchOptions patch = bristle::PatchOptions{}
+                                    .with_max_normal_load(10.0)
+                                    .with_population(bristle::Population::infinite)
+                                    .with_resolution(4)
+                                    .with_cohorts(24);
   double reach = 0.01;           ///< m: a contact point that moves farther in one step is a new one
   std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
 };

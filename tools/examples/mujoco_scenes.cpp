@@ -49,9 +49,9 @@ class Stepper {
     if (kind == Friction::noslip) model_->opt.noslip_iterations = 10;
     if (kind == Friction::bristle) {
       remove_friction(*model_);
-      friction_ = std::make_unique<BristleFriction>(
-          *model_, law(),
-          FrictionOptions{bristle::PatchOptions{}.with_max_normal_load(60.0).with_bristles(1000)});
+      FrictionOptions options;
+      options.patch.with_max_normal_load(60.0);
+      friction_ = std::make_unique<BristleFriction>(*model_, law(), options);
     }
     mj_forward(model_.get(), data_.get());
     std::copy_n(data_->xpos + 3 * body_, 3, start_);

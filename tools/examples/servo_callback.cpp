@@ -89,7 +89,9 @@ int main() {
                                          .with_force_limit(limit)
                                          .with_peak_coefficient(fingertip.peak_coefficient())
                                          .with_resolution(device::encoder_count));
-  servo.motion.id = servo.batch.add(fingertip, bristle::PatchOptions{}.with_max_normal_load(limit));
+  servo.motion.id = servo.batch.add(
+      fingertip,
+      bristle::PatchOptions{}.with_max_normal_load(limit).with_population(bristle::Population::infinite));
   servo.batch.warm_up();  // every allocation is spent here
 
   device::set_hand(&hand);
