@@ -193,6 +193,7 @@ struct PatchBatch::Impl {
           c->patch.record->clock = &clock;
           c->patch.record->epoch = p.record->epoch;
           p.model->take_over(c->patch, p);
+          take_hold_over(c->patch, p);
           keep_place(c->patch, p);
           std::swap(p, c->patch);
           break;
@@ -264,6 +265,7 @@ struct PatchBatch::Impl {
     const Patch before = *p;
     p->record->epoch = clock;
     p->model->reset(*p, seed, key);
+    p->record->hold = {0.0, 0.0, {p->position[0], p->position[1]}};
     keep_place(*p, before);
     pool.note(slot_of(id)).last = Response{};
     return true;
