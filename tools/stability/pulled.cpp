@@ -47,8 +47,7 @@ Complex sliding_stiffness(const Pull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
   double number = 0.0;  // E[A], 1 / n0
   Complex kept = 0.0, bent = 0.0, lost = 0.0, lost_bent = 0.0;
-  const std::vector<Life> all = lives(pull);
-  for (const Life& life : all) {
+  for (const Life& life : lives(pull)) {
     const double a = life.age;
     const Complex faded = std::exp(-p * a), gone = 1.0 - faded;
     number += a;
@@ -57,10 +56,8 @@ Complex sliding_stiffness(const Pull& pull, Complex p) {
     lost += gone / life.gain;
     lost_bent += a * gone / life.gain;
   }
-  const auto count = static_cast<double>(all.size());
   const Complex force = lost * v * bent / kept + number - kept - v * lost_bent;
   const double stiffness = pull.material.bristle_stiffness * pull.material.bristles_in_contact(pull.load_n);
-  static_cast<void>(count);
   return stiffness * force / number;
 }
 
@@ -117,11 +114,11 @@ PullResult run_pull(const Pull& pull, Scheme scheme, double stiffness, double pu
 
   bristle::MovingBody<1> body;
   body.mass(0, 0) = pull.mass_kg;
-  body.velocity[0] = v * (1.0 + push);
+  body.velocity[0] = v;
   bristle::BodyContact<1> contact;
   contact.axes = 1;
   const bristle::Span<bristle::BodyContact<1>> contacts(&contact, 1);
-  double stretch = (steady_force(pull) + sliding_damping(pull) * 0.0 - response.damper[0]) / stiffness;
+  double stretch = (steady_force(pull) - response.damper[0]) / stiffness + push * dbar;
 
   PullResult result;
   const auto steps = static_cast<long>(lengths * dbar / (v * dt));
@@ -173,8 +170,8 @@ std::vector<Pull> pulls() {
                                                     .with_ageing_time(ageing_time));
   };
   Pull creep{
-      "creep, strengthening", material(0.01).with_speed_strengthening(0.005, 1e-8), 10.0, 2e-5, 1.0, 1e-2};
-  Pull inertial{"inertial, lubricant", material(1e-4).with_viscous_friction(8.0), 10.0, 5e-3, 2.0, 2e-5};
+      "creep, strengthening", material(0.01).with_speed_strengthening(0.005, 1e-8), 10.0, 2e-5, 50.0, 1e-3};
+  Pull inertial{"inertial, lubricant", material(1e-4).with_viscous_friction(5.0), 10.0, 5e-3, 2.0, 2e-5};
   return {creep, inertial};
 }
 
@@ -184,14 +181,14 @@ PullRow pull_row(const Pull& pull, Scheme scheme) {
   row.pull = pull;
   row.scheme = scheme;
   row.theory = critical_stiffness(pull);
-  constexpr double push = 0.02, lengths = 60.0;
-  double low = std::log(0.5 * row.theory), high = std::log(2.0 * row.theory);
-  for (int i = 0; i < 7; ++i) {
+  constexpr double push = 0.02, lengths = 40.0, range = 0.4;
+  double low = std::log(row.theory) - range, high = std::log(row.theory) + range;
+  for (int i = 0; i < 6; ++i) {
     const double middle = 0.5 * (low + high);
     (run_pull(pull, scheme, std::exp(middle), push, lengths).growth > 0.0 ? low : high) = middle;
   }
   row.measured = std::exp(0.5 * (low + high));
-  row.soft = run_pull(pull, scheme, 0.25 * row.theory, push, 2.0 * lengths);
+  row.soft = run_pull(pull, scheme, 0.25 * row.theory, 10.0 * push, 3.0 * lengths);
   return row;
 }
 

@@ -40,7 +40,8 @@ struct PullResult {
   double energy_error = 0.0;  ///< largest rise of kinetic and stored energy beyond the work of the spring, J
   double work = 0.0;          ///< of the spring, J
 };
-/// `push`: of the speed at the start; `lengths`: the way of the spring's end, in mean snap lengths.
+/// `push`: how much farther than in steady sliding the spring is stretched at the start, and `lengths`: the
+/// way of its end, both in mean snap lengths.
 PullResult run_pull(const Pull& pull, Scheme scheme, double stiffness_n_per_m, double push, double lengths);
 
 struct PullRow {
