@@ -26,18 +26,19 @@ double longest_growth(const Patch& p, const Advance& a) noexcept {
 }
 
 /// Of a patch that ages: no bristle follows the patch farther than twice its snap length.
-void note_slide(Patch& p, const Advance& a) noexcept {
+void note_slide(Patch& p, const PatchStep& step) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
+  const Advance& a = step.advance;
   if (a.snaps_all) {
-    hold = {a.start, a.start + a.duration, {a.to[0], a.to[1]}};
+    hold = {a.start, a.start + a.duration, {0, 0}};
     return;
   }
+  // A way of its own: a contact model may carry the patch's position along.
+  for (int axis = 0; axis < 2; ++axis) hold.way[axis] += std::llrint(step.scaled[axis] * fixed_per_length);
   const CompiledMaterial& m = p.material();
-  const double x = to_lengths(difference(a.to[0], hold.place[0]));
-  const double y = to_lengths(difference(a.to[1], hold.place[1]));
+  const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double reach = 2.0 * (m.residual + m.longest * longest_growth(p, a));
-  if (!(x * x + y * y > reach * reach)) return;
-  hold = {hold.since, a.start + a.duration, {a.to[0], a.to[1]}};
+  if (x * x + y * y > reach * reach) hold = {hold.since, a.start + a.duration, {0, 0}};
 }
 
 /// Response::force_limit.
@@ -180,7 +181,7 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   p.elastic[0] = out.elastic[0];
   p.elastic[1] = out.elastic[1];
   p.rests = !p.ages;  // the force limit of one that ages grows
-  if (p.ages) note_slide(p, step.advance);
+  if (p.ages) note_slide(p, step);
 }
 
 std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {
@@ -232,7 +233,7 @@ void note_contact(Patch& p) noexcept {
 }
 
 void take_hold_over(Patch& to, const Patch& from) noexcept {
-  to.record->hold = {from.record->hold.oldest, time_of(to), {to.position[0], to.position[1]}};
+  to.record->hold = {from.record->hold.oldest, time_of(to), {0, 0}};
 }
 
 void write_refusal(const Patch* patch, Status status, Response& out) noexcept {

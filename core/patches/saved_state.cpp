@@ -53,7 +53,7 @@ void save_time(const Patch& p, ByteWriter& write) noexcept {
   write(static_cast<std::uint64_t>(time >> 64));
   write(r.hold.oldest);
   write(r.hold.since);
-  for (const std::int64_t x : r.hold.place) write(x);
+  for (const std::int64_t x : r.hold.way) write(x);
 }
 SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
   SavedTime saved;
@@ -64,7 +64,7 @@ SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
   saved.time = static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
   read(saved.hold.oldest);
   read(saved.hold.since);
-  for (std::int64_t& x : saved.hold.place) read(x);
+  for (std::int64_t& x : saved.hold.way) read(x);
   return saved;
 }
 bool is_good_time(const SavedTime& t) noexcept {

@@ -265,7 +265,7 @@ struct PatchBatch::Impl {
     const Patch before = *p;
     p->record->epoch = clock;
     p->model->reset(*p, seed, key);
-    p->record->hold = {0.0, 0.0, {p->position[0], p->position[1]}};
+    p->record->hold = {};
     keep_place(*p, before);
     pool.note(slot_of(id)).last = Response{};
     return true;

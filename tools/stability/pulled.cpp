@@ -57,8 +57,11 @@ Complex sliding_stiffness(const Pull& pull, Complex p) {
     lost_bent += a * gone / life.gain;
   }
   const Complex force = lost * v * bent / kept + number - kept - v * lost_bent;
-  const double stiffness = pull.material.bristle_stiffness * pull.material.bristles_in_contact(pull.load_n);
-  return stiffness * force / number;
+  return contact_stiffness(pull) * force / number;
+}
+
+double contact_stiffness(const Pull& pull) {
+  return pull.material.bristle_stiffness * pull.material.bristles_in_contact(pull.load_n);
 }
 
 double sliding_damping(const Pull& pull) {

@@ -25,6 +25,8 @@ struct Pull {
 /// The force per displacement of a contact in steady sliding whose motion is disturbed as exp(p t), N/m,
 /// dampers left out: redraw without shared renewal (core/MODEL.md, "Ageing").
 std::complex<double> sliding_stiffness(const Pull& pull, std::complex<double> p);
+/// The same of a contact that sticks, N/m.
+double contact_stiffness(const Pull& pull);
 /// What dampers, lubricant and strengthening add to the force per change of speed, N s/m.
 double sliding_damping(const Pull& pull);
 /// Stiffness of the spring, N/m, above which steady sliding is stable; 0 if it is stable on every spring, and
