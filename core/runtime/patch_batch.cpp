@@ -703,6 +703,13 @@ double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
              : 0.0;
 }
 
+bool PatchBatch::ages(PatchId id) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
+  impl_->apply_commands();
+  const Patch* p = impl_->pool.find(id);
+  return p != nullptr && p->ages;
+}
+
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();

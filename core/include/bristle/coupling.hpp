@@ -14,7 +14,8 @@
 //                           linear; s_i between the old velocity and the new, halfway without dampers and
 //                           nearer the new with them. Cheap: it evaluates each patch once. Needs only the
 //                           end force; finish with apply_end_forces. (Friction that strengthens with speed
-//                           takes some more linear solves.)
+//                           takes some more linear solves, a contact that ages and snaps in the step up to
+//                           four evaluations.)
 //   solve_displacements     F_i = mean force over the step at d_i = T s_i((u0 + u1) / 2), solved by
 //                           PatchBatch::find_force: the midpoint rule, which itself neither adds nor takes
 //                           energy. Needs Outputs::mean; finish with apply_mean_forces.
@@ -67,7 +68,7 @@ template <int Dof>
 void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                            const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,
                            Span<Motion> motions) noexcept {
-  bool strengthens = false;
+  bool strengthens = false, ages = false;
   for (BodyContact<Dof>& c : contacts) {
     Motion rest = motions[c.place];
     const Eigen::Vector2d slip = detail::slip_of<Dof>(c, body.velocity);
@@ -84,6 +85,8 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
     const double strengthening = batch.strengthening_damping(rest.id, rest.normal_load, slip.norm());
     c.plain_damping = std::max(now.damping - strengthening, 0.0);
     strengthens = strengthens || strengthening > 0.0;
+    c.ages = batch.ages(rest.id);
+    ages = ages || c.ages;
   }
   const auto predict = [&] {
     for (BodyContact<Dof>& c : contacts) {
@@ -93,10 +96,15 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
     return detail::predict_velocity<Dof>(dt_s, body, external, contacts);
   };
   Eigen::Matrix<double, Dof, 1> mean = predict();  // (1 - theta) u0 + theta u1
-  constexpr int most_solves = 60;
-  for (int i = 0; strengthens && i < most_solves && detail::strengthen<Dof>(batch, mean, contacts, motions);
-       ++i)
+  constexpr int most_trials = 4, most_solves = 60;
+  for (int i = 0; ages && i < most_trials; ++i) {
+    if (!detail::try_forces<Dof>(batch, dt_s, mean, contacts, motions)) break;
     mean = predict();
+  }
+  for (int i = 0; strengthens && i < most_solves; ++i) {
+    if (!detail::strengthen<Dof>(batch, mean, contacts, motions)) break;
+    mean = predict();
+  }
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 

@@ -47,6 +47,7 @@ struct BodyContact {
 
   double stiffness = 0.0, damping = 0.0, force_limit = 0.0;
   double plain_damping = 0.0;  ///< damping without strengthening with speed
+  bool ages = false;
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> force = Eigen::Vector2d::Zero(),
                                                 trial_force = Eigen::Vector2d::Zero();
   Eigen::Matrix<double, 2, 2, Eigen::DontAlign> slope = Eigen::Matrix2d::Zero();
@@ -172,6 +173,35 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
         c.plain_damping + batch.strengthening_damping(m.id, m.normal_load, slip_of<Dof>(c, u).norm());
     changed = changed || std::fabs(damping - c.damping) > tolerance * damping;
     c.damping = damping;
+  }
+  return changed;
+}
+
+// The limit of a contact that ages is that of one that has held, and it may slide with far less: stiffness
+// that stays on below such a limit would hold it back, and so would the limit. Takes the force that the
+// contact has at the displacement with the velocity u: as its limit if it was clipped, else by the secant to
+// it. Returns whether that changed anything.
+template <int Dof>
+bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
+                Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
+  constexpr double small = 1e-3;
+  bool changed = false;
+  for (BodyContact<Dof>& c : contacts) {
+    if (!c.ages) continue;
+    const Eigen::Vector2d way = dt_s * slip_of<Dof>(c, u);
+    if (!(way.squaredNorm() > 0.0)) continue;
+    Motion trial = motions[c.place];
+    for (int a = 0; a < 2; ++a) trial.displacement[a] = way[a];
+    trial.has_velocity = false;
+    const Response there = batch.find_force(dt_s, trial);
+    const Eigen::Vector2d force(there.elastic[0], c.axes == 2 ? there.elastic[1] : 0.0);
+    const bool clipped = c.stiffness == 0.0;
+    double& taken = clipped ? c.force_limit : c.slope(0, 0);
+    const double found =
+        clipped ? force.norm() : std::max(way.dot(c.trial_force - force) / way.squaredNorm(), 0.0);
+    if (found > (1.0 - small) * taken) continue;
+    taken = found;
+    changed = true;
   }
   return changed;
 }
