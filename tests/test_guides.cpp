@@ -106,6 +106,29 @@ TEST_CASE("Each row of the table of materials is a material, and gives back its 
   }
 }
 
+TEST_CASE("Each row of the table of contacts that age is a material that ages as it says",
+          "[guides][ageing]") {
+  const auto rows =
+      rows_after(text_of("core/guides/MATERIALS.md"), "| pair | ageing_form | growth_per_decade |");
+  CHECK(rows.size() >= 6);
+  for (const std::vector<std::string>& row : rows) {
+    REQUIRE(row.size() == 6);
+    INFO(row[0]);
+    CHECK_FALSE(row[5].empty());
+    const double time = number(row[4]);
+    if (row[1] == "saturating") {
+      const Material skin = Material{}.with_ageing(bristle::Ageing::saturating(number(row[3]), time));
+      CHECK(skin.ageing_factor(20.0) == Approx(1.0 + number(row[3])).epsilon(0.05));
+      continue;
+    }
+    const double growth = number(row[2]);
+    const Material material = Material::from_coefficients(
+        bristle::Coefficients{}.with_growth_per_decade(growth).with_ageing_time(time));
+    CHECK(material.ageing_time == time);
+    CHECK(material.coefficients().fall_per_decade == Approx(0.5 * growth).epsilon(0.15));
+  }
+}
+
 TEST_CASE("The stiffness that the guides state is that of a patch", "[guides]") {
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
     const auto wanted = bristle::Coefficients::paper()

@@ -189,3 +189,42 @@ TEST_CASE("The stability report holds every cell, limit and reason", "[stability
   CHECK(csv.find("\ncell,1,") != std::string::npos);
   CHECK(csv.find("\nlimit,1,") != std::string::npos);
 }
+
+TEST_CASE(
+    "A spring pulls a mass steadily over a contact that ages above the critical stiffness, and in jerks "
+    "below",
+    "[stability][ageing]") {
+  for (const cli::Pull& pull : cli::pulls()) {
+    CAPTURE(pull.name);
+    // As slow as can be a disturbance sees the slope of the curve of friction over speed.
+    const double v = pull.speed_m_per_s, omega = 1e-3 * v / pull.material.snap_length.mean();
+    const double slope =
+        pull.load_n *
+        (pull.material.kinetic_coefficient(1.001 * v) - pull.material.kinetic_coefficient(0.999 * v)) /
+        (0.002 * v);
+    CHECK(slope < 0.0);
+    CHECK(cli::sliding_stiffness(pull, {0.0, omega}).imag() / omega == Approx(slope).epsilon(1e-3));
+    const double critical = cli::critical_stiffness(pull);
+    const Scheme scheme = pull.mass_kg > 10.0 ? Scheme::midpoint : Scheme::predictor;
+    CHECK(cli::run_pull(pull, scheme, 1.1 * critical, 0.02, 20.0).growth < 0.0);
+    CHECK(cli::run_pull(pull, scheme, 0.9 * critical, 0.02, 20.0).growth > 0.0);
+  }
+}
+
+TEST_CASE("A contact that ages and slides in jerks takes no more than the spring gives",
+          "[stability][ageing][energy]") {
+  const cli::Pull pull = cli::pulls().at(0);
+  const cli::PullResult jerks =
+      cli::run_pull(pull, Scheme::midpoint, 0.25 * cli::critical_stiffness(pull), 0.2, 20.0);
+  CHECK(jerks.slowest < 0.05);
+  CHECK(jerks.fastest > 10.0);
+  CHECK(jerks.energy_error < 1e-9 * jerks.work);
+  // Without ageing the same spring pulls it steadily.
+  cli::Pull plain = pull;
+  plain.material.ageing_strength = 0.0;
+  CHECK(cli::critical_stiffness(plain) == 0.0);
+  const cli::PullResult steady =
+      cli::run_pull(plain, Scheme::midpoint, 0.25 * cli::critical_stiffness(pull), 0.2, 20.0);
+  CHECK(steady.fastest < 1.05);
+  CHECK(steady.slowest > 0.95);
+}

@@ -4,6 +4,7 @@
 
 #include "bristle/material.hpp"
 #include "core/common/range_check.hpp"
+#include "core/materials/aged_law.hpp"
 #include "core/materials/elementary.hpp"
 #include "core/materials/virgin_curve.hpp"
 
@@ -14,14 +15,29 @@ namespace {
 /// Of the presliding length: a bristle stays one whose snaps can be told from none.
 constexpr double largest_residual_share = 0.98;
 
+constexpr double ln10 = 2.302585092994046;
+
+/// What ageing must do, lengths in mean snap lengths. Its strength follows from it and the law.
+struct AgeingWish {
+  AgeingForm form = AgeingForm::logarithmic;
+  double fall = 0.0;    ///< of the kinetic friction per e-fold of speed, or
+  double growth = 0.0;  ///< of the static friction per e-fold of rest; both over kinetic friction
+  double path = 0.0;    ///< speed times ageing time; 0 = so fast that nothing ages
+
+  bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
+  /// Whether the coefficients hold at a speed that ageing changes.
+  bool at_speed() const noexcept { return any() && path != 0.0; }
+};
+
 /// A family of laws of one mean, from `single` (spread 0) on.
 struct Family {
   SnapLaw law;
   SnapRule rule;
   double residual = 0.0;  ///< in mean snap lengths
   double renewal = 0.0;
+  AgeingWish wish;
 
-  bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0; }
+  bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
   /// Largest spread of a law that Material::validate takes: of few short bristles with keep and renewal.
   double widest_allowed() const noexcept {
@@ -67,8 +83,53 @@ struct Family {
     }
   }
 
+  /// What the wish is of, with ageing of this strength.
+  double effect(const SnapLength& unit, double strength) const {
+    const detail::WayAgeing ageing{wish.form, strength, wish.path};
+    if (wish.growth == 0.0 && wish.path != 0.0)
+      return detail::kinetic_fall(unit, rule, renewal, residual, ageing);
+    const detail::SteadySliding sliding =
+        detail::find_steady_sliding(unit, rule, renewal, wish.path == 0.0 ? detail::WayAgeing{} : ageing);
+    return strength * (wish.growth != 0.0 ? sliding.drawn : sliding.deflection) /
+           (residual + sliding.deflection);
+  }
+
+  /// The strength that fulfils the wish; the largest where none does.
+  double find_strength(const SnapLength& unit) const {
+    if (!wish.any()) return 0.0;
+    const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
+    double low = 0.0, high = largest_ageing;
+    double low_excess = -wanted, high_excess = effect(unit, high) - wanted;
+    if (wish.path == 0.0) return std::min(wanted / (high_excess + wanted), 1.0) * high;  // a straight line
+    if (high_excess <= 0.0) return high;
+    // The effect is concave in the strength: the false position, halved at an end that stays.
+    int side = 0;
+    for (int i = 0; i < 60 && high - low > 1e-14 * high; ++i) {
+      const double middle = low - (high - low) * low_excess / (high_excess - low_excess);
+      const double excess = effect(unit, middle) - wanted;
+      if (detail::magnitude(excess) < 1e-12 * wanted) return middle;
+      if (excess > 0.0) {
+        high = middle;
+        high_excess = excess;
+        if (side > 0) low_excess *= 0.5;
+        side = 1;
+      } else {
+        low = middle;
+        low_excess = excess;
+        if (side < 0) high_excess *= 0.5;
+        side = -1;
+      }
+    }
+    return 0.5 * (low + high);
+  }
+
   double ratio(double spread) const {
     const SnapLength unit = make(1.0, spread);
+    if (wish.at_speed()) {
+      const detail::WayAgeing ageing{wish.form, find_strength(unit), wish.path};
+      return (residual + detail::aged_peak(unit, rule, renewal, ageing)) /
+             (residual + detail::find_steady_sliding(unit, rule, renewal, ageing).deflection);
+    }
     const double peak = detail::peak_deflection(unit, rule, renewal);
     const double kinetic = detail::kinetic_deflection(unit, rule, renewal);
     return (residual + peak) / (residual + kinetic);
@@ -177,7 +238,7 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
 /// What the ratio is named with in errors.
 std::string describe(const Family& family, double residual_share) {
   std::string text = std::string("law ") + to_string(family.law) + ", rule " + rule_name(family.rule);
-  if (family.of_paper()) return text;
+  if (family.residual == 0.0 && family.renewal == 0.0) return text;
   return text + ", residual_share " + detail::number_text(residual_share) + ", shared_renewal " +
          detail::number_text(family.renewal);
 }
@@ -203,6 +264,77 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   }
   const double wanted = std::min(std::max(ratio, lowest), highest);
   return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
+}
+
+void check_ageing(const Coefficients& c) {
+  using detail::require_within;
+  const char* const where = "Coefficients";
+  require_within(where, "kinetic_speed", c.kinetic_speed, 0.0, 1e15, "m/s");
+  require_within(where, "fall_per_decade", c.fall_per_decade, 0.0, 10.0);
+  require_within(where, "growth_per_decade", c.growth_per_decade, 0.0, 10.0);
+  require_within(where, "ageing_time", c.ageing_time, shortest_ageing_time, longest_ageing_time, "s");
+  if (c.ageing_form != AgeingForm::logarithmic && c.ageing_form != AgeingForm::saturating)
+    detail::refuse(where, "ageing_form", static_cast<int>(c.ageing_form),
+                   "logarithmic (0) or saturating (1)");
+  if (c.fall_per_decade != 0.0 && c.growth_per_decade != 0.0)
+    detail::refuse(where, "growth_per_decade", c.growth_per_decade,
+                   "0 beside a fall_per_decade: one follows from the other; give one of the two");
+  if (c.ageing_form == AgeingForm::logarithmic) return;
+  if (c.growth_per_decade != 0.0)
+    detail::refuse(
+        where, "growth_per_decade", c.growth_per_decade,
+        "0 with ageing_form saturating, which ends to grow; give fall_per_decade at a kinetic_speed");
+  if (c.fall_per_decade != 0.0 && c.kinetic_speed == 0.0)
+    detail::refuse(where, "kinetic_speed", c.kinetic_speed,
+                   "above 0 with ageing_form saturating and a fall_per_decade: friction falls near "
+                   "presliding_length / ageing_time alone");
+}
+
+AgeingWish find_wish(const Coefficients& c) {
+  AgeingWish wish;
+  wish.form = c.ageing_form;
+  wish.fall = c.fall_per_decade / ln10;
+  wish.growth = c.growth_per_decade / ln10;
+  if (c.kinetic_speed != 0.0)
+    wish.path = std::max(c.kinetic_speed, slowest_sliding) * c.ageing_time /
+                (c.presliding_length * (1.0 - c.residual_share));
+  return wish;
+}
+
+/// Kinetic and peak coefficient of a material at c.kinetic_speed, and how they fall.
+void find_friction(const Material& m, Coefficients& c) {
+  c.kinetic = m.kinetic_coefficient();
+  c.peak = m.peak_coefficient();
+  if (m.ageing_strength == 0.0) return;
+  const double mean = m.snap_length.mean(), residual = m.residual_length / mean;
+  if (c.kinetic_speed == 0.0) {
+    const double deflection =
+        detail::find_steady_sliding(m.snap_length, m.snap_rule, m.shared_renewal).deflection;
+    c.fall_per_decade = ln10 * m.ageing_strength * deflection / (residual + deflection);
+    return;
+  }
+  const detail::WayAgeing ageing = detail::ageing_at(m, c.kinetic_speed);
+  c.kinetic = m.kinetic_coefficient(c.kinetic_speed);
+  c.peak =
+      m.bristle_stiffness *
+      (m.residual_length + mean * detail::aged_peak(m.snap_length, m.snap_rule, m.shared_renewal, ageing)) /
+      (m.normal_stiffness * m.asperity_height_deviation);
+  c.fall_per_decade =
+      ln10 * detail::kinetic_fall(m.snap_length, m.snap_rule, m.shared_renewal, residual, ageing);
+}
+
+/// An error where no strength fulfils the wish.
+void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
+  const bool grows = c.growth_per_decade != 0.0;
+  const double wanted = grows ? c.growth_per_decade : c.fall_per_decade;
+  const double highest = ln10 * family.effect(unit, largest_ageing);
+  if (wanted <= highest * (1.0 + 1e-9)) return;
+  std::string text = "0 to " + detail::number_text(highest);
+  if (c.kinetic_speed != 0.0)
+    text += " at kinetic_speed " + detail::number_text(c.kinetic_speed) + " m/s, ageing_time " +
+            detail::number_text(c.ageing_time) + " s";
+  detail::refuse("Coefficients", grows ? "growth_per_decade" : "fall_per_decade", wanted,
+                 text + " (ageing_strength at most " + detail::number_text(largest_ageing) + ")");
 }
 
 }  // namespace
@@ -238,11 +370,10 @@ Material Material::from_coefficients(const Coefficients& c) {
                    "0 with law exponential and rule keep: its shortest bristles would renew all others");
   }
 
-  require_within(where, "kinetic_speed", c.kinetic_speed, 0.0, 1e15, "m/s");
-  require_within(where, "fall_per_decade", c.fall_per_decade, 0.0, 0.0);
-  require_within(where, "growth_per_decade", c.growth_per_decade, 0.0, 0.0);
+  check_ageing(c);
 
-  const Family family{c.law, c.rule, c.residual_share / (1.0 - c.residual_share), c.shared_renewal};
+  const Family family{c.law, c.rule, c.residual_share / (1.0 - c.residual_share), c.shared_renewal,
+                      find_wish(c)};
   const double spread = find_spread(family, c.peak / c.kinetic, c.residual_share);
 
   Material material;
@@ -253,13 +384,20 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.asperity_height_deviation = 1e-6;  // suits most industrial surfaces (paper, section 2.3)
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
-  material.bristle_stiffness = c.kinetic / material.kinetic_coefficient();
+  material.ageing_form = c.ageing_form;
+  material.ageing_time = c.ageing_time;
+  if (family.wish.any()) {
+    const SnapLength unit = family.make(1.0, spread);
+    require_reached(c, family, unit);
+    material.ageing_strength = family.find_strength(unit);
+  }
+  material.bristle_stiffness =
+      c.kinetic / (c.kinetic_speed == 0.0 ? material.kinetic_coefficient()
+                                          : material.kinetic_coefficient(c.kinetic_speed));
   material.bristle_damping = c.damping_per_newton / c.bristles_per_newton;
   material.viscous_friction = c.viscous_friction;
   material.stribeck_velocity = c.stribeck_velocity;
   material.damper_decay = c.damper_decay;
-  material.ageing_form = c.ageing_form;
-  material.ageing_time = c.ageing_time;
   material.speed_strengthening = c.speed_strengthening;
   material.strengthening_speed = c.strengthening_speed;
   material.validate();
@@ -270,16 +408,12 @@ Coefficients Material::coefficients(double kinetic_speed_m_per_s) const {
   validate();
   detail::require_within("Material::coefficients", "kinetic_speed_m_per_s", kinetic_speed_m_per_s, 0.0, 1e15,
                          "m/s");
-  if (ageing_strength != 0.0) detail::refuse("Material", "ageing_strength", ageing_strength, "0");
   Coefficients c;
-  c.kinetic_speed = kinetic_speed_m_per_s;
-  c.ageing_form = ageing_form;
-  c.ageing_time = ageing_time;
-  c.speed_strengthening = speed_strengthening;
-  c.strengthening_speed = strengthening_speed;
-  c.kinetic = kinetic_coefficient();
-  c.peak = peak_coefficient();
   c.presliding_length = residual_length + snap_length.mean();
+  c.kinetic_speed = kinetic_speed_m_per_s;
+  if (ageing_strength != 0.0 && ageing_form == AgeingForm::saturating && c.kinetic_speed == 0.0)
+    c.kinetic_speed = c.presliding_length / ageing_time;
+  find_friction(*this, c);
   c.residual_share = residual_length / c.presliding_length;
   c.shared_renewal = shared_renewal;
   c.bristles_per_newton = bristles_in_contact(1.0);
@@ -289,6 +423,10 @@ Coefficients Material::coefficients(double kinetic_speed_m_per_s) const {
   c.viscous_friction = viscous_friction;
   c.stribeck_velocity = stribeck_velocity;
   c.damper_decay = damper_decay;
+  c.ageing_form = ageing_form;
+  c.ageing_time = ageing_time;
+  c.speed_strengthening = speed_strengthening;
+  c.strengthening_speed = strengthening_speed;
   return c;
 }
 

@@ -212,6 +212,13 @@ double aged_length(double length, const WayAgeing& ageing) noexcept {
   return l;
 }
 
+AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing) {
+  const std::vector<Node> nodes = aged_nodes(law, SnapRule::redraw, ageing);
+  const double mean = expectation(nodes, [](double l) { return l; });
+  const double variance = expectation(nodes, [mean](double l) { return square(l - mean); });
+  return {mean, square_root(variance) / mean};
+}
+
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing) {
   BRISTLE_ASSERT(shared_renewal >= 0.0 && ageing.path > 0.0);

@@ -29,6 +29,12 @@ WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 /// The deflection beyond the residual at which a bristle that was drawn this length snaps: l = length g(l).
 double aged_length(double length, const WayAgeing& ageing) noexcept;
 
+/// Of l, in mean snap lengths as drawn.
+struct AgedMoments {
+  double mean, cv;
+};
+AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing);
+
 struct SteadySliding {
   double snap_rate;   ///< nu: snaps per bristle in contact and mean length
   double growth;      ///< lambda = kappa nu: renewals per bristle and mean length

@@ -32,8 +32,6 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   // Not built yet.
   if (material->material.ageing_strength != 0.0 && options.population != Population::infinite)
     refuse("Material", "ageing_strength", material->material.ageing_strength, "0");
-  if (material->material.speed_strengthening != 0.0)
-    refuse("Material", "speed_strengthening", material->material.speed_strengthening, "0");
   if (options.population == Population::infinite)
     return make_cohorts(std::move(material), options, kernels, weight);
   return make_representatives(std::move(material), options, kernels, weight);

@@ -37,8 +37,8 @@ struct PatchRecord {
   /// Of a patch that ages: no bristle has held since before `oldest`. Times as time_of, s.
   struct Hold {
     double oldest = 0.0;
-    double since = 0.0;              ///< once the patch is far from `place` this is the next `oldest`:
-    std::int64_t place[2] = {0, 0};  ///< where it was then
+    double since = 0.0;            ///< when the patch was last near its anchor: the next `oldest`
+    std::int64_t way[2] = {0, 0};  ///< from the anchor, fixed point
   } hold;
 };
 

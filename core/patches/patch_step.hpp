@@ -82,6 +82,9 @@ bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 /// Numbers of the shared part that follow from load and material. Call after either changed.
 void note_contact(Patch& patch) noexcept;
 
+/// Of a patch whose material changes: what it holds stays as old as it is.
+void take_hold_over(Patch& to, const Patch& from) noexcept;
+
 /// Zero force and the given status.
 void write_refusal(const Patch* patch, Status status, Response& out) noexcept;
 

@@ -38,22 +38,40 @@ void contact_fields(Io& io, Contact& c) noexcept {
 }
 constexpr std::size_t contact_size = 8 * 8;
 
-/// The patch's own time, where it ages.
-constexpr std::size_t clock_size = 16;
-std::size_t clock_size_of(const Patch& p) noexcept { return p.ages ? clock_size : 0; }
-void save_clock(const Patch& p, ByteWriter& write) noexcept {
+/// The patch's own time and how long it can have held, where it ages.
+struct SavedTime {
+  Int128 time = 0;
+  PatchRecord::Hold hold;
+};
+constexpr std::size_t time_size = 6 * 8;
+std::size_t time_size_of(const Patch& p) noexcept { return p.ages ? time_size : 0; }
+void save_time(const Patch& p, ByteWriter& write) noexcept {
   if (!p.ages) return;
   const PatchRecord& r = *p.record;
   const Int128 time = r.clock == nullptr ? 0 : *r.clock - r.epoch;
   write(static_cast<std::uint64_t>(time));
   write(static_cast<std::uint64_t>(time >> 64));
+  write(r.hold.oldest);
+  write(r.hold.since);
+  for (const std::int64_t x : r.hold.way) write(x);
 }
-Int128 read_clock(const Patch& p, ByteReader& read) noexcept {
-  if (!p.ages) return 0;
+SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
+  SavedTime saved;
+  if (!p.ages) return saved;
   std::uint64_t low = 0, high = 0;
   read(low);
   read(high);
-  return static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
+  saved.time = static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
+  read(saved.hold.oldest);
+  read(saved.hold.since);
+  for (std::int64_t& x : saved.hold.way) read(x);
+  return saved;
+}
+bool is_good_time(const SavedTime& t) noexcept {
+  constexpr double rounding = 1.0 + 1e-12;
+  const double now = static_cast<double>(t.time) / clock_units_per_second;
+  return t.time >= 0 && t.hold.oldest >= 0.0 && t.hold.since >= t.hold.oldest &&
+         t.hold.since <= now * rounding;
 }
 
 std::uint64_t checksum(Span<const std::byte> state) noexcept {
@@ -133,7 +151,7 @@ std::uint64_t signature_of(const Patch& p) noexcept {
 }
 
 std::size_t saved_size_of(const Patch& p) noexcept {
-  return saved_patch_size + contact_size + clock_size_of(p) + p.model->saved_size(p);
+  return saved_patch_size + contact_size + time_size_of(p) + p.model->saved_size(p);
 }
 
 void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
@@ -142,7 +160,7 @@ void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
   const SavedPatch head{slot, p.generation, signature_of(p), saved_size_of(p), options.key, options.seed};
   head_fields(write, head);
   contact_fields(write, p);
-  save_clock(p, write);
+  save_time(p, write);
   p.model->save(p, write);
 }
 
@@ -158,7 +176,7 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   ByteReader read(from + saved_patch_size);
   contact_fields(read, contact);
   if (const char* fault = find_contact_fault(p, contact)) return fault;
-  if (read_clock(p, read) < 0) return "time";
+  if (!is_good_time(read_time(p, read))) return "time";
   return p.model->find_fault(p, contact, read);
 }
 
@@ -167,8 +185,9 @@ void restore_patch(Patch& p, const std::byte* from) noexcept {
   p.record->options.key = head.key;
   ByteReader read(from + saved_patch_size);
   contact_fields(read, p);
-  const Int128 time = read_clock(p, read);
-  if (p.ages && p.record->clock != nullptr) p.record->epoch = *p.record->clock - time;
+  const SavedTime saved = read_time(p, read);
+  if (p.ages && p.record->clock != nullptr) p.record->epoch = *p.record->clock - saved.time;
+  p.record->hold = saved.hold;
   p.model->restore(p, head.seed, read);
 }
 

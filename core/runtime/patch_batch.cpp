@@ -193,6 +193,7 @@ struct PatchBatch::Impl {
           c->patch.record->clock = &clock;
           c->patch.record->epoch = p.record->epoch;
           p.model->take_over(c->patch, p);
+          take_hold_over(c->patch, p);
           keep_place(c->patch, p);
           std::swap(p, c->patch);
           break;
@@ -264,6 +265,7 @@ struct PatchBatch::Impl {
     const Patch before = *p;
     p->record->epoch = clock;
     p->model->reset(*p, seed, key);
+    p->record->hold = {};
     keep_place(*p, before);
     pool.note(slot_of(id)).last = Response{};
     return true;
@@ -699,6 +701,13 @@ double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
   return p != nullptr && normal_load_n > 0.0
              ? normal_load_n * p->material().material.strengthening_damping(speed_m_per_s)
              : 0.0;
+}
+
+bool PatchBatch::ages(PatchId id) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
+  impl_->apply_commands();
+  const Patch* p = impl_->pool.find(id);
+  return p != nullptr && p->ages;
 }
 
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {

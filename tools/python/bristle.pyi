@@ -57,6 +57,13 @@ class Coefficients:
     damper_decay: str
     residual_share: float
     shared_renewal: float
+    kinetic_speed: float
+    fall_per_decade: float
+    growth_per_decade: float
+    ageing_time: float
+    ageing_form: str
+    speed_strengthening: float
+    strengthening_speed: float
     def __init__(
         self,
         *,
@@ -72,6 +79,13 @@ class Coefficients:
         damper_decay: str = ...,
         residual_share: float = ...,
         shared_renewal: float = ...,
+        kinetic_speed: float = ...,
+        fall_per_decade: float = ...,
+        growth_per_decade: float = ...,
+        ageing_time: float = ...,
+        ageing_form: str = ...,
+        speed_strengthening: float = ...,
+        strengthening_speed: float = ...,
     ) -> None: ...
     @staticmethod
     def paper() -> Coefficients: ...
@@ -119,11 +133,18 @@ class Material:
     @overload
     @staticmethod
     def from_coefficients(**coefficients: Union[float, str]) -> Material: ...
-    def coefficients(self) -> Coefficients: ...
+    def coefficients(self, kinetic_speed: float = ...) -> Coefficients: ...
     def validate(self) -> None: ...
     def bristles_in_contact(self, normal_load: float) -> float: ...
+    @overload
     def kinetic_coefficient(self) -> float: ...
+    @overload
+    def kinetic_coefficient(self, speed: float) -> float: ...
+    @overload
     def peak_coefficient(self) -> float: ...
+    @overload
+    def peak_coefficient(self, held: float) -> float: ...
+    def strengthening_at(self, speed: float) -> float: ...
     def damping_at(self, speed: float) -> float: ...
     def steady_force(self, speed: float, normal_load: float) -> float: ...
 

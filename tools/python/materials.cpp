@@ -94,11 +94,25 @@ void define_coefficients(py::module_& module) {
       .field("residual_share", &Coefficients::residual_share,
              "Share of the presliding length that a snap leaves, 0 to below 1.")
       .field("shared_renewal", &Coefficients::shared_renewal, "Bristles that a snap renews in the patch.")
+      .field("kinetic_speed", &Coefficients::kinetic_speed,
+             "m/s, at which kinetic and peak hold; 0 = so fast that nothing ages.")
+      .field("fall_per_decade", &Coefficients::fall_per_decade,
+             "Share of kinetic friction that is lost per decade of speed; 0 = no ageing.")
+      .field("growth_per_decade", &Coefficients::growth_per_decade,
+             "Instead: growth of static friction per decade of rest, over kinetic.")
+      .field("ageing_time", &Coefficients::ageing_time, "s: tau.")
+      .named_field("ageing_form", &Coefficients::ageing_form, ageing_names,
+                   "\"logarithmic\" or \"saturating\".")
+      .field("speed_strengthening", &Coefficients::speed_strengthening,
+             "a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic.")
+      .field("strengthening_speed", &Coefficients::strengthening_speed, "m/s: v*.")
       .done(
           "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
           "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
-          "damper_decay='exponential', residual_share=0.1, shared_renewal=1.0)");
+          "damper_decay='exponential', residual_share=0.1, shared_renewal=1.0, kinetic_speed=0.0, "
+          "fall_per_decade=0.0, growth_per_decade=0.0, ageing_time=1.0, ageing_form='logarithmic', "
+          "speed_strengthening=0.0, strengthening_speed=1e-6)");
   coefficients.type.def_static("paper", &Coefficients::paper,
                                "The law of the paper: residual_share = shared_renewal = 0.");
 }

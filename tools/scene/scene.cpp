@@ -60,6 +60,14 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
   }
 }
 
+bristle::AgeingForm read_ageing_form(const TomlTable& table) {
+  return static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
+}
+double read_ageing_time(const TomlTable& table) {
+  return table.number("ageing_time",
+                      {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, 1.0);
+}
+
 bristle::Material read_bristle_parameters(const TomlTable& table) {
   bristle::Material m;
   m.bristle_stiffness = table.number("bristle_stiffness", any_not_negative, m.bristle_stiffness);
@@ -74,11 +82,9 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.residual_length =
       table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
   m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
-  m.ageing_form =
-      static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
+  m.ageing_form = read_ageing_form(table);
   m.ageing_strength = table.number("ageing_strength", {0.0, bristle::largest_ageing}, 0.0);
-  m.ageing_time = table.number(
-      "ageing_time", {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, 1.0);
+  m.ageing_time = read_ageing_time(table);
   m.speed_strengthening = table.number("speed_strengthening", any_not_negative, 0.0);
   m.strengthening_speed = table.number("strengthening_speed", any_positive, m.strengthening_speed);
   return m;
@@ -98,6 +104,13 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, c.stribeck_velocity);
   c.residual_share = table.number("residual_share", {0.0, 0.98}, c.residual_share);
   c.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, c.shared_renewal);
+  c.kinetic_speed = table.number("kinetic_speed", any_not_negative, c.kinetic_speed);
+  c.fall_per_decade = table.number("fall_per_decade", any_not_negative, c.fall_per_decade);
+  c.growth_per_decade = table.number("growth_per_decade", any_not_negative, c.growth_per_decade);
+  c.ageing_form = read_ageing_form(table);
+  c.ageing_time = read_ageing_time(table);
+  c.speed_strengthening = table.number("speed_strengthening", any_not_negative, c.speed_strengthening);
+  c.strengthening_speed = table.number("strengthening_speed", any_positive, c.strengthening_speed);
   return c;
 }
 
@@ -105,15 +118,17 @@ SceneMaterial read_material(TomlTable table) {
   SceneMaterial result;
   result.name = table.name();
   result.where = table.where();
-  const bool bristle_parameters = table.has_any({"bristle_stiffness", "bristle_damping", "normal_stiffness",
-                                                 "asperity_height_deviation", "snap_length"});
+  const bool bristle_parameters =
+      table.has_any({"bristle_stiffness", "bristle_damping", "normal_stiffness", "asperity_height_deviation",
+                     "snap_length", "ageing_strength"});
   try {
     if (bristle_parameters) {
       if (table.has_any({"kinetic", "peak", "presliding_length", "bristles_per_newton", "law",
-                         "damping_per_newton", "residual_share"})) {
+                         "damping_per_newton", "residual_share", "kinetic_speed", "fall_per_decade",
+                         "growth_per_decade"})) {
         table.fail(
             "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, "
-            "damping_per_newton, residual_share) with "
+            "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
             "bristle parameters; give one kind");
       }
       table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
@@ -122,9 +137,26 @@ SceneMaterial read_material(TomlTable table) {
                    "ageing_strength", "ageing_time", "speed_strengthening", "strengthening_speed"});
       result.material = read_bristle_parameters(table);
     } else {
-      table.allow({"name", "kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "rule",
-                   "damping_per_newton", "viscous_friction", "stribeck_velocity", "damper_decay",
-                   "residual_share", "shared_renewal"});
+      table.allow({"name",
+                   "kinetic",
+                   "peak",
+                   "presliding_length",
+                   "bristles_per_newton",
+                   "law",
+                   "rule",
+                   "damping_per_newton",
+                   "viscous_friction",
+                   "stribeck_velocity",
+                   "damper_decay",
+                   "residual_share",
+                   "shared_renewal",
+                   "kinetic_speed",
+                   "fall_per_decade",
+                   "growth_per_decade",
+                   "ageing_form",
+                   "ageing_time",
+                   "speed_strengthening",
+                   "strengthening_speed"});
       result.coefficients = read_coefficients(table);
       result.material = bristle::Material::from_coefficients(*result.coefficients);
     }

@@ -36,6 +36,38 @@ std::string cases_table(const StabilityResult& result) {
   return table.text();
 }
 
+std::string pulled_table(const StabilityResult& result) {
+  Table table({"<contact", "<scheme", "K T^2/m", "k_c N/m", "measured", "force on k_c/4", "speed over pull"});
+  for (const PullRow& row : result.pulled) {
+    const Pull& p = row.pull;
+    table.add({p.name, to_string(row.scheme),
+               fmt::format("{:.3g}", contact_stiffness(p) * p.dt_s * p.dt_s / p.mass_kg),
+               fmt::format("{:.4g}", row.theory), fmt::format("{:.3f} k_c", row.measured / row.theory),
+               fmt::format("{:.3g} to {:.3g} N", row.soft.lowest_force, row.soft.highest_force),
+               fmt::format("{:.2g} to {:.3g}", row.soft.slowest, row.soft.fastest)});
+  }
+  return table.text();
+}
+
+Json pulled_json(const StabilityResult& result) {
+  Json rows = Json::array();
+  for (const PullRow& row : result.pulled) {
+    rows.push_back({{"contact", row.pull.name},
+                    {"scheme", to_string(row.scheme)},
+                    {"mass_kg", row.pull.mass_kg},
+                    {"load_n", row.pull.load_n},
+                    {"speed_m_per_s", row.pull.speed_m_per_s},
+                    {"dt_s", row.pull.dt_s},
+                    {"critical_stiffness_n_per_m", {{"theory", row.theory}, {"measured", row.measured}}},
+                    {"on_a_quarter",
+                     {{"slowest_over_pull", row.soft.slowest},
+                      {"fastest_over_pull", row.soft.fastest},
+                      {"lowest_force_n", row.soft.lowest_force},
+                      {"highest_force_n", row.soft.highest_force}}}});
+  }
+  return rows;
+}
+
 Json result_json(const LoopResult& r) {
   return {{"verdict", to_string(r.verdict)},
           {"unbounded", r.unbounded},
@@ -154,6 +186,7 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
   for (const LateRow& row : result.late) {
     report["late_force"].push_back({{"force", row.force}, {"device_damping_over_kt", row.damping_over_kt}});
   }
+  report["pulled"] = pulled_json(result);
   report["seconds"] = result.seconds_taken;
   return report;
 }
@@ -198,6 +231,13 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
   for (const LateRow& row : result.late) {
     text += fmt::format("  {:<4} force  b = {:.3f} K T\n", row.force, row.damping_over_kt);
   }
+  text +=
+      "\nA mass that a spring pulls slowly over a contact that ages (infinite brush): it slides steadily "
+      "above "
+      "the\ncritical stiffness k_c and sticks and slips below. By linear theory, measured, and on a quarter "
+      "of "
+      "it:\n\n";
+  text += pulled_table(result);
   text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
   return text;
 }

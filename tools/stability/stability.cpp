@@ -175,6 +175,14 @@ StabilityResult measure(const StabilityOptions& options) {
       }
     });
   }
+  for (const Pull& pull : pulls()) {
+    for (const Scheme scheme : {Scheme::predictor, Scheme::midpoint}) {
+      result.pulled.emplace_back();
+      result.pulled.back().pull = pull;
+      result.pulled.back().scheme = scheme;
+    }
+  }
+  for (PullRow& row : result.pulled) jobs.add([&row] { row = pull_row(row.pull, row.scheme); });
   jobs.add([&result] {
     result.late = {{"end", late_force_damping(false)}, {"mean", late_force_damping(true)}};
   });

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/stability/loop.hpp"
+#include "tools/stability/pulled.hpp"
 
 namespace cli {
 
@@ -94,6 +95,7 @@ struct StabilityResult {
   std::vector<RestRow> rests;
   std::vector<CaseRow> cases;
   std::vector<LateRow> late;
+  std::vector<PullRow> pulled;
   double seconds_taken = 0.0;
 };
 

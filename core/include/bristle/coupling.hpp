@@ -13,7 +13,9 @@
 //   predict_displacements   F_i = F_i(now) - (K_i T + C_i) s_i, its elastic part clipped at the force limit:
 //                           linear; s_i between the old velocity and the new, halfway without dampers and
 //                           nearer the new with them. Cheap: it evaluates each patch once. Needs only the
-//                           end force; finish with apply_end_forces.
+//                           end force; finish with apply_end_forces. (Friction that strengthens with speed
+//                           takes some more linear solves, a contact that ages and snaps in the step up to
+//                           four evaluations.)
 //   solve_displacements     F_i = mean force over the step at d_i = T s_i((u0 + u1) / 2), solved by
 //                           PatchBatch::find_force: the midpoint rule, which itself neither adds nor takes
 //                           energy. Needs Outputs::mean; finish with apply_mean_forces.
@@ -66,8 +68,7 @@ template <int Dof>
 void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                            const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,
                            Span<Motion> motions) noexcept {
-  using Vector = Eigen::Matrix<double, Dof, 1>;
-  using Matrix = Eigen::Matrix<double, Dof, Dof>;
+  bool strengthens = false, ages = false;
   for (BodyContact<Dof>& c : contacts) {
     Motion rest = motions[c.place];
     const Eigen::Vector2d slip = detail::slip_of<Dof>(c, body.velocity);
@@ -77,26 +78,32 @@ void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>
     }
     rest.has_velocity = true;
     const Response now = batch.find_force(dt_s, rest);
-    c.force = {now.elastic[0], c.axes == 2 ? now.elastic[1] : 0.0};
-    c.stiffness = now.stiffness;
+    c.trial_force = {now.elastic[0], c.axes == 2 ? now.elastic[1] : 0.0};
+    c.slope(0, 0) = now.stiffness;
     c.damping = now.damping;
     c.force_limit = now.force_limit;
+    const double strengthening = batch.strengthening_damping(rest.id, rest.normal_load, slip.norm());
+    c.plain_damping = std::max(now.damping - strengthening, 0.0);
+    strengthens = strengthens || strengthening > 0.0;
+    c.ages = batch.ages(rest.id);
+    ages = ages || c.ages;
   }
-  const double theta = detail::implicit_share<Dof>(dt_s, body, contacts);
-  Vector mean = body.velocity;  // (1 - theta) u0 + theta u1
-  // Each pass releases the patches that are over their limit; they stay released.
-  for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
-    Matrix a = body.mass;
-    Vector b = body.mass * body.velocity + theta * dt_s * external;
-    for (const BodyContact<Dof>& c : contacts) {
-      Eigen::Matrix<double, 2, Dof> jacobian = c.jacobian;
-      if (c.axes == 1) jacobian.row(1).setZero();
-      const double gain = theta * dt_s * (dt_s * c.stiffness + c.damping);
-      a.noalias() += gain * jacobian.transpose() * jacobian;
-      b.noalias() += jacobian.transpose() * (theta * dt_s * c.force + gain * c.ground_velocity);
+  const auto predict = [&] {
+    for (BodyContact<Dof>& c : contacts) {
+      c.force = c.trial_force;
+      c.stiffness = c.slope(0, 0);
     }
-    mean = a.llt().solve(b);
-    if (!detail::clip_at_limits<Dof>(dt_s, mean, contacts)) break;
+    return detail::predict_velocity<Dof>(dt_s, body, external, contacts);
+  };
+  Eigen::Matrix<double, Dof, 1> mean = predict();  // (1 - theta) u0 + theta u1
+  constexpr int most_trials = 4, most_solves = 60;
+  for (int i = 0; ages && i < most_trials; ++i) {
+    if (!detail::try_forces<Dof>(batch, dt_s, mean, contacts, motions)) break;
+    mean = predict();
+  }
+  for (int i = 0; strengthens && i < most_solves; ++i) {
+    if (!detail::strengthen<Dof>(batch, mean, contacts, motions)) break;
+    mean = predict();
   }
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }

@@ -46,6 +46,8 @@ struct BodyContact {
       Eigen::Vector2d::Zero();  ///< m/s, of the other surface, in the tangent plane
 
   double stiffness = 0.0, damping = 0.0, force_limit = 0.0;
+  double plain_damping = 0.0;  ///< damping without strengthening with speed
+  bool ages = false;
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> force = Eigen::Vector2d::Zero(),
                                                 trial_force = Eigen::Vector2d::Zero();
   Eigen::Matrix<double, 2, 2, Eigen::DontAlign> slope = Eigen::Matrix2d::Zero();
@@ -127,6 +129,81 @@ bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
     clipped = true;
   }
   return clipped;
+}
+
+// One linear solve of the equation of motion with the contacts' forces, stiffnesses and dampings, and a
+// projection: the velocity (1 - theta) u0 + theta u1.
+template <int Dof>
+Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof>& body,
+                                               const BodyVector<Dof>& external,
+                                               Span<BodyContact<Dof>> contacts) noexcept {
+  using Vector = Eigen::Matrix<double, Dof, 1>;
+  using Matrix = Eigen::Matrix<double, Dof, Dof>;
+  const double theta = implicit_share<Dof>(dt_s, body, contacts);
+  Vector mean = body.velocity;
+  // Each pass releases the patches that are over their limit; they stay released.
+  for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
+    Matrix a = body.mass;
+    Vector b = body.mass * body.velocity + theta * dt_s * external;
+    for (const BodyContact<Dof>& c : contacts) {
+      Eigen::Matrix<double, 2, Dof> jacobian = c.jacobian;
+      if (c.axes == 1) jacobian.row(1).setZero();
+      const double gain = theta * dt_s * (dt_s * c.stiffness + c.damping);
+      a.noalias() += gain * jacobian.transpose() * jacobian;
+      b.noalias() += jacobian.transpose() * (theta * dt_s * c.force + gain * c.ground_velocity);
+    }
+    mean = a.llt().solve(b);
+    if (!clip_at_limits<Dof>(dt_s, mean, contacts)) break;
+  }
+  return mean;
+}
+
+// Strengthening with speed is nearly the same force at any speed, as dry friction is: with the damping of the
+// old velocity it would turn a body round that it stops within the step. Takes its damping at the velocity u;
+// returns whether that changed it. The potential of the force is concave in the square of the speed, so the
+// linear problem lies above it and solving again and again falls to the solution.
+template <int Dof>
+bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
+                Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
+  constexpr double tolerance = 1e-6;
+  bool changed = false;
+  for (BodyContact<Dof>& c : contacts) {
+    const Motion& m = motions[c.place];
+    const double damping =
+        c.plain_damping + batch.strengthening_damping(m.id, m.normal_load, slip_of<Dof>(c, u).norm());
+    changed = changed || std::fabs(damping - c.damping) > tolerance * damping;
+    c.damping = damping;
+  }
+  return changed;
+}
+
+// The limit of a contact that ages is that of one that has held, and it may slide with far less: stiffness
+// that stays on below such a limit would hold it back, and so would the limit. Takes the force that the
+// contact has at the displacement with the velocity u: as its limit if it was clipped, else by the secant to
+// it. Returns whether that changed anything.
+template <int Dof>
+bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
+                Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
+  constexpr double small = 1e-3;
+  bool changed = false;
+  for (BodyContact<Dof>& c : contacts) {
+    if (!c.ages) continue;
+    const Eigen::Vector2d way = dt_s * slip_of<Dof>(c, u);
+    if (!(way.squaredNorm() > 0.0)) continue;
+    Motion trial = motions[c.place];
+    for (int a = 0; a < 2; ++a) trial.displacement[a] = way[a];
+    trial.has_velocity = false;
+    const Response there = batch.find_force(dt_s, trial);
+    const Eigen::Vector2d force(there.elastic[0], c.axes == 2 ? there.elastic[1] : 0.0);
+    const bool clipped = c.stiffness == 0.0;
+    double& taken = clipped ? c.force_limit : c.slope(0, 0);
+    const double found =
+        clipped ? force.norm() : std::max(way.dot(c.trial_force - force) / way.squaredNorm(), 0.0);
+    if (found > (1.0 - small) * taken) continue;
+    taken = found;
+    changed = true;
+  }
+  return changed;
 }
 
 // When to stop: at the tolerance, up to a number of evaluations that is usually enough; after that at the

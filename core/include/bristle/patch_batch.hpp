@@ -117,6 +117,8 @@ class BRISTLE_API PatchBatch {
   /// speed: friction that is nearly the same at any speed, and stops a body within a step. For implicit
   /// solvers, which take it at the speed that they find (coupling.hpp does). 0 for a material without.
   double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
+  /// Whether the contact ages: then its force limit may be far above the force that it slides with.
+  bool ages(PatchId id) const noexcept;
 
   /// From now on the patch uses `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer
   /// mean less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The

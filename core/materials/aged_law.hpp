@@ -1,0 +1,22 @@
+// Snap lengths of a contact that ages, in sliding at one speed: what a bristle that was drawn the length
+// delta snaps at, l = delta g(l / v), as a law of its own (core/MODEL.md, "Ageing").
+#pragma once
+
+#include "core/materials/steady_sliding.hpp"
+
+namespace bristle::detail {
+
+/// A law for the aged lengths, in units of law.mean(). Uniform and table: a table. Normal and lognormal: the
+/// same family with their mean and coefficient of variation; its peak is off by up to 2e-3 and 3e-4.
+/// Exponential: the mean alone.
+SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing);
+
+/// Highest mean deflection beyond the residual, in units of law.mean(), at first loading at this speed of
+/// bristles that have just been renewed. Set-up cost.
+double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, const WayAgeing& ageing);
+
+/// -d ln(kinetic force) / d ln(speed); `residual` in units of law.mean().
+double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
+                    const WayAgeing& ageing);
+
+}  // namespace bristle::detail

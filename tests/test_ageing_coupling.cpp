@@ -1,0 +1,221 @@
+// Contacts that age, from outside: the force limit, which follows how long a contact can have held, and
+// bodies coupled to them.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <random>
+#include <vector>
+
+#if BRISTLE_HAS_EIGEN
+#include <bristle/coupling.hpp>
+#endif
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Ageing;
+using bristle::Coefficients;
+using bristle::Population;
+
+namespace {
+
+constexpr double load = 2.0, length = 1e-5, tau = 1e-3, beta = 0.03;
+
+Material ageing_material() {
+  return Material::from_coefficients(Coefficients{}.with_presliding_length(length))
+      .with_ageing(Ageing::logarithmic(beta, tau));
+}
+
+PatchOptions infinite() {
+  return PatchOptions{}
+      .with_max_normal_load(load)
+      .with_population(Population::infinite)
+      .with_outputs(Outputs::all);
+}
+
+/// Slides a patch, in steps of a tenth of the presliding length.
+Response slide(OnePatch& patch, double lengths, double speed) {
+  Response r;
+  for (double x = 0.0; x < lengths; x += 0.1) r = patch.step(0.1 * length, 0.0, load, 0.1 * length / speed);
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("The force limit of a contact that ages is that of the time that it can have held",
+          "[ageing][limit]") {
+  const Material m = ageing_material();
+  OnePatch patch(m, infinite());
+  double time = 0.0;
+  for (const double dt : {1e-3, 1e-2, 1.0, 100.0, 1e4}) {
+    time += dt;
+    const double limit = load * m.peak_coefficient(time);
+    CHECK(patch.batch.find_force(dt, Motion{patch.id, {0.0, 0.0}, load}).force_limit ==
+          Approx(limit).epsilon(1e-12));
+    CHECK(patch.step(0.0, 0.0, load, dt).force_limit == Approx(limit).epsilon(1e-12));
+  }
+  // A patch that is not named ages too.
+  const PatchId other = patch.batch.add(m, infinite());
+  patch.batch.warm_up();
+  Motion rest{other, {0.0, 0.0}, load};
+  Response r;
+  patch.batch.step(5e3, {&rest, 1}, {&r, 1});
+  CHECK(r.force_limit == Approx(load * m.peak_coefficient(5e3)).epsilon(1e-9));
+  CHECK(patch.step(0.0, 0.0, load, 1.0).force_limit ==
+        Approx(load * m.peak_coefficient(time + 5001.0)).epsilon(1e-9));
+  // Sliding on, nothing is older than the way over twice the longest length.
+  const double speed = 1e-4;
+  const double longest = (m.residual_length + m.snap_length.longest() * m.ageing_factor(time)) / length;
+  const Response slid = slide(patch, 8.0 * longest, speed);
+  CHECK(slid.force_limit < load * m.peak_coefficient(8.0 * longest * length / speed));
+  CHECK(slid.force_limit > load * m.kinetic_coefficient(speed));
+  CHECK(slid.force_limit > std::abs(slid.elastic[0]));
+  // A step so long that every bristle snaps in it.
+  CHECK(patch.step(1.0, 0.0, load, 1e-2).force_limit <= load * m.peak_coefficient(time));
+  CHECK(patch.step(0.0, 0.0, load, 1e-2).force_limit ==
+        Approx(load * m.peak_coefficient(2e-2)).epsilon(1e-12));
+  CHECK(patch.batch.reset(patch.id));
+  CHECK(patch.step(0.0, 0.0, load, 0.5).force_limit == Approx(load * m.peak_coefficient(0.5)).epsilon(1e-12));
+}
+
+TEST_CASE("The force of a contact that ages keeps to its limit as one without ageing does",
+          "[ageing][limit]") {
+  OnePatch patch(ageing_material(), infinite().with_axes(2));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform_share(0.0, 1.0);
+  double highest = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    const double angle = 6.2831853 * uniform_share(random);
+    const double speed = std::pow(10.0, -6.0 + 5.0 * uniform_share(random));
+    const double piece = length * std::pow(10.0, -2.0 + 1.5 * uniform_share(random));
+    if (uniform_share(random) < 0.2)
+      patch.step(0.0, 0.0, load, std::pow(10.0, -2.0 + 4.0 * uniform_share(random)));
+    const int steps = 1 + static_cast<int>(30.0 * uniform_share(random));
+    for (int k = 0; k < steps; ++k) {
+      const Response r = patch.step(piece * std::cos(angle), piece * std::sin(angle), load, piece / speed);
+      const double share = std::hypot(r.elastic[0], r.elastic[1]) / r.force_limit;
+      // Strokes raise the highest force above that of first loading, with or without ageing (MATERIALS.md).
+      REQUIRE(share <= 1.12);
+      highest = std::max(highest, share);
+    }
+  }
+  CHECK(highest > 0.9);  // and it is no idle bound
+}
+
+TEST_CASE("What a contact can have held is saved, restored and kept under another material",
+          "[ageing][limit][state]") {
+  const Material m = ageing_material();
+  OnePatch patch(m, infinite());
+  patch.step(0.0, 0.0, load, 3.0);
+  slide(patch, 40.0, 1e-4);
+  patch.step(0.0, 0.0, load, 0.3);
+  std::vector<std::byte> saved(patch.batch.state_size());
+  REQUIRE(patch.batch.save_state({saved.data(), saved.size()}) == saved.size());
+  OnePatch other(m, infinite());
+  other.step(0.0, 0.0, load, 1e3);
+  other.batch.restore_state({saved.data(), saved.size()});
+  for (int i = 0; i < 50; ++i) {
+    const double dx = i % 7 < 3 ? 0.4 * length : 0.0;
+    const Response a = patch.step(dx, 0.0, load, 0.01), b = other.step(dx, 0.0, load, 0.01);
+    REQUIRE(a.force_limit == b.force_limit);
+    REQUIRE(a.end[0] == b.end[0]);
+  }
+  // Another material takes the age over: with the same law of ageing the limit goes on.
+  const double before = patch.step(0.0, 0.0, load, 0.01).force_limit;
+  patch.batch.set_material(patch.id, Material(m).with_viscous_friction(0.5));
+  CHECK(patch.step(0.0, 0.0, load, 1e-9).force_limit == Approx(before).epsilon(1e-6));
+}
+
+#if BRISTLE_HAS_EIGEN
+
+namespace {
+
+/// A mass on a rail over an infinite brush that ages.
+struct Sled {
+  explicit Sled(bool midpoint_) : midpoint(midpoint_), patch(ageing_material(), infinite().with_axes(1)) {
+    body.mass(0, 0) = 0.2;
+    contact.axes = 1;
+    motion.id = patch.id;
+    motion.normal_load = load;
+  }
+  void step(double push_n) {
+    const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
+    if (midpoint)
+      bristle::solve_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
+    else
+      bristle::predict_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
+    response = patch.step(motion);
+    if (midpoint)
+      bristle::apply_mean_forces(tick, body, force, {&contact, 1}, {&response, 1});
+    else
+      bristle::apply_end_forces(tick, body, force, {&contact, 1}, {&response, 1});
+    x += motion.displacement[0];
+  }
+  double energy() const { return 0.1 * body.velocity[0] * body.velocity[0] + patch.energy(); }
+
+  bool midpoint;
+  OnePatch patch;
+  bristle::MovingBody<1> body;
+  bristle::BodyContact<1> contact;
+  Motion motion;
+  Response response;
+  double x = 0.0;
+};
+
+}  // namespace
+
+TEST_CASE("A body on a contact that ages stops where friction stops it, settles and does not creep",
+          "[ageing][coupling]") {
+  for (const bool midpoint : {false, true}) {
+    CAPTURE(midpoint);
+    Sled sled(midpoint);
+    slide(sled.patch, 60.0, 0.05);
+    sled.body.velocity[0] = 0.1;
+    double before = sled.energy();
+    for (int i = 0; i < 300; ++i) {
+      sled.step(0.0);
+      if (midpoint) REQUIRE(sled.energy() <= before * (1.0 + 1e-9) + 1e-15);
+      before = sled.energy();
+    }
+    // Friction between that at 0.1 m/s and that at a hundredth of it.
+    const Material m = ageing_material();
+    const double work = 0.1 * 0.01 / load;
+    CHECK(sled.x < work / m.kinetic_coefficient(0.1) * 1.03);
+    CHECK(sled.x > work / m.kinetic_coefficient(1e-3) * 0.95);
+    // A push of two thirds of the lowest kinetic friction: it holds.
+    const double push = 2.0 / 3.0 * m.kinetic_coefficient() * load;
+    for (int i = 0; i < 2000; ++i) sled.step(push);
+    const double x = sled.x;
+    double farthest = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+      sled.step(push);
+      farthest = std::max(farthest, std::abs(sled.x - x));
+    }
+    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // undamped, the midpoint rule lets it swing
+    CHECK(sled.x - x < 1e-2 * length);
+  }
+}
+
+TEST_CASE("A contact that has held for long bears a push under which a younger one slides",
+          "[ageing][coupling]") {
+  const Material m = ageing_material();
+  // Between the peak of a contact a tick old and that of one that held for an hour.
+  const double push = 0.5 * (m.peak_coefficient(1e-2) + m.peak_coefficient(3600.0)) * load;
+  for (const bool midpoint : {false, true}) {
+    for (const double held : {1e-2, 3600.0}) {
+      CAPTURE(midpoint, held);
+      Sled sled(midpoint);
+      sled.patch.step(0.0, 0.0, load, held);
+      for (int i = 0; i < 200; ++i) sled.step(push * std::min(1.0, 0.01 * i));
+      if (held < 1.0)
+        CHECK(sled.x > 10.0 * length);
+      else
+        CHECK(sled.x < 2.0 * length);
+    }
+  }
+}
+
+#endif

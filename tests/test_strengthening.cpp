@@ -1,0 +1,258 @@
+// Strengthening with speed, a N asinh(v / (2 v*)) against the motion: the force of a patch in closed form,
+// and bodies that it stops, against the equation of motion in steps far finer than the coupling's.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#if BRISTLE_HAS_EIGEN
+#include <bristle/coupling.hpp>
+#endif
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Population;
+
+namespace {
+
+constexpr double a = 0.02, slow = 3e-6;  // friction per e-fold; v*, m/s
+
+Material strengthening_material(double bristle_stiffness = 80.0) {
+  return Material{}
+      .with_bristle_stiffness(bristle_stiffness)
+      .with_bristle_damping(0.02)
+      .with_viscous_friction(0.3)
+      .with_stribeck_velocity(2e-3)
+      .with_snap_length(uniform)
+      .with_speed_strengthening(a, slow);
+}
+
+}  // namespace
+
+TEST_CASE("A patch adds a N asinh(v / (2 v*)) against its velocity, along one axis or two",
+          "[strengthening]") {
+  for (const Population population : {Population::representatives, Population::infinite}) {
+    for (const int axes : {1, 2}) {
+      const PatchOptions options = PatchOptions{}
+                                       .with_max_normal_load(4.0)
+                                       .with_bristles(200)
+                                       .with_axes(axes)
+                                       .with_population(population)
+                                       .with_outputs(Outputs::all);
+      OnePatch with(strengthening_material(), options);
+      OnePatch without(Material(strengthening_material()).with_speed_strengthening(0.0, slow), options);
+      for (int i = 0; i < 200; ++i) {
+        const double size = dbar * std::pow(10.0, 0.05 * (i % 100) - 4.0);  // 1e-7 to 1 m/s
+        const double dx = i % 3 == 0 ? -size : 0.6 * size, dy = axes == 2 ? 0.8 * size : 0.0;
+        const double load = 1.0 + i % 4;
+        Motion motion{with.id, {dx, dy}, load};
+        const Response trial = with.batch.find_force(tick, motion);
+        const Response r = with.step(motion), plain = without.step(dx, dy, load);
+        const double speed = std::hypot(dx, dy) / tick;
+        const double force = a * load * std::asinh(speed / (2.0 * slow));
+        CAPTURE(axes, i, speed);
+        for (int k = 0; k < axes; ++k) {
+          const double expected = plain.damper[k] - force * (k == 0 ? dx : dy) / (speed * tick);
+          REQUIRE(r.damper[k] == Approx(expected).epsilon(1e-12).margin(1e-15));
+          REQUIRE(r.elastic[k] == plain.elastic[k]);
+          REQUIRE(r.end[k] == r.elastic[k] + r.damper[k]);
+          REQUIRE(r.mean[k] - plain.mean[k] ==
+                  Approx(r.damper[k] - plain.damper[k]).epsilon(1e-9).margin(1e-12));
+          REQUIRE(trial.damper[k] == r.damper[k]);
+        }
+        // The secant, so that damping times velocity is the force.
+        REQUIRE(r.damping == Approx(plain.damping + force / speed).epsilon(1e-12));
+        REQUIRE(r.damper_work == Approx(r.damping * speed * speed * tick).epsilon(1e-12));
+        REQUIRE(with.batch.strengthening_damping(with.id, load, speed) ==
+                Approx(force / speed).epsilon(1e-12));
+      }
+      // At rest no force, and the limit of the secant.
+      const Response rest = with.step(0.0, 0.0, 2.0);
+      CHECK(rest.damper[0] == 0.0);
+      CHECK(rest.damping ==
+            Approx(without.step(0.0, 0.0, 2.0).damping + 2.0 * a / (2.0 * slow)).epsilon(1e-12));
+      CHECK(with.step(0.0, 0.0, 2.0).damping == rest.damping);
+      // A given velocity takes the place of displacement over time; out of contact there is nothing.
+      Motion given{with.id, {1e-9, 0.0}, 2.0};
+      given.has_velocity = 1;
+      given.velocity[0] = -0.4;
+      const double viscous = 2.0 / (1111.111111111111 * 1e-6) * 0.02 * std::exp(-200.0) + 0.3;
+      CHECK(with.step(given).damper[0] ==
+            Approx(viscous * 0.4 + 2.0 * a * std::asinh(0.4 / (2.0 * slow))).epsilon(1e-12));
+      CHECK(with.step(1e-3, 0.0, 0.0).damper[0] == 0.0);
+      CHECK(with.step(1e-3, 0.0, 0.0).damping == 0.0);
+      CHECK(without.batch.strengthening_damping(without.id, 2.0, 1.0) == 0.0);
+      CHECK(with.batch.strengthening_damping(bristle::PatchId{}, 2.0, 1.0) == 0.0);
+    }
+  }
+}
+
+#if BRISTLE_HAS_EIGEN
+
+namespace {
+
+constexpr double mass = 0.1, load = 1.0;
+
+/// A mass on a rail over a patch whose bristles are almost without force: friction is the strengthening.
+struct Glider {
+  Glider(bool midpoint_, double v0, double bristle_stiffness = 1e-9)
+      : midpoint(midpoint_),
+        patch(Material{}
+                  .with_bristle_stiffness(bristle_stiffness)
+                  .with_snap_length(uniform)
+                  .with_speed_strengthening(a, slow),
+              PatchOptions{}.with_max_normal_load(load).with_bristles(64).with_axes(1).with_outputs(
+                  Outputs::all)) {
+    body.mass(0, 0) = mass;
+    body.velocity[0] = v0;
+    contact.axes = 1;
+    motion.id = patch.id;
+    motion.normal_load = load;
+  }
+  void step(double push_n) {
+    const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
+    if (midpoint)
+      report = bristle::solve_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
+    else
+      bristle::predict_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
+    response = patch.step(motion);
+    if (midpoint)
+      bristle::apply_mean_forces(tick, body, force, {&contact, 1}, {&response, 1});
+    else
+      bristle::apply_end_forces(tick, body, force, {&contact, 1}, {&response, 1});
+    x += motion.displacement[0];
+  }
+
+  bool midpoint;
+  OnePatch patch;
+  bristle::MovingBody<1> body;
+  bristle::BodyContact<1> contact;
+  Motion motion;
+  Response response;
+  bristle::SolveReport report;
+  double x = 0.0;
+};
+
+/// m v' = push - a N asinh(v / (2 v*)), by Runge and Kutta's rule in a thousandth of the tick.
+struct Flight {
+  double v, x = 0.0;
+  void step(double push) {
+    constexpr int parts = 1000;
+    constexpr double h = tick / parts;
+    const auto slope = [&](double u) { return (push - a * load * std::asinh(u / (2.0 * slow))) / mass; };
+    for (int i = 0; i < parts; ++i) {
+      const double k1 = slope(v), k2 = slope(v + 0.5 * h * k1), k3 = slope(v + 0.5 * h * k2),
+                   k4 = slope(v + h * k3);
+      const double change = h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+      x += h * (v + 0.5 * change);
+      v += change;
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Strengthening with speed stops a body as its equation of motion says, by either coupling",
+          "[strengthening][coupling]") {
+  // 0.02 N per e-fold on 0.1 kg: 2 mm/s per step and more, where v* is 3 um/s.
+  for (const bool midpoint : {false, true}) {
+    Glider glider(midpoint, 0.05);
+    Flight flight{0.05};
+    CAPTURE(midpoint);
+    double last = 0.05;
+    for (int i = 0; i < 200; ++i) {
+      glider.step(0.0);
+      if (i < 60) flight.step(0.0);
+      const double v = glider.body.velocity[0];
+      REQUIRE(std::abs(v) <= last * (1.0 + 1e-12) + 1e-12);
+      last = std::abs(v);
+    }
+    CHECK(std::abs(flight.v) < 1e-6);
+    CHECK(glider.x == Approx(flight.x).epsilon(0.03));
+    CHECK(last < 1e-9);  // at rest, not to and fro
+  }
+}
+
+TEST_CASE("A pushed body reaches the speed at which strengthening holds the push",
+          "[strengthening][coupling]") {
+  for (const bool midpoint : {false, true}) {
+    for (const double push : {0.05, 0.12, 0.18}) {
+      Glider glider(midpoint, 0.0);
+      for (int i = 0; i < 3000; ++i) glider.step(push);
+      CAPTURE(midpoint, push);
+      CHECK(glider.body.velocity[0] == Approx(2.0 * slow * std::sinh(push / a)).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("A body on bristles that strengthen comes to rest, and gains no energy",
+          "[strengthening][coupling][energy]") {
+  for (const bool midpoint : {false, true}) {
+    for (const double stiffness : {0.1, 10.0, 1000.0}) {
+      Glider glider(midpoint, 0.1, stiffness);
+      const auto energy = [&] {
+        return 0.5 * mass * glider.body.velocity[0] * glider.body.velocity[0] + glider.patch.energy();
+      };
+      double before = energy();
+      CAPTURE(midpoint, stiffness);
+      for (int i = 0; i < 400; ++i) {
+        glider.step(0.0);
+        if (midpoint) REQUIRE(energy() <= before + 1e-9);
+        before = energy();
+      }
+      // What is left in the bristles pulls it back as slowly as strengthening allows.
+      CHECK(
+          glider.body.velocity[0] ==
+          Approx(2.0 * slow * std::sinh(glider.response.elastic[0] / (a * load))).epsilon(0.05).margin(1e-9));
+      CHECK(std::abs(glider.body.velocity[0]) < 5e-6);
+    }
+  }
+}
+
+TEST_CASE("A plate on four patches that strengthen holds a slope, and slides where the slope is steeper",
+          "[strengthening][coupling]") {
+  constexpr double weight = 2.5;
+  for (const double push : {0.25, 1.5}) {
+    bristle::PatchBatch batch;
+    std::array<Motion, 4> motions;
+    std::array<Response, 4> responses;
+    std::array<bristle::BodyContact<6>, 4> feet;
+    for (std::size_t i = 0; i < 4; ++i) {
+      motions[i].id = batch.add(Material{}.with_speed_strengthening(a, slow),
+                                PatchOptions{}.with_max_normal_load(weight).with_bristles(200).with_seed(
+                                    static_cast<std::uint32_t>(i + 1)));
+      motions[i].normal_load = weight / 4.0;
+      feet[i] = bristle::rigid_contact(i, {i & 1 ? 0.05 : -0.05, i & 2 ? 0.03 : -0.03, 0.0},
+                                       Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY());
+    }
+    batch.warm_up();
+    auto plate = bristle::rigid_body(weight / 9.81, Eigen::Vector3d(1e-4, 2e-4, 3e-4).asDiagonal());
+    const bristle::BodyVector<6> force = Eigen::Matrix<double, 6, 1>::Unit(0) * push;
+    double x = 0.0, at_half = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+      bristle::predict_displacements<6>(batch, 1e-3, plate, force, feet, motions);
+      batch.step(1e-3, motions, responses);
+      bristle::apply_end_forces<6>(1e-3, plate, force, feet, responses);
+      x += motions[0].displacement[0];
+      if (i == 499) at_half = x;
+    }
+    CAPTURE(push);
+    if (push == 0.25) {
+      // Kinetic friction is 1 N: it is held by bent bristles, and slips by nothing.
+      CHECK(std::abs(x - at_half) < 1e-3 * dbar);
+    } else {
+      // Half a second with what is left of the push above kinetic and strengthening friction.
+      const double v = plate.velocity[0];
+      CHECK(v > 0.05);
+      const double acceleration =
+          (push - 0.4 * weight - a * weight * std::asinh(0.75 * v / (2.0 * slow))) / (weight / 9.81);
+      CHECK(v == Approx(1.0 * acceleration).epsilon(0.1));
+    }
+  }
+}
+
+#endif
