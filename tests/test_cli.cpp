@@ -591,6 +591,14 @@ TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and
   CHECK_THAT(outcome.out, Contains("infinite, resolution 8"));
   CHECK_THAT(outcome.out, Contains("noise of single bristles"));
 
+  replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nfluctuation = 1200");
+  const std::string noisy = folder.write("noisy.toml", s.text());
+  const Outcome fluctuating = run_cli(folder, "run '" + noisy + "'");
+  CHECK_THAT(fluctuating.out, Contains("infinite, resolution 8, noise of 1,200 bristles"));
+  CHECK_THAT(fluctuating.out, !Contains("noise of single bristles"));
+  CHECK(run_report(folder, "run '" + noisy + "'")["patches"][0]["fluctuation"] == 1200);
+  replace(s.patch, "\nfluctuation = 1200", "");
+
   replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nresolution = 16\ncohorts = 128");
   const json finer = run_report(folder, "run '" + folder.write("finer.toml", s.text()) + "'");
   CHECK(finer["patches"][0]["resolution"] == 16.0);

@@ -61,7 +61,10 @@ std::string size_text(const RunResult& r, std::size_t patch_count) {
 /// What stands for the bristles, and how many of it.
 std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   if (options.population == bristle::Population::infinite)
-    return fmt::format("infinite, resolution {}", resolution_of(options, info));
+    return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
+                       options.fluctuation == 0
+                           ? std::string()
+                           : fmt::format(", noise of {} bristles", count_text(options.fluctuation)));
   return fmt::format("{} representatives", count_text(info.bristles));
 }
 
@@ -199,6 +202,7 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
                 {"count", scene_patch.count},
                 {"population", infinite ? "infinite" : "representatives"},
                 {"resolution", infinite ? Json(resolution_of(scene_patch.options, r.info)) : Json(nullptr)},
+                {"fluctuation", scene_patch.options.fluctuation},
                 {"kernel", r.info.kernel},
                 {"left_out", left_out(scene_patch, material)},
                 {"bristles", infinite ? Json(nullptr) : Json(r.info.bristles)},

@@ -320,7 +320,7 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
   const bool infinite = o.population == bristle::Population::infinite;
   if (o.axes == 1) features.emplace_back("second axis");
   if (material.snap_rule == bristle::SnapRule::keep) features.emplace_back("redraw");
-  if (infinite) features.emplace_back("noise of single bristles");
+  if (infinite && o.fluctuation == 0) features.emplace_back("noise of single bristles");
   if (!has(o.outputs, bristle::Outputs::mean)) features.emplace_back("mean force");
   if (!has(o.outputs, bristle::Outputs::energy)) features.emplace_back("energy");
   if (o.precision == bristle::Precision::single && !infinite) features.emplace_back("double precision");
