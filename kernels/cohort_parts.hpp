@@ -527,14 +527,6 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   return lost;
 }
 
-/// Whether a newborn belongs to the path along which cohort i was born: not where the patch rested in
-/// between.
-inline bool in_step(const double* rows, std::uint32_t i, const Newborn& n, const CohortTimes& times) {
-  const double path =
-      root(square_of(n.x - cohort(rows, i, cohort_x)) + square_of(n.y - cohort(rows, i, cohort_y)));
-  return (n.birth - times.births[i]) * times.rate <= 1.0 + 4.0 * path * times.per_length * times.rate;
-}
-
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
@@ -593,8 +585,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         }
       const double bx = last_born[0] - s.begin[0][0];
       const double by = last_born[1] - s.begin[0][1];
-      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece &&
-          (!ages || in_step(rows, s.open[0], newborn, times))) {
+      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
