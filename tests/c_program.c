@@ -323,11 +323,11 @@ int c_program_goes_to_coefficients_and_back(void) {
   /* The same surfaces with ageing: the coefficients hold at 2 mm/s, and the way back asks at that speed. */
   there.kinetic_speed = 2e-3;
   there.growth_per_decade = 0.06;
-  there.ageing_time = 0.01;
+  there.ageing_time = 1e-4;
   there.speed_strengthening = 0.01;
   EXPECT(bristle_material_from_coefficients(&there, &material) == BRISTLE_OK);
   EXPECT(material.ageing_form == BRISTLE_AGEING_LOGARITHMIC && material.ageing_strength > 0.0);
-  EXPECT(material.ageing_time == 0.01 && material.speed_strengthening == 0.01);
+  EXPECT(material.ageing_time == 1e-4 && material.speed_strengthening == 0.01);
   EXPECT(bristle_material_kinetic_at(&material, speeds, forces, 2) == BRISTLE_OK);
   EXPECT(forces[0] > forces[1] && fabs(forces[1] - 0.3) < 1e-9);
   back.kinetic_speed = 2e-3;
