@@ -320,6 +320,22 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(fabs(facts.bristles_per_newton - 900.0) < 1e-9);
   EXPECT(bristle_material_steady_force(&material, 2.0, speeds, forces, 2) == BRISTLE_OK);
   EXPECT(fabs(forces[0] - 0.6) < 1e-9 && fabs(forces[1] - (0.6 + 2e-3 * 5.0)) < 1e-9);
+  /* The same surfaces with ageing: the coefficients hold at 2 mm/s, and the way back asks at that speed. */
+  there.kinetic_speed = 2e-3;
+  there.growth_per_decade = 0.06;
+  there.ageing_time = 1e-4;
+  there.speed_strengthening = 0.01;
+  EXPECT(bristle_material_from_coefficients(&there, &material) == BRISTLE_OK);
+  EXPECT(material.ageing_form == BRISTLE_AGEING_LOGARITHMIC && material.ageing_strength > 0.0);
+  EXPECT(material.ageing_time == 1e-4 && material.speed_strengthening == 0.01);
+  EXPECT(bristle_material_kinetic_at(&material, speeds, forces, 2) == BRISTLE_OK);
+  EXPECT(forces[0] > forces[1] && fabs(forces[1] - 0.3) < 1e-9);
+  back.kinetic_speed = 2e-3;
+  EXPECT(bristle_material_to_coefficients(&material, &back) == BRISTLE_OK);
+  EXPECT(fabs(back.kinetic - 0.3) < 1e-9 && fabs(back.peak - 0.36) < 1e-6);
+  EXPECT(back.fall_per_decade > 0.02 && back.fall_per_decade < 0.03 && back.growth_per_decade == 0.0);
+  there.fall_per_decade = 0.05;
+  EXPECT(bristle_material_from_coefficients(&there, &material) == BRISTLE_REFUSED);
   memset(&law, 0, sizeof law);
   law.law = BRISTLE_LAW_TABLE;
   law.table = table;
