@@ -318,6 +318,8 @@ def fit(
     law: str = ...,
     rule: str = ...,
     damper_decay: str = ...,
+    residual: Optional[float] = ...,
+    renewal: Optional[float] = ...,
 ) -> FitResult: ...
 @overload
 def fit(
@@ -330,6 +332,8 @@ def fit(
     law: str = ...,
     rule: str = ...,
     damper_decay: str = ...,
+    residual: Optional[float] = ...,
+    renewal: Optional[float] = ...,
 ) -> FitResult: ...
 
 class SceneRun:
