@@ -67,6 +67,8 @@ TEST_CASE("Of many repeated experiments 90 to 98 % of the intervals hold the tru
     for (const Record& r : records()) {
       SyntheticFriction s = r.setting;
       s.redraw = rule == SnapRule::redraw;
+      // No sample at the origin itself: there all kept bristles snap at once, and rounding decides.
+      s.motion = [motion = r.setting.motion](double t) { return motion(t + 1.3e-3); };
       const double bend = (s.redraw ? 0.5 * (1.0 + s.spread * s.spread) : 0.5) * s.length;
       Held held[] = {{"kinetic", s.kinetic},
                      {"length", s.length},

@@ -74,6 +74,19 @@ struct Found {
 
 bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
+/// The lowest of a row of points that have no lower neighbour.
+std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
+  std::vector<FitPoint> low;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const bool hill =
+        (i > 0 && better(row[i - 1], row[i])) || (i + 1 < row.size() && better(row[i + 1], row[i]));
+    if (!hill) low.push_back(row[i]);
+  }
+  std::sort(low.begin(), low.end(), better);
+  if (low.size() > most) low.resize(most);
+  return low;
+}
+
 /// Finds the best point of a record, or takes away from one what the record does not determine.
 class Fitter {
  public:
@@ -93,6 +106,7 @@ class Fitter {
 
  private:
   FitPoint search_plain();
+  FitPoint search_whole_memory(const FitPoint& about);
   FitPoint search_rubbed();
   FitPoint choose();
   FitParameterSet bending() const {
@@ -180,11 +194,12 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     linear.push_back(fit_viscous);  // else it would bend the force of the brush
 
   std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
+  std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
   for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
   // Kept lengths leave waves in the force: many minima, each narrow.
-  const double factor = options_.rule == SnapRule::keep ? 1.2 : 1.6;
-  const std::size_t most_starts = options_.rule == SnapRule::keep ? 6 : 3;
+  const bool keep = options_.rule == SnapRule::keep;
+  const double factor = keep ? 1.2 : 1.6;
   const int count = static_cast<int>(std::log(high / low) / std::log(factor)) + 2;
   for (int i = 0; i < count; ++i) {
     progress_.update(progress + 0.3 * i / count);
@@ -196,6 +211,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
       shape[fit_spread] = std::min(shape[fit_spread], 0.9 * model_.highest(fit_spread));
       const FitPoint point = linear_start(shape, linear);
       if (!(point.values[fit_kinetic] > 0.0)) continue;
+      of_shapes[k].push_back(point);
       if (point.sum_of_squares < best.sum_of_squares) best = point;
       FitPoint& of_shape = best_of_shape[k];
       if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
@@ -203,14 +219,14 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     }
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
-  std::vector<FitPoint> starts;
-  for (std::size_t i = 0; i < best_of_length.size(); ++i) {
-    const bool hill = (i > 0 && better(best_of_length[i - 1], best_of_length[i])) ||
-                      (i + 1 < best_of_length.size() && better(best_of_length[i + 1], best_of_length[i]));
-    if (!hill) starts.push_back(best_of_length[i]);
+  std::vector<FitPoint> starts = valleys(best_of_length, 3);
+  if (keep) {  // a wide law is fair everywhere, and hides the narrow one that is right
+    starts.clear();
+    for (const std::vector<FitPoint>& of_shape : of_shapes) {
+      const std::vector<FitPoint> lowest = valleys(of_shape, 2);
+      starts.insert(starts.end(), lowest.begin(), lowest.end());
+    }
   }
-  std::sort(starts.begin(), starts.end(), better);
-  if (starts.size() > most_starts) starts.resize(most_starts);
   if (rubs(bending)) {  // shapes differ more than lengths
     starts.clear();
     for (const FitPoint& point : best_of_shape) {
@@ -264,11 +280,39 @@ FitPoint Fitter::search_plain() {
     if (options_.law == SnapLaw::exponential) break;
   }
   if (options_.rule == SnapRule::redraw) return search_with(shapes, bending(), 0.0);
-  model_.set_past({StartState::straight, Memory::whole});
-  const FitPoint whole = search_with(shapes, bending(), 0.0);
-  model_.set_past({});
-  const FitPoint forgotten = search_with(shapes, bending(), 0.3);
+  const FitPoint forgotten = search_with(shapes, bending(), 0.0);
+  if (forgotten.free.empty()) return forgotten;
+  const FitPoint whole = search_whole_memory(forgotten);
   return better(whole, forgotten) ? whole : forgotten;
+}
+
+/// Bristles that remember all are out of step by a whole length after a slide of as many lengths as one is
+/// off: a fine grid about the brush that forgets.
+FitPoint Fitter::search_whole_memory(const FitPoint& about) {
+  model_.set_past({about.past.start, Memory::whole});
+  FitParameterSet linear;
+  for (const FitParameter p : about.free)
+    if (!FitModel::bends(p)) linear.push_back(p);
+  std::vector<FitPoint> row;
+  for (const double wider : {0.75, 0.9, 1.1}) {
+    for (int i = -20; i <= 20; ++i) {
+      FitValues bent = about.values;
+      bent[fit_length] *= std::exp(0.005 * i);
+      if (options_.law != SnapLaw::exponential)
+        bent[fit_spread] = std::clamp(bent[fit_spread] * wider, model_.lowest(fit_spread),
+                                      0.95 * model_.highest(fit_spread));
+      FitPoint point = linear_start(bent, linear);
+      point.free = about.free;
+      if (point.values[fit_kinetic] > 0.0) row.push_back(point);
+    }
+  }
+  FitPoint best;
+  best.sum_of_squares = std::numeric_limits<double>::infinity();
+  for (const FitPoint& start : valleys(row, 4)) {
+    const FitPoint point = minimise(model_, start);
+    if (better(point, best)) best = point;
+  }
+  return best;
 }
 
 /// A brush that can be rubbed; nothing free where both numbers are held.

@@ -52,6 +52,13 @@ class KeptBristles {
     active_ = now;
   }
 
+  /// A slide that has forgotten how it began, in the direction `e`.
+  void slide(double e) {
+    direction_ = e;
+    run_ = forgetting_.ends;
+    for (std::size_t i = 0; i < bent_.size(); ++i) bent_[i] = static_cast<float>(e) * own_way_[i];
+  }
+
   void move(double step) {
     waiting_ += step;
     if (std::fabs(waiting_) < shortest_way) return;
@@ -64,9 +71,10 @@ class KeptBristles {
     }
     const double before = run_;
     run_ += std::fabs(d);
+    // Another way to and fro, else they cancel.
     const double spread = forgets_ ? forgetting_.share(run_) - forgetting_.share(before) : 0.0;
     advance(static_cast<float>(e), static_cast<float>(std::min(std::fabs(d), longest_way)),
-            static_cast<float>(spread));
+            static_cast<float>(e > 0.0 ? spread : 2.0 * spread));
   }
 
   double force() const {
@@ -113,8 +121,7 @@ std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushSh
   KeptBristles brush(law, detail == Detail::search ? 512 : 2048, most, past.memory);
   if (past.start != StartState::straight) {
     brush.set_load(path.front().load);
-    const double way = (past.start == StartState::forward ? 1.0 : -1.0) * Forgetting(law).ends;
-    for (int i = 0; i < 2; ++i) brush.move(way);
+    brush.slide(past.start == StartState::forward ? 1.0 : -1.0);
   }
   std::vector<double> forces;
   forces.reserve(path.size());

@@ -59,8 +59,9 @@ Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter,
   if (parameter == fit_kinetic) return unit * elastic(p);
   if (bends(parameter)) {
     // Difference of the logarithm or of the number. The force is smooth over such a step, and far from
-    // rounding.
-    const double step = parameter == fit_renewal ? 0.02 * (1.0 + p[fit_renewal]) : 0.02;
+    // rounding; that of kept lengths has waves.
+    const double smooth = options_.rule == bristle::SnapRule::keep ? 0.01 : 0.02;
+    const double step = parameter == fit_renewal ? smooth * (1.0 + p[fit_renewal]) : smooth;
     const auto moved = [&](double by) {
       FitValues values = p;
       values[parameter] = is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by;
