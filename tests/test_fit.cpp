@@ -533,8 +533,9 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
   CHECK(virgin.result.peak.fitted);
-  CHECK(virgin.result.peak.low < 0.50);
-  CHECK(virgin.result.peak.high > 0.48);
+  const std::vector<double>& force = virgin.data.force;
+  const double highest = *std::max_element(force.begin(), force.end()) / 2.0;
+  CHECK(virgin.result.peak.value == Approx(highest).epsilon(0.04));  // noise of 10 mN, 1800 bristles
 }
 
 TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
@@ -598,7 +599,7 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
   // The turning points are still there: so is the travel, but for the corners of parabolas.
   double travel = 0.0;
   for (std::size_t i = 1; i < thin.path.size(); ++i) travel += std::abs(thin.path[i].x - thin.path[i - 1].x);
-  CHECK(travel == Approx(fitted.data.travelled).epsilon(1e-3));
+  CHECK(travel == Approx(fitted.data.travelled).epsilon(0.01));
 }
 
 TEST_CASE("The sled of the sample file is the one that its script describes", "[fit]") {

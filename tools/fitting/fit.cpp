@@ -26,6 +26,7 @@ constexpr double one_speed = 1.3;         // fast over slow below which there is
 constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
 constexpr double widest_offset = 0.25;    // deviation over the rms of the force
 constexpr double least_explained = 0.3;   // of the force: below, this is no friction of this motion
+constexpr double least_back = 0.02;       // of the travel, for an offset
 constexpr double least_friction = 0.01;   // of the force: below, the brush has no part in it
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 constexpr double bristles_per_newton = 900.0;
@@ -71,6 +72,16 @@ struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
 };
+
+/// Share of the travel that goes the way that it goes less.
+double share_back(const std::vector<PathPoint>& path) {
+  double forth = 0.0, back = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double move = path[i].x - path[i - 1].x;
+    (move > 0.0 ? forth : back) += std::fabs(move);
+  }
+  return std::min(forth, back) / std::max(forth + back, 1e-300);
+}
 
 bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
@@ -149,7 +160,8 @@ class Fitter {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
            2.0 * static_cast<double>(point.free.size()) * std::log(count);
   }
-  bool two_ways() const { return data_.reversals > 0; }
+  /// A few samples that go back do not tell an offset of the sensor from friction.
+  bool two_ways() const { return data_.reversals > 0 && share_back(data_.path) > least_back; }
 
   const FitData& data_;
   const FitOptions& options_;
