@@ -16,6 +16,7 @@
 
 #include <sys/wait.h>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <bristle/patch_batch.hpp>
@@ -932,6 +933,58 @@ TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a
   CHECK(coefficient["kinetic_theory"] == Approx(kinetic).epsilon(1e-9));
   CHECK(coefficient["sliding"] == Approx(kinetic).epsilon(0.01));
   CHECK(replay["traces"][0]["rows"] == 1201);
+}
+
+TEST_CASE("A fit holds residual and renewal where they are given", "[cli][fit]") {
+  const Folder folder;
+  const json report = run_report(folder, "fit '" BRISTLE_SCENES "/sled.csv' --residual 0.2 --renewal 0.5");
+  const json& residual = report["parameters"]["residual_share"];
+  CHECK(residual["value"] == 0.2);
+  CHECK(residual["determined"] == false);
+  CHECK(residual["why"] == "held");
+  CHECK(report["parameters"]["shared_renewal"]["value"] == 0.5);
+  CHECK(report["parameters"]["kinetic"]["determined"] == true);
+  const std::string sled = "fit '" BRISTLE_SCENES "/sled.csv' ";
+  check_refused(folder, sled + "--residual 1", {"--residual", "0.95"});
+  check_refused(folder, sled + "--renewal -1", {"--renewal"});
+  check_refused(folder, sled + "--rule keep --renewal 1",
+                {"--residual and --renewal: other values than 0 need --rule redraw"});
+}
+
+TEST_CASE("A fit beside rivals judges five models on the part that none has seen", "[cli][fit]") {
+  const Folder folder;
+  // 500 rows of a block on a spring, whose limit is 0.6 N: Coulomb's friction with presliding.
+  std::string csv = "t,x,load,force\n";
+  double x = 0.0, z = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    const double t = 0.02 * i, next = 40e-6 * std::sin(3.0 * t);
+    z = std::clamp(z + next - x, -10e-6, 10e-6);
+    x = next;
+    csv += fmt::format("{},{},2,{}\n", t, x, 6e4 * z + 1e-3 * std::sin(1000.0 * t));
+  }
+  const std::string file = folder.write("spring.csv", csv);
+  const json report = run_report(folder, "fit '" + file + "' --rivals --fit-until 4");
+  CHECK(report["schema"] == "bristle-fit-rivals-1");
+  CHECK(report["fit_until_s"] == 4.0);
+  CHECK(report["samples"]["fitted"] == 201);
+  std::vector<std::string> names;
+  for (const json& model : report["models"]) {
+    names.push_back(model["model"]);
+    CHECK(model["judged_rms_n"] > 0.0);
+    // It is a Maxwell-slip element.
+    if (model["model"] == "Maxwell-slip") CHECK(model["judged_rms_n"] < 0.02);
+  }
+  CHECK(names ==
+        std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's", "brush, rubbed"});
+  const Outcome table = run_cli(folder, "fit '" + file + "' --rivals --fit-until 4");
+  CHECK(table.code == 0);
+  CHECK_THAT(table.out, Contains("is closest to the rest of the record"));
+  check_refused(folder, "fit '" + file + "' --rivals --fit-until 100", {"nothing is left to judge"});
+  check_refused(folder, "fit '" + file + "' --fit-until 4", {"--fit-until: only with --rivals"});
+  check_refused(folder, "fit '" + file + "' --rivals --rule keep",
+                {"--rivals: the brush is one with --rule redraw"});
+  check_refused(folder, "fit '" + file + "' --rivals --csv a.csv",
+                {"--rivals: writes a table and --json only"});
 }
 
 TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") {

@@ -307,6 +307,14 @@ class Fit(unittest.TestCase):
         self.assertEqual(self.found.report["parameters"]["kinetic"]["value"], self.found.parameters["kinetic"].value)
         self.assertIn("not determined by these data", str(self.found))
 
+    def test_a_fit_holds_residual_and_renewal(self):
+        held = bristle.fit(self.t, self.x, self.force, LOAD, residual=0.0, renewal=0.25)
+        for name, value in (("residual_share", 0.0), ("shared_renewal", 0.25)):
+            self.assertEqual(held.parameters[name].value, value)
+            self.assertEqual(held.not_determined[name].why, "held")
+        self.assertEqual((held.material.residual_length, held.material.shared_renewal), (0.0, 0.25))
+        self.assertGreater(held.residual_rms, self.found.residual_rms)  # made with 0.1 and 1
+
     def test_a_file_and_arrays_of_the_same_numbers_give_the_same_fit(self):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "measured.csv"
@@ -333,6 +341,9 @@ class Fit(unittest.TestCase):
             (lambda: bristle.fit(t, np.zeros(t.size), force, LOAD), "no motion"),
             (lambda: bristle.fit(t, x, force, LOAD, sign="by"), "the friction has the wrong sign"),
             (lambda: bristle.fit(t, x, force, LOAD, law="table"), '"table" is not one of "lognormal"'),
+            (lambda: bristle.fit(t, x, force, LOAD, residual=1.0), "residual is 1.0; allowed: 0 to 0.95, or None"),
+            (lambda: bristle.fit(t, x, force, LOAD, renewal=-1.0), "renewal is -1.0; allowed: 0 to 8.0, or None"),
+            (lambda: bristle.fit(t, x, force, LOAD, rule="keep", renewal=1.0), "need --rule redraw"),
             (lambda: bristle.fit("/nowhere/data.csv"), "/nowhere/data.csv: cannot be read"),
         ]
         for call, message in refused:

@@ -293,9 +293,9 @@ int run(int argc, char** argv) {
   fit_app
       ->add_option("--residual", fit_options.residual,
                    "Hold the residual at this share of the presliding length (default: fitted)")
-      ->check(within(0.0, 0.95));
+      ->check(within(0.0, cli::widest_residual));
   fit_app->add_option("--renewal", fit_options.renewal, "Hold the shared renewal (default: fitted)")
-      ->check(within(0.0, 8.0));
+      ->check(within(0.0, cli::most_renewed));
   fit_app->add_flag(
       "--rivals", fit_options.rivals,
       "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the "

@@ -12,6 +12,7 @@ namespace cli {
 namespace {
 
 constexpr std::size_t fewest_samples = 20;
+constexpr double to_and_fro = 0.1;              // of the travel goes back
 constexpr double steady_load_deviation = 0.02;  // of the mean: a load that rests, measured with noise
 
 double quantile_of(std::vector<double> values, double share) {
@@ -147,12 +148,21 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
 
 // -------------------------------------------------------------------------------------------- force
 
+/// Share of the travel that goes the way that it goes less.
+double share_back(const std::vector<double>& x) {
+  double forth = 0.0, back = 0.0;
+  for (std::size_t i = 1; i < x.size(); ++i) (x[i] > x[i - 1] ? forth : back) += std::fabs(x[i] - x[i - 1]);
+  return std::min(forth, back) / (forth + back);
+}
+
 /// How the force goes with the motion, -1 to 1: work over the most that it could be. The middle of the force
-/// is taken out where the motion turns back, so that an offset of the sensor does no work.
+/// is taken out where the motion goes to and fro, so that an offset of the sensor does no work; a slide of
+/// which a few samples go back has its friction on one side.
 double relative_work(const FitData& data) {
   const auto& f = data.columns.force;
   const auto& x = data.columns.x;
-  const double middle = data.reversals > 0 ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
+  const double middle =
+      share_back(x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
   double work = 0.0, most = 0.0;
   for (std::size_t i = 1; i < x.size(); ++i) {
     const double w = (0.5 * (f[i] + f[i - 1]) - middle) * (x[i] - x[i - 1]);
@@ -232,7 +242,69 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
+/// What lies between two samples that stay: its highest and lowest place, where it goes beyond both of them.
+class Between {
+ public:
+  void add(const PathPoint& point) {
+    const PathPoint place{point.x, point.load, false};
+    if (count_ == 0 || point.x > high_.x) {
+      high_ = place;
+      high_at_ = count_;
+    }
+    if (count_ == 0 || point.x < low_.x) {
+      low_ = place;
+      low_at_ = count_;
+    }
+    ++count_;
+  }
+  /// Puts them before the end and forgets them.
+  void close(double slack, const PathPoint& end, std::vector<PathPoint>& path) {
+    const double from = path.empty() ? end.x : path.back().x;
+    const bool up = count_ > 0 && high_.x > std::max(from, end.x) + slack;
+    const bool down = count_ > 0 && low_.x < std::min(from, end.x) - slack;
+    const bool high_first = high_at_ < low_at_;
+    if (up && high_first) path.push_back(high_);
+    if (down) path.push_back(low_);
+    if (up && !high_first) path.push_back(high_);
+    path.push_back(end);
+    count_ = 0;
+  }
+
+ private:
+  PathPoint high_, low_;
+  std::size_t high_at_ = 0, low_at_ = 0, count_ = 0;
+};
+
 }  // namespace
+
+FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept) {
+  const std::size_t every = (data.force.size() + most - 1) / most;
+  FitData thin = data;
+  thin.columns.t.clear();
+  for (std::vector<double>* column : {&thin.columns.x, &thin.columns.v, &thin.columns.load,
+                                      &thin.columns.force, &thin.force, &thin.load, &thin.velocity})
+    column->clear();
+  thin.path.clear();
+  Between between;
+  std::size_t sample = 0;
+  for (const PathPoint& point : data.path) {
+    const std::size_t i = sample;
+    if (point.wanted) ++sample;
+    if (!point.wanted || i % every != 0) {
+      between.add(point);
+      continue;
+    }
+    between.close(every > 1 ? 4.0 * data.position_noise : 0.0, point, thin.path);
+    thin.columns.t.push_back(data.columns.t[i]);
+    thin.columns.x.push_back(data.columns.x[i]);
+    thin.columns.force.push_back(data.columns.force[i]);
+    thin.force.push_back(data.force[i]);
+    thin.load.push_back(data.load[i]);
+    thin.velocity.push_back(data.velocity[i]);
+    if (kept) kept->push_back(i);
+  }
+  return thin;
+}
 
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load) {
   FitData data;
@@ -245,6 +317,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   data.quantum = c.has_x ? find_quantum(c.x) : 0.0;
   const std::vector<double> x = data.quantum > 0.0 ? smooth_creep(c.t, c.x, data.quantum) : c.x;
   const double noise = c.has_x ? position_noise(x, data.quantum) : 0.0;
+  data.position_noise = noise;
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   data.range = *high - *low;
   if (data.range < 4.0 * data.quantum) {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/fitting/mean_brush.hpp"
+#include "tools/fitting/path_force.hpp"
 
 namespace cli {
 
@@ -33,6 +33,7 @@ struct FitData {
   std::vector<PathPoint> path;          ///< samples and the turning points between them
   bool steady_load = false;             ///< it wobbles so little that it is taken as constant
   double quantum = 0.0;                 ///< m, of an encoder; 0: none seen
+  double position_noise = 0.0;          ///< m
   double range = 0.0, travelled = 0.0;  ///< m
   double finest_move = 0.0;             ///< m, between samples: a tenth of the moves are shorter
   int reversals = 0;
@@ -52,5 +53,9 @@ void check_fit_columns(const FitColumns& columns);
 
 /// `load`: in place of the file's column. Throws UserError on data that nothing can be learnt from.
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load);
+
+/// A record of at most `most` samples, evenly taken, and the turning points between them. What was found of
+/// the whole (sign, noise, speeds) stays. `kept`: which samples, if wanted.
+FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept = nullptr);
 
 }  // namespace cli

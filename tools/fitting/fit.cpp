@@ -26,8 +26,11 @@ constexpr double one_speed = 1.3;         // fast over slow below which there is
 constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
 constexpr double widest_offset = 0.25;    // deviation over the rms of the force
 constexpr double least_explained = 0.3;   // of the force: below, this is no friction of this motion
+constexpr double least_back = 0.02;       // of the travel, for an offset
+constexpr double least_friction = 0.01;   // of the force: below, the brush has no part in it
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 constexpr double bristles_per_newton = 900.0;
+constexpr std::size_t search_samples = 2000;
 
 bool contains(const FitParameterSet& set, FitParameter p) {
   return std::count(set.begin(), set.end(), p) > 0;
@@ -50,11 +53,7 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
 }
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
-  bristle::Material m;
-  m.snap_length = make_snap_length(options.law, (1.0 - p[fit_residual]) * p[fit_length], p[fit_spread]);
-  m.snap_rule = options.rule;
-  m.residual_length = p[fit_residual] * p[fit_length];
-  m.shared_renewal = p[fit_renewal];
+  bristle::Material m = model.unit_material(p);
   m.damper_decay = options.decay;
   m.asperity_height_deviation = 1e-6;
   m.normal_stiffness = 1.0 / (bristles_per_newton * m.asperity_height_deviation);
@@ -68,21 +67,57 @@ bristle::Material make_material(const FitValues& p, const FitOptions& options, c
 
 bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
 
-/// Finds the best point, then takes away what the data do not determine.
+/// A point, and of what is not free why.
+struct Found {
+  FitPoint point;
+  std::array<std::string, fit_parameters> why;
+};
+
+/// Share of the travel that goes the way that it goes less.
+double share_back(const std::vector<PathPoint>& path) {
+  double forth = 0.0, back = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double move = path[i].x - path[i - 1].x;
+    (move > 0.0 ? forth : back) += std::fabs(move);
+  }
+  return std::min(forth, back) / std::max(forth + back, 1e-300);
+}
+
+bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
+
+/// The lowest of a row of points that have no lower neighbour.
+std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
+  std::vector<FitPoint> low;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const bool hill =
+        (i > 0 && better(row[i - 1], row[i])) || (i + 1 < row.size() && better(row[i + 1], row[i]));
+    if (!hill) low.push_back(row[i]);
+  }
+  std::sort(low.begin(), low.end(), better);
+  if (low.size() > most) low.resize(most);
+  return low;
+}
+
+/// Finds the best point of a record, or takes away from one what the record does not determine.
 class Fitter {
  public:
-  Fitter(const FitData& data, const FitOptions& options)
-      : data_(data), options_(options), model_(data, options), progress_("fit", options.quiet) {}
+  Fitter(const FitData& data, const FitOptions& options, Detail detail, Progress& progress)
+      : data_(data), options_(options), model_(data, options, detail), progress_(progress) {}
 
-  FitResult run() {
-    FitPoint point = choose();
-    progress_.update(0.9);
-    point = keep_determined(point);
-    return report(point);
+  Found search() {
+    const FitPoint point = choose();
+    return {point, why_};
+  }
+  FitResult finish(const Found& found) {
+    why_ = found.why;
+    const FitPoint point = found.point.free.empty() ? found.point : minimise(model_, found.point);
+    refuse_without_friction(point);
+    return report(keep_determined(point));
   }
 
  private:
   FitPoint search_plain();
+  FitPoint search_whole_memory(const FitPoint& about);
   FitPoint search_rubbed();
   FitPoint choose();
   FitParameterSet bending() const {
@@ -97,16 +132,21 @@ class Fitter {
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
   FitPoint keep_determined(FitPoint point);
-  bool drop_one(FitPoint& point);
+  bool drop_one(FitPoint& point, bool with_bristles = false);
+  PopulationError bristle_error(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::VectorXd& r) {
+    return population_error(model_, point, j, r, bristles_per_newton * data_.mean_load);
+  }
   bool is_determined(const FitPoint& point, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& cov,
                      Eigen::Index i) const;
   bool at_an_edge(FitPoint& point);
   std::string lacking(FitParameter p) const;
+  void refuse_without_friction(const FitPoint& point);
+  std::string why_no_peak(const FitPoint& point, const FitResult& result);
   FitResult report(const FitPoint& point);
   void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);
 
   Eigen::VectorXd residuals(const FitPoint& point) {
-    model_.set_start(point.start);
+    model_.set_past(point.past);
     return model_.force(point.values) - Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples());
   }
   Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
@@ -120,20 +160,21 @@ class Fitter {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
            2.0 * static_cast<double>(point.free.size()) * std::log(count);
   }
-  bool two_ways() const { return data_.reversals > 0; }
+  /// A few samples that go back do not tell an offset of the sensor from friction.
+  bool two_ways() const { return data_.reversals > 0 && share_back(data_.path) > least_back; }
 
   const FitData& data_;
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  Progress progress_;
+  Progress& progress_;
 };
 
 /// The point that is bent like this (length, spread, rubbing, Stribeck velocity), everything else being
 /// linear.
 FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
-  point.start = model_.start();
+  point.past = model_.past();
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_stribeck}) {
     point.values[p] = bent[p];
   }
@@ -165,9 +206,13 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     linear.push_back(fit_viscous);  // else it would bend the force of the brush
 
   std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
+  std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
   for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
-  const int count = static_cast<int>(std::log(high / low) / std::log(1.6)) + 2;
+  // Kept lengths leave waves in the force: many minima, each narrow.
+  const bool keep = options_.rule == SnapRule::keep;
+  const double factor = keep ? 1.2 : 1.6;
+  const int count = static_cast<int>(std::log(high / low) / std::log(factor)) + 2;
   for (int i = 0; i < count; ++i) {
     progress_.update(progress + 0.3 * i / count);
     FitPoint best;
@@ -178,6 +223,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
       shape[fit_spread] = std::min(shape[fit_spread], 0.9 * model_.highest(fit_spread));
       const FitPoint point = linear_start(shape, linear);
       if (!(point.values[fit_kinetic] > 0.0)) continue;
+      of_shapes[k].push_back(point);
       if (point.sum_of_squares < best.sum_of_squares) best = point;
       FitPoint& of_shape = best_of_shape[k];
       if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
@@ -185,22 +231,21 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
     }
     if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
   }
-  const auto better = [](const FitPoint& a, const FitPoint& b) {
-    return a.sum_of_squares < b.sum_of_squares;
-  };
-  std::vector<FitPoint> starts;
-  for (std::size_t i = 0; i < best_of_length.size(); ++i) {
-    const bool hill = (i > 0 && better(best_of_length[i - 1], best_of_length[i])) ||
-                      (i + 1 < best_of_length.size() && better(best_of_length[i + 1], best_of_length[i]));
-    if (!hill) starts.push_back(best_of_length[i]);
+  std::vector<FitPoint> starts = valleys(best_of_length, 3);
+  if (keep) {  // a wide law is fair everywhere, and hides the narrow one that is right
+    starts.clear();
+    for (const std::vector<FitPoint>& of_shape : of_shapes) {
+      const std::vector<FitPoint> lowest = valleys(of_shape, 2);
+      starts.insert(starts.end(), lowest.begin(), lowest.end());
+    }
   }
-  std::sort(starts.begin(), starts.end(), better);
-  if (starts.size() > 3) starts.resize(3);
   if (rubs(bending)) {  // shapes differ more than lengths
     starts.clear();
     for (const FitPoint& point : best_of_shape) {
       if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
     }
+    std::sort(starts.begin(), starts.end(), better);
+    if (starts.size() > 2) starts.resize(2);
   }
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
@@ -235,7 +280,10 @@ std::vector<FitValues> Fitter::rubbed_shapes() const {
 /// The paper's brush, or what is held of rubbing.
 FitPoint Fitter::search_plain() {
   std::vector<FitValues> shapes;
-  for (const double spread : {0.2, 0.5}) {
+  const std::vector<double> spreads = options_.rule == SnapRule::keep
+                                          ? std::vector<double>{0.12, 0.25, 0.5, 1.0}
+                                          : std::vector<double>{0.2, 0.5};
+  for (const double spread : spreads) {
     FitValues shape = fit_defaults;
     shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : spread;
     shape[fit_residual] = options_.residual.value_or(0.0);
@@ -243,7 +291,40 @@ FitPoint Fitter::search_plain() {
     shapes.push_back(shape);
     if (options_.law == SnapLaw::exponential) break;
   }
-  return search_with(shapes, bending(), 0.0);
+  if (options_.rule == SnapRule::redraw) return search_with(shapes, bending(), 0.0);
+  const FitPoint forgotten = search_with(shapes, bending(), 0.0);
+  if (forgotten.free.empty()) return forgotten;
+  const FitPoint whole = search_whole_memory(forgotten);
+  return better(whole, forgotten) ? whole : forgotten;
+}
+
+/// Bristles that remember all are out of step by a whole length after a slide of as many lengths as one is
+/// off: a fine grid about the brush that forgets.
+FitPoint Fitter::search_whole_memory(const FitPoint& about) {
+  model_.set_past({about.past.start, Memory::whole});
+  FitParameterSet linear;
+  for (const FitParameter p : about.free)
+    if (!FitModel::bends(p)) linear.push_back(p);
+  std::vector<FitPoint> row;
+  for (const double wider : {0.75, 0.9, 1.1}) {
+    for (int i = -20; i <= 20; ++i) {
+      FitValues bent = about.values;
+      bent[fit_length] *= std::exp(0.005 * i);
+      if (options_.law != SnapLaw::exponential)
+        bent[fit_spread] = std::clamp(bent[fit_spread] * wider, model_.lowest(fit_spread),
+                                      0.95 * model_.highest(fit_spread));
+      FitPoint point = linear_start(bent, linear);
+      point.free = about.free;
+      if (point.values[fit_kinetic] > 0.0) row.push_back(point);
+    }
+  }
+  FitPoint best;
+  best.sum_of_squares = std::numeric_limits<double>::infinity();
+  for (const FitPoint& start : valleys(row, 4)) {
+    const FitPoint point = minimise(model_, start);
+    if (better(point, best)) best = point;
+  }
+  return best;
 }
 
 /// A brush that can be rubbed; nothing free where both numbers are held.
@@ -292,7 +373,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   const FitPoint straight = best;
   for (const StartState start : {StartState::forward, StartState::backward}) {
     FitPoint from = straight;
-    from.start = start;
+    from.past.start = start;
     // Where the first stroke speaks against it, fitting would not help.
     if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
     const FitPoint point = minimise(model_, from);
@@ -418,13 +499,16 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
 }
 
 /// Takes out the most expendable parameter of those that the data do not determine.
-bool Fitter::drop_one(FitPoint& point) {
+bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   if (at_an_edge(point)) return true;
   const Eigen::MatrixXd j = jacobian(model_, point);
   const Eigen::VectorXd r = residuals(point);
   const double nothing = 1e-6 * data_.force_scale * std::sqrt(static_cast<double>(samples()));
   const bool without_effect = j.colwise().norm().minCoeff() < nothing;
-  const Eigen::MatrixXd cov = without_effect ? Eigen::MatrixXd() : covariance(j, r, correlated_samples(r));
+  const double correlated = correlated_samples(r);
+  const Eigen::MatrixXd cov = without_effect  ? Eigen::MatrixXd()
+                              : with_bristles ? covariance(j, r, correlated, bristle_error(point, j, r))
+                                              : covariance(j, r, correlated);
   for (const FitParameter p : {fit_drift, fit_offset, fit_damping, fit_stribeck, fit_viscous, fit_renewal,
                                fit_residual, fit_spread, fit_kinetic, fit_length}) {
     const auto at = std::find(point.free.begin(), point.free.end(), p);
@@ -442,7 +526,11 @@ bool Fitter::drop_one(FitPoint& point) {
         why_[q] = lacking(q);
       }
     }
-    if (p == fit_kinetic) point.values[fit_length] *= point.values[p] / before;  // the stiffness stays
+    if (p == fit_kinetic) {  // the stiffness stays
+      double& length = point.values[fit_length];
+      length = std::clamp(length * point.values[p] / before, model_.lowest(fit_length),
+                          model_.highest(fit_length));
+    }
     return true;
   }
   return false;
@@ -454,7 +542,42 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
   if (options_.for_prediction) return point;
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
+  // With the error of the bristles themselves some are not determined after all.
+  while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
   return point;
+}
+
+void Fitter::refuse_without_friction(const FitPoint& point) {
+  model_.set_past(point.past);
+  const double brush = point.values[fit_kinetic] * model_.elastic(point.values).norm();
+  const double force = data_.force_scale * std::sqrt(static_cast<double>(samples()));
+  if (brush >= least_friction * force) return;
+  throw UserError(
+      fmt::format("{}: {:.2g} % of the force is friction of a brush, less than {:g} %: the rest goes with "
+                  "the speed, or is "
+                  "an offset (nothing to fit; sign, columns?)",
+                  data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
+}
+
+/// The peak is that of a first loading. Empty where the record shows one, and reaches it.
+std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) {
+  model_.set_past(point.past);
+  const Eigen::VectorXd& unit = model_.elastic(point.values);
+  const double middle = data_.start() + 0.5 * data_.length();
+  double highest = 0.0, reached = 0.0;  // over the load: measured, less what the sensor adds; of the fit
+  for (std::size_t i = 0; i < data_.force.size(); ++i) {
+    if (data_.load[i] < 0.1 * data_.mean_load) continue;
+    const double sensor = point.values[fit_offset] + point.values[fit_drift] * (data_.columns.t[i] - middle);
+    highest = std::max(highest, std::fabs(data_.force[i] - sensor) / data_.load[i]);
+    reached = std::max(
+        reached, point.values[fit_kinetic] * std::fabs(unit[static_cast<Eigen::Index>(i)]) / data_.load[i]);
+  }
+  const double kinetic = point.values[fit_kinetic], peak = result.peak.value;
+  if (reached < kinetic + 0.9 * (peak - kinetic) - 0.02 * kinetic)
+    return fmt::format("no first loading in the record: the fit rises to {:.3g} there", reached);
+  if (highest < result.peak.low)
+    return fmt::format("the record contradicts it: its highest is {:.3g}", highest);
+  return {};
 }
 
 /// Peak coefficient and stiffness: functions of what was fitted, errors carried over.
@@ -488,12 +611,19 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   // Parameters that stayed where they were put count as known only where they do not matter.
   result.peak.fitted = contains(point.free, fit_kinetic) &&
                        (contains(point.free, fit_spread) || options_.law == SnapLaw::exponential);
+  if (!result.peak.fitted) {
+    result.peak.why = "follows from kinetic and spread";
+  } else {
+    result.peak.why = why_no_peak(point, result);
+    result.peak.fitted = result.peak.why.empty();
+  }
   result.stiffness.fitted = contains(point.free, fit_length);
+  if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
 FitResult Fitter::report(const FitPoint& point) {
   FitResult result;
-  result.start = point.start;
+  result.past = point.past;
   result.material = make_material(point.values, options_, model_);
   const Eigen::VectorXd r = residuals(point);
   const Eigen::VectorXd curve = model_.force(point.values);
@@ -515,11 +645,10 @@ FitResult Fitter::report(const FitPoint& point) {
   }
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
-  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples);
-  const double bristles = fluctuating_bristles(model_, point, r);
-  result.fluctuating_bristles = bristles / data_.mean_load;
-  cov += population_error(model_, point, j,
-                          std::isfinite(bristles) ? bristles : bristles_per_newton * data_.mean_load);
+  const PopulationError population = bristle_error(point, j, r);
+  result.fluctuating_bristles =
+      population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
   result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();
@@ -569,7 +698,12 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
     held.residual = held.renewal = 0.0;
   }
   try {
-    return Fitter(data, held).run();
+    Progress progress("fit", options.quiet);
+    // The search needs no more than shows the shape.
+    const FitData thin = thinned(data, search_samples);
+    const Found found = Fitter(thin, held, Detail::search, progress).search();
+    progress.update(0.9);
+    return Fitter(data, held, Detail::finish, progress).finish(found);
   } catch (const bristle::Error& error) {
     throw UserError(
         fmt::format("{}: the fit leaves what a material allows: {}", data.columns.name, error.what()));

@@ -9,9 +9,13 @@
 #include <bristle/material.hpp>
 
 #include "tools/fitting/data.hpp"
-#include "tools/fitting/mean_brush.hpp"
+#include "tools/fitting/path_force.hpp"
 
 namespace cli {
+
+/// Ranges in which rubbing is looked for, or held.
+inline constexpr double widest_residual = 0.95;  ///< share of the presliding length
+inline constexpr double most_renewed = 8.0;
 
 struct FitOptions {
   std::string data;            ///< measured friction, CSV
@@ -61,7 +65,7 @@ struct FitResult {
   std::array<FitEstimate, fit_parameters> estimates;
   FitEstimate peak, stiffness;  ///< follow from the others: peak coefficient, K over load in 1/m
   bristle::Material material;
-  StartState start = StartState::straight;
+  Past past;
   std::vector<double> curve;        ///< N, the fit at the samples, by the body, offset and drift included
   double residual_rms = 0.0;        ///< N
   double explained = 0.0;           ///< share of the sum of squares of the force

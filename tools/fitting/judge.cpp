@@ -398,8 +398,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   const Judge judge(whole, train.force.size(), 2.0 * all.presliding_length);
   judge.count(all);
   const auto add_brush = [&](const std::string& name, const FitResult& result, const FitOptions& used) {
-    FitModel model(whole, used);
-    model.set_start(result.start);
+    FitModel model(whole, used, Detail::finish);
+    model.set_past(result.past);
     FitValues values{};
     int parameters = 0;
     for (unsigned p = 0; p < fit_parameters; ++p) {

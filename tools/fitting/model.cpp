@@ -7,22 +7,13 @@
 
 namespace cli {
 
-namespace {
-
-constexpr double widest_residual = 0.95;  // share of the presliding length
-constexpr double most_renewed = 8.0;
-
-bristle::SnapLength law_of(const FitOptions& options, const FitValues& p) {
-  return make_snap_length(options.law, (1.0 - p[fit_residual]) * p[fit_length], p[fit_spread]);
+BrushShape FitModel::shape(const FitValues& p) const {
+  return {options_.law, options_.rule, p[fit_spread], p[fit_residual], p[fit_renewal]};
 }
-Rubbing rubbing_of(const FitValues& p) { return {p[fit_residual] * p[fit_length], p[fit_renewal]}; }
-
-}  // namespace
 
 Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
   ++evaluations_;
-  const std::vector<double> forces =
-      mean_brush_force(data_.path, law_of(options_, p), options_.rule, start_, rubbing_of(p));
+  const std::vector<double> forces = brush_.find(shape(p), p[fit_length], past_, detail_);
   return Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size()));
 }
 
@@ -35,8 +26,12 @@ const Eigen::VectorXd& FitModel::elastic(const FitValues& p) {
   return known_;
 }
 
+bristle::Material FitModel::unit_material(const FitValues& p) const {
+  return shape(p).material(p[fit_length]);
+}
+
 double FitModel::kinetic_deflection(const FitValues& p) const {
-  return cli::kinetic_deflection(law_of(options_, p), options_.rule, rubbing_of(p));
+  return unit_material(p).kinetic_coefficient();
 }
 
 double FitModel::decay(double speed, double stribeck) const {
@@ -64,8 +59,9 @@ Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter,
   if (parameter == fit_kinetic) return unit * elastic(p);
   if (bends(parameter)) {
     // Difference of the logarithm or of the number. The force is smooth over such a step, and far from
-    // rounding.
-    const double step = parameter == fit_renewal ? 0.02 * (1.0 + p[fit_renewal]) : 0.02;
+    // rounding; that of kept lengths has waves.
+    const double smooth = options_.rule == bristle::SnapRule::keep ? 0.01 : 0.02;
+    const double step = parameter == fit_renewal ? smooth * (1.0 + p[fit_renewal]) : smooth;
     const auto moved = [&](double by) {
       FitValues values = p;
       values[parameter] = is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by;
@@ -128,12 +124,14 @@ double FitModel::lowest(FitParameter parameter) const {
     case fit_length:
       return std::max({0.5 * data_.quantum, 0.02 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
-      return 0.04;
+      return 0.0525;  // the infinite brush takes 0.05, and derivatives look a little beyond
     case fit_residual:
     case fit_renewal:
       return 0.0;
     case fit_stribeck:
       return std::max(0.1 * data_.slow, 1e-9);
+    case fit_kinetic:
+      return 1e-5 * data_.force_scale / data_.mean_load;
     default:
       return 1e-6;
   }
@@ -151,6 +149,8 @@ double FitModel::highest(FitParameter parameter) const {
       return most_renewed;
     case fit_stribeck:
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
+    case fit_kinetic:
+      return 1e4 * data_.force_scale / data_.mean_load;
     default:
       return 1e6;
   }

@@ -9,13 +9,15 @@ namespace cli {
 
 class FitModel {
  public:
-  FitModel(const FitData& data, const FitOptions& options) : data_(data), options_(options) {}
+  FitModel(const FitData& data, const FitOptions& options, Detail detail)
+      : data_(data), options_(options), detail_(detail), brush_(data.path) {}
 
-  void set_start(StartState start) {
-    if (start != start_) known_values_ = {};
-    start_ = start;
+  void set_past(Past past) {
+    if (past != past_) known_values_ = {};
+    past_ = past;
   }
-  StartState start() const { return start_; }
+  Past past() const { return past_; }
+  Detail detail() const { return detail_; }
 
   /// N, by the body, at the samples.
   Eigen::VectorXd force(const FitValues& values);
@@ -40,17 +42,22 @@ class FitModel {
   const Eigen::VectorXd& elastic(const FitValues& values);
   /// Mean deflection in steady sliding, m: kinetic coefficient over stiffness per newton.
   double kinetic_deflection(const FitValues& values) const;
+  /// Kinetic coefficient 1 per metre of it, one bristle per newton.
+  bristle::Material unit_material(const FitValues& values) const;
   int evaluations() const { return evaluations_; }
   const FitData& data() const { return data_; }
   const FitOptions& options() const { return options_; }
 
  private:
   double decay(double speed, double stribeck) const;
+  BrushShape shape(const FitValues& values) const;
   Eigen::VectorXd elastic_at(const FitValues& values);
 
   const FitData& data_;
   const FitOptions& options_;
-  StartState start_ = StartState::straight;
+  Detail detail_;
+  PathForce brush_;
+  Past past_;
   FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;

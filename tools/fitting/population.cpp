@@ -1,129 +1,116 @@
 // What a finite number of bristles does to a fit.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/QR>
 
+#include <bristle/patch_batch.hpp>
+
 #include "tools/fitting/solve.hpp"
-#include "tools/scene/snap_law.hpp"
 
 namespace cli {
+namespace {
 
-using bristle::SnapLaw;
-using bristle::SnapRule;
+constexpr std::size_t brushes = 100;
+constexpr std::uint32_t bristles_of_each = 200;
+constexpr std::size_t most_samples = 2000;  // the errors of neighbours are alike: more tell no more
+constexpr double widest_slide = 3000.0;     // presliding lengths, before the record
 
-double fluctuating_bristles(const FitModel& model, const FitPoint& point, const Eigen::VectorXd& r) {
-  const FitData& data = model.data();
-  const FitOptions& options = model.options();
-  const double length = point.values[fit_length], residual = point.values[fit_residual] * length;
-  const bristle::SnapLength law = make_snap_length(options.law, length - residual, point.values[fit_spread]);
-  const double m1 = law.moment(1), bend = kinetic_bend(options.rule, law.cv()) * m1;
-  const double third = options.rule == SnapRule::keep ? law.moment(2) / 3.0 : law.moment(3) / (3.0 * m1);
-  // Variance of one bristle over its mean squared. (Renewal narrows it a little: still a lower bound.)
-  const double relative = (third - bend * bend) / std::pow(residual + bend, 2);
-
-  double slid = 0.0, direction = 0.0, sliding = 0.0, sticking = 0.0, alike = 0.0, counts[3] = {};
-  bool slid_before = false, stuck_before = false;
-  Eigen::Index sample = -1;
-  for (std::size_t k = 1; k < data.path.size(); ++k) {
-    const double move = data.path[k].x - data.path[k - 1].x;
-    if (move * direction < 0.0) slid = 0.0;
-    if (move != 0.0) direction = move;
-    slid += std::fabs(move);
-    if (!data.path[k].wanted) continue;
-    sample = sample < 0 ? 1 : sample + 1;
-    const bool slides = slid > 4.0 * length;
-    if (slides) {
-      sliding += r[sample] * r[sample];
-      counts[0] += 1.0;
-      if (slid_before) {
-        alike += r[sample] * r[sample - 1];
-        counts[2] += 1.0;
-      }
+/// Elastic force of brushes drawn at random less their mean, N, by sample and brush.
+Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const FitData& data) {
+  const bristle::Material material = model.unit_material(point.values);
+  double most_load = 0.0;
+  for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
+  bristle::PatchBatch batch;
+  std::vector<bristle::Motion> motions(brushes);
+  std::vector<bristle::Response> responses(brushes);
+  bristle::PatchOptions options;
+  options.with_axes(1).with_max_normal_load(most_load).with_bristles(bristles_of_each);
+  options.with_sampling(bristle::Sampling::random);
+  for (std::size_t i = 0; i < brushes; ++i)
+    motions[i].id = batch.add(material, options.with_seed(static_cast<std::uint32_t>(i + 1)));
+  batch.warm_up();
+  const auto step = [&](double displacement, double load) {
+    for (bristle::Motion& motion : motions) {
+      motion.displacement[0] = displacement;
+      motion.normal_load = load;
     }
-    const bool sticks = slid < 0.3 * length;
-    if (sticks && stuck_before) {
-      sticking += 0.5 * std::pow(r[sample] - r[sample - 1], 2);
-      counts[1] += 1.0;
-    }
-    slid_before = slides;
-    stuck_before = sticks;
+    batch.step(1.0, {motions.data(), brushes}, {responses.data(), brushes});
+  };
+  if (point.past.start != StartState::straight) {
+    const double way = (point.past.start == StartState::forward ? 1.0 : -1.0) * point.values[fit_length];
+    for (int i = 0; i < 2; ++i) step(0.5 * widest_slide * way, data.path.front().load);
   }
-  constexpr double fewest = 30.0;  // samples for a variance
-  double excess = 0.0;
-  if (counts[0] >= fewest && counts[1] >= fewest) excess = sliding / counts[0] - sticking / counts[1];
-  if (counts[2] >= fewest) excess = std::max(excess, alike / counts[2]);
-  const double force = point.values[fit_kinetic] * data.mean_load;
-  return excess > 0.0 ? relative * force * force / excess : std::numeric_limits<double>::infinity();
+  const double scale = point.values[fit_kinetic] / material.kinetic_coefficient();
+  Eigen::MatrixXd force(static_cast<Eigen::Index>(data.force.size()), static_cast<Eigen::Index>(brushes));
+  Eigen::Index sample = 0;
+  double x = data.path.front().x;
+  for (const PathPoint& place : data.path) {
+    step(place.x - x, place.load);
+    x = place.x;
+    if (!place.wanted) continue;
+    for (std::size_t i = 0; i < brushes; ++i)
+      force(sample, static_cast<Eigen::Index>(i)) = -scale * responses[i].elastic[0];
+    ++sample;
+  }
+  return force.colwise() - force.rowwise().mean();
 }
 
-Eigen::MatrixXd population_error(FitModel& model, const FitPoint& point, const Eigen::MatrixXd& j,
-                                 double bristles) {
-  const FitData& data = model.data();
-  const FitOptions& options = model.options();
-  const auto samples = static_cast<Eigen::Index>(data.force.size());
-  const double share = point.values[fit_residual];
-  const bristle::SnapLength law =
-      make_snap_length(options.law, (1.0 - share) * point.values[fit_length], point.values[fit_spread]);
-  const double m1 = law.moment(1), m2 = law.moment(2), m3 = law.moment(3), m4 = law.moment(4);
-  const double variance = m2 - m1 * m1, third = m3 - 3.0 * m2 * m1 + 2.0 * m1 * m1 * m1;
-  const double fourth = m4 - 4.0 * m3 * m1 + 6.0 * m2 * m1 * m1 - 3.0 * m1 * m1 * m1 * m1;
-  // Covariance of the logarithms of mean and deviation of a sample.
-  Eigen::Matrix2d sample;
-  sample << variance / (m1 * m1), third / (2.0 * m1 * variance), third / (2.0 * m1 * variance),
-      0.25 * (fourth / (variance * variance) - 1.0);
-  sample /= bristles;
-  // Spread is deviation over mean.
-  Eigen::Matrix2d to_parameters;
-  to_parameters << 1.0, 0.0, -1.0, 1.0;
-  sample = to_parameters * sample * to_parameters.transpose();
+/// Sum of products of neighbours: what noise of its own at each sample does not raise.
+double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(r.size() - 1)); }
 
-  model.set_start(point.start);
-  const Eigen::VectorXd kinetic = model.derivative(point.values, fit_kinetic);
-  // The kinetic coefficient goes with the deflection of sliding, the residual stays.
-  const auto kinetic_slope = [&](double lengthened, double widened) {
-    FitValues moved = point.values;
-    const double mean = (1.0 - share) * moved[fit_length] * std::exp(lengthened);
-    moved[fit_length] = share * moved[fit_length] + mean;
-    moved[fit_residual] = 1.0 - mean / moved[fit_length];
-    moved[fit_spread] *= std::exp(widened);
-    return std::log(model.kinetic_deflection(moved) / model.kinetic_deflection(point.values));
-  };
-  constexpr double step = 1e-3;
-  Eigen::MatrixXd effect(samples, 2);
-  effect.col(0) = (1.0 - share) * model.derivative(point.values, fit_length) +
-                  kinetic_slope(-step, 0.0) / -step * kinetic;
-  if (share > 0.0) effect.col(0) -= share * (1.0 - share) * model.derivative(point.values, fit_residual);
-  effect.col(1) = Eigen::VectorXd::Zero(samples);
-  if (options.law != SnapLaw::exponential) {
-    effect.col(1) += model.derivative(point.values, fit_spread) + kinetic_slope(0.0, -step) / -step * kinetic;
-  }
+}  // namespace
 
-  const Eigen::MatrixXd pseudo = j.completeOrthogonalDecomposition().pseudoInverse();
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(pseudo.rows(), pseudo.rows());
-  const double renewed = 3.0 * point.values[fit_length];
-  double slid = 0.0, direction = 0.0;
-  Eigen::Index begin = 0, sample_number = 0;
-  const auto close = [&](Eigen::Index end) {
-    const Eigen::MatrixXd moved =
-        pseudo.middleCols(begin, end - begin) * effect.middleRows(begin, end - begin);
-    sum += moved * sample * moved.transpose();
-    begin = end;
-  };
-  for (std::size_t k = 1; k < data.path.size(); ++k) {
-    const double move = data.path[k].x - data.path[k - 1].x;
-    if (move * direction < 0.0) slid = 0.0;
-    if (move != 0.0) direction = move;
-    slid += std::fabs(move);
-    sample_number += data.path[k].wanted ? 1 : 0;
-    if (options.rule == SnapRule::redraw && slid > renewed && sample_number > begin) {
-      close(sample_number);
-      slid = 0.0;
-    }
+PopulationError population_error(const FitModel& model, const FitPoint& point,
+                                 const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                                 double usual_bristles) {
+  std::vector<std::size_t> kept;
+  const FitData data = thinned(model.data(), most_samples, &kept);
+  const auto samples = static_cast<Eigen::Index>(kept.size());
+  Eigen::MatrixXd j(samples, jacobian.cols());
+  Eigen::VectorXd r(samples);
+  for (Eigen::Index i = 0; i < samples; ++i) {
+    const auto from = static_cast<Eigen::Index>(kept[static_cast<std::size_t>(i)]);
+    j.row(i) = jacobian.row(from);
+    r[i] = residuals[from];
   }
-  close(samples);
-  return sum;
+  const Eigen::MatrixXd force = fluctuations(model, point, data);
+  const Eigen::MatrixXd moved = j.completeOrthogonalDecomposition().pseudoInverse() * force;
+  const Eigen::MatrixXd left = force - j * moved;
+
+  // Of one brush: sums of squares and of products of neighbours that it leaves in the residuals.
+  const double count = static_cast<double>(brushes);
+  double squares = 0.0, products = 0.0, scatter = 0.0;
+  for (Eigen::Index i = 0; i < left.cols(); ++i) {
+    const double product = alike(left.col(i));
+    squares += left.col(i).squaredNorm() / (count - 1.0);
+    products += product / (count - 1.0);
+    scatter += product * product / (count - 1.0);
+  }
+  scatter = std::sqrt(std::max(scatter - products * products, 0.0));
+  double most_load = 0.0;
+  for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
+  const double of_mean_load = bristles_of_each * model.data().mean_load / most_load;
+
+  // Variance over that of the simulation: what is usual, as wide as itself, and what the residuals show meet
+  // as two measurements do. A quarter of a deviation more: too few bristles cost width, too many cost trust.
+  const double usual = of_mean_load / usual_bristles;
+  const double chance = r.squaredNorm() / std::sqrt(static_cast<double>(samples));
+  PopulationError error;
+  double share = usual;
+  if (products > 0.0) {
+    const double shown = std::max(alike(r), 0.0) / products;
+    const double width = (std::max(usual, shown) * scatter + chance) / products;
+    const double weight = 1.0 / (width * width), usual_weight = 1.0 / (usual * usual);
+    share = (shown * weight + usual * usual_weight) / (weight + usual_weight) +
+            0.25 / std::sqrt(weight + usual_weight);
+    error.seen = alike(r) > 3.0 * chance;
+    error.bristles = of_mean_load / std::max(shown, 1e-12);
+  }
+  error.covariance = moved * moved.transpose() * (share / (count - 1.0));
+  error.noise = std::max(r.squaredNorm() - share * squares, 0.05 * r.squaredNorm()) /
+                std::max(static_cast<double>(samples - j.cols()), 1.0);
+  return error;
 }
 
 }  // namespace cli

@@ -116,7 +116,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
                   data.quantum > 0.0 ? fmt::format(", encoder of {:.3g} um", 1e6 * data.quantum) : "");
   text +=
       fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
-                  data.sign_found ? "found from the data" : "as given", start_text(r.start));
+                  data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
   text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(options.law),
                       options.rule == bristle::SnapRule::keep ? "keep" : "redraw");
   Table table({"<parameter", "value", "95 % from", "to", "<unit"});
@@ -130,8 +130,8 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   text += table.text();
   text += "\nnot determined by these data, left at\n";
   Table left({"<", ">", "<", "<"});
-  for (std::size_t i = 0; i < fit_parameters; ++i) {
-    const FitEstimate& e = r.estimates[i];
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
     if (e.fitted) continue;
     left.add({std::string("  ") + rows[i].name, fmt::format("{:.4g}", rows[i].per_si * e.value), rows[i].unit,
               e.why});
@@ -170,7 +170,7 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
                     {"ignored_columns", data.columns.ignored_columns}};
   report["law"] = bristle::to_string(options.law);
   report["rule"] = options.rule == bristle::SnapRule::keep ? "keep" : "redraw";
-  report["start"] = start_text(r.start);
+  report["start"] = start_text(r.past.start);
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     const FitEstimate& e = report_estimate(r, i);
     Json entry = {{"value", e.value}, {"determined", e.fitted}};
@@ -212,7 +212,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     if (e.fitted) {
       text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}) {}\n", rows[i].name, rows[i].per_si * e.value,
                           rows[i].per_si * e.low, rows[i].per_si * e.high, rows[i].unit);
-    } else if (i < fit_parameters) {
+    } else {
       text += fmt::format("#   {} = {:.4g} {}, not determined: {}\n", rows[i].name, rows[i].per_si * e.value,
                           rows[i].unit, e.why);
     }
@@ -228,8 +228,10 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
       : options.law == bristle::SnapLaw::exponential
           ? fmt::format("mean = {}", law.first_parameter())
           : fmt::format("mean = {}, cv = {}", law.first_parameter(), law.second_parameter());
-  double most_load = 0.0;
-  for (const double load : data.load) most_load = std::max(most_load, load);
+  // Of the motion that is replayed: the fit may have taken a load that wobbles as constant.
+  double most_load = data.mean_load;
+  if (data.columns.replayable && data.columns.has_load && !options.load)
+    most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
   text += fmt::format(
       "\n[[material]]\nname = \"fitted\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\n"
       "normal_stiffness = {}  # N/m\nasperity_height_deviation = {}  # m\nsnap_length = {{ law = \"{}\", {} "

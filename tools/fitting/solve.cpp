@@ -104,15 +104,16 @@ Eigen::Map<const Eigen::VectorXd> measured_force(const FitModel& model) {
 }  // namespace
 
 FitPoint minimise(FitModel& model, FitPoint from) {
-  model.set_start(from.start);
+  model.set_past(from.past);
   const Coordinates coordinates(model, from);
   FitPoint best = from;
   if (!from.free.empty()) {
     Residuals residuals{model, coordinates, from, measured_force(model)};
     Eigen::LevenbergMarquardt<Residuals> solver(residuals);
-    solver.parameters.maxfev = 60;
-    solver.parameters.ftol = 1e-7;
-    solver.parameters.xtol = 1e-5;
+    const bool finish = model.detail() == Detail::finish;
+    solver.parameters.maxfev = finish ? 60 : 25;
+    solver.parameters.ftol = finish ? 1e-7 : 1e-5;
+    solver.parameters.xtol = finish ? 1e-5 : 1e-3;
     // First step of length 1: a factor e of each parameter. Where the brush can be rubbed the ends of the
     // ranges are near, and flat.
     const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
@@ -128,7 +129,7 @@ FitPoint minimise(FitModel& model, FitPoint from) {
 }
 
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
-  model.set_start(point.start);
+  model.set_past(point.past);
   Eigen::MatrixXd j(static_cast<Eigen::Index>(model.data().force.size()),
                     static_cast<Eigen::Index>(point.free.size()));
   for (std::size_t i = 0; i < point.free.size(); ++i) {
@@ -151,19 +152,35 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
   return std::clamp(sum, 1.0, static_cast<double>(n) / 3.0);
 }
 
-Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals, double correlated) {
-  const Eigen::Index n = j.rows(), p = j.cols();
-  // Inverse of J'J by its eigenvectors, columns first scaled to length 1.
+namespace {
+
+/// Inverse of J'J by its eigenvectors, columns first scaled to length 1.
+Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
   const Eigen::MatrixXd scaled = j * length.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled.transpose() * scaled);
   const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-13).cwiseInverse();
-  const Eigen::MatrixXd normal =
-      length.cwiseInverse().asDiagonal() *
-      (eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose()) *
-      length.cwiseInverse().asDiagonal();
+  return length.cwiseInverse().asDiagonal() *
+         (eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose()) *
+         length.cwiseInverse().asDiagonal();
+}
 
+/// Variances of at least those of `other`, correlations as they are.
+void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
+  for (Eigen::Index i = 0; i < cov.rows(); ++i) {
+    if (cov(i, i) >= other(i, i)) continue;
+    const double raise = std::sqrt(other(i, i) / std::max(cov(i, i), 1e-300));
+    cov.row(i) *= raise;
+    cov.col(i) *= raise;
+  }
+}
+
+}  // namespace
+
+Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals, double correlated) {
+  const Eigen::Index n = j.rows(), p = j.cols();
+  const Eigen::MatrixXd normal = inverse_normal_matrix(j);
   const double freedom = std::max(static_cast<double>(n) / correlated - static_cast<double>(p), 1.0);
   const double variance = residuals.squaredNorm() / static_cast<double>(n);
   const double whole = static_cast<double>(n) / correlated;
@@ -178,12 +195,14 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
     middle += weight * (product + product.transpose());
   }
   Eigen::MatrixXd result = normal * middle * normal * (whole / freedom);
-  for (Eigen::Index i = 0; i < p; ++i) {
-    if (result(i, i) >= independent(i, i)) continue;
-    const double raise = std::sqrt(independent(i, i) / std::max(result(i, i), 1e-300));
-    result.row(i) *= raise;
-    result.col(i) *= raise;
-  }
+  raise_to(result, independent);
+  return result;
+}
+
+Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals, double correlated,
+                           const PopulationError& population) {
+  Eigen::MatrixXd result = population.noise * inverse_normal_matrix(j) + population.covariance;
+  raise_to(result, covariance(j, residuals, correlated));
   return result;
 }
 

@@ -14,7 +14,7 @@ using FitParameterSet = std::vector<FitParameter>;
 struct FitPoint {
   FitValues values = fit_defaults;
   FitParameterSet free;
-  StartState start = StartState::straight;
+  Past past;
   double sum_of_squares = 0.0;  ///< N^2
 };
 
@@ -33,17 +33,24 @@ double correlated_samples(const Eigen::VectorXd& residuals);
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
 
-/// How many bristles at the mean load fluctuate in sliding as much as the residuals do that go beyond the
-/// noise of the sensor: beyond that of sticking, and where neighbours are alike. Misfit counts too, so it is
-/// a lower bound.
-double fluctuating_bristles(const FitModel& model, const FitPoint& point, const Eigen::VectorXd& residuals);
+/// What a finite number of bristles does to a fit. They have a mean length and a spread of their own, and
+/// where they snap is a matter of chance: an error that the residuals show in part only, as the same bristles
+/// bend in every small loop. Found by simulation: brushes of the fitted material, drawn at random, each
+/// fitted in turn (to first order).
+struct PopulationError {
+  Eigen::MatrixXd covariance;  ///< of the free parameters, in units of FitModel::scale
+  bool seen = false;           ///< whether their fluctuation is seen in the residuals
+  double bristles = 0.0;  ///< where seen: how many at the mean load; misfit counts too, so at least as many
+  double noise = 0.0;     ///< N^2, variance that they leave to the sensor
+};
+/// `usual_bristles` at the mean load are assumed as far as the residuals do not show how many there are.
+PopulationError population_error(const FitModel& model, const FitPoint& point,
+                                 const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                                 double usual_bristles);
 
-/// The bristles that happen to be there have a mean length and a spread of their own, while their stiffness
-/// stays: an error that residuals do not show, as the same bristles bend in every small loop. They are
-/// replaced in sliding (redraw). Each lot of them moves the estimates by (J'J)^-1 J' times what it does to
-/// the force.
-Eigen::MatrixXd population_error(FitModel& model, const FitPoint& point, const Eigen::MatrixXd& jacobian,
-                                 double bristles);
+/// The whole of it: noise of the sensor and bristles, or the residuals' own (above) where that is larger.
+Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                           double correlated, const PopulationError& population);
 
 /// 97.5 % point of Student's law, within 1 %; below one degree of freedom that of one.
 double student_quantile(double degrees_of_freedom);

@@ -339,6 +339,8 @@ def fit(
     law: str = ...,
     rule: str = ...,
     damper_decay: str = ...,
+    residual: Optional[float] = ...,
+    renewal: Optional[float] = ...,
 ) -> FitResult: ...
 @overload
 def fit(
@@ -351,6 +353,8 @@ def fit(
     law: str = ...,
     rule: str = ...,
     damper_decay: str = ...,
+    residual: Optional[float] = ...,
+    renewal: Optional[float] = ...,
 ) -> FitResult: ...
 
 class SceneRun:

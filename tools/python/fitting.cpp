@@ -33,8 +33,19 @@ struct Fit {
 struct FitNames {
   std::string sign, law, rule, damper_decay;
 };
+/// Numbers of rubbing that are not fitted.
+struct Held {
+  std::optional<double> residual, renewal;
+};
 
-cli::FitOptions make_options(const FitNames& names, const std::optional<double>& load) {
+void require_within(const char* name, const std::optional<double>& value, double highest) {
+  if (!value || (*value >= 0.0 && *value <= highest)) return;
+  throw bristle::Error(std::string(name) + " is " + py::cast<std::string>(py::repr(py::float_(*value))) +
+                       "; allowed: 0 to " + py::cast<std::string>(py::repr(py::float_(highest))) +
+                       ", or None to fit it");
+}
+
+cli::FitOptions make_options(const FitNames& names, const std::optional<double>& load, const Held& held) {
   const Names<ForceSign> signs = {
       {"auto", ForceSign::automatic}, {"on", ForceSign::on_body}, {"by", ForceSign::by_body}};
   const Names<SnapLaw> fitted_laws = {{"lognormal", SnapLaw::lognormal},
@@ -46,8 +57,12 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
     throw bristle::Error("load is " + py::cast<std::string>(py::repr(py::float_(*load))) +
                          " N; allowed: 1e-9 to 1e9");
   }
+  require_within("residual", held.residual, cli::widest_residual);
+  require_within("renewal", held.renewal, cli::most_renewed);
   cli::FitOptions options;
   options.load = load;
+  options.residual = held.residual;
+  options.renewal = held.renewal;
   options.sign = value_of(signs, "sign", names.sign);
   options.law = value_of(fitted_laws, "law", names.law);
   options.rule = value_of(rule_names, "rule", names.rule);
@@ -64,8 +79,9 @@ Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
 }
 
 Fit fit_file(const std::filesystem::path& file, const std::optional<double>& load, const std::string& sign,
-             const std::string& law, const std::string& rule, const std::string& damper_decay) {
-  cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load);
+             const std::string& law, const std::string& rule, const std::string& damper_decay,
+             const std::optional<double>& residual, const std::optional<double>& renewal) {
+  cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
   options.data = file.string();
   const py::gil_scoped_release release;
   return fit_columns(cli::parse_fit_columns(cli::read_text_file(options.data), options.data), options);
@@ -78,7 +94,8 @@ std::vector<double> column_of(const Doubles& array, const char* name) {
 
 Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const Doubles& load,
                const std::string& sign, const std::string& law, const std::string& rule,
-               const std::string& damper_decay) {
+               const std::string& damper_decay, const std::optional<double>& residual,
+               const std::optional<double>& renewal) {
   cli::FitColumns columns;
   columns.name = "bristle.fit";
   columns.t = column_of(t, "t");
@@ -88,7 +105,8 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   columns.has_load = load.ndim() > 0;
   if (columns.has_load) columns.load = column_of(load, "load");
   const cli::FitOptions options = make_options(
-      {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()));
+      {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
+      {residual, renewal});
   const py::gil_scoped_release release;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
@@ -150,7 +168,8 @@ void define_result(py::module_& module) {
           "material", [](const Fit& fit) { return fit.result.material; }, "The fitted bristle.Material.")
       .def_property_readonly(
           "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
-          "FitEstimate by name: kinetic, presliding_length (m), spread, viscous_friction (N s/m), "
+          "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
+          "viscous_friction (N s/m), "
           "damping_per_newton (s/m), stribeck_velocity (m/s), sensor_offset (N), sensor_drift (N/s), and "
           "what "
           "follows from them: peak, stiffness_per_newton (1/m).")
@@ -192,16 +211,20 @@ void define_fitting(py::module_& module) {
   module.def(
       "fit", &fit_file, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
-      py::arg("damper_decay") = "exponential",
+      py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
+      py::arg("renewal") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/README.md). load: N, in place of a column. sign: whose force, \"on\" the body or \"by\" it; "
-      "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\" or \"exponential\". Takes seconds "
+      "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\" or \"exponential\". residual (a "
+      "share of the presliding length, 0 to 0.95) and renewal (0 to 8) hold these two; None fits them, "
+      "residual=0, renewal=0 is the paper's brush. rule \"keep\" has neither. Takes seconds "
       "and lets go of the interpreter's lock. Raises bristle.Error on data that nothing can be learnt "
       "from.");
   module.def(
       "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
-      py::arg("damper_decay") = "exponential",
+      py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
+      py::arg("renewal") = py::none(),
       "The same of arrays: times (s), positions (m), forces and loads (N; one number or one a sample).");
 }
 
