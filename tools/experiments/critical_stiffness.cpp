@@ -1,0 +1,252 @@
+// The critical stiffness of stick-slip: the spring below which a slider that is pulled slowly no longer
+// slides steadily. Found twice: by bisection on a slider, and from the force after a small step in speed, by
+// linear theory (Rice and Ruina 1983; Heslot et al. 1994).
+//
+// A slider of mass m on a spring k, pulled at v, whose friction answers a small change of speed dv(t) by
+// dF(s) = Z(s) dv(s): m s^2 + k + s Z(s) = 0. On the imaginary axis Re Z(i w) = 0 and k = m w^2 + w Im Z(i
+// w); the largest such k is critical. Z follows from the force R(t) after a step of one unit of speed, taken
+// at prescribed motion: Z(i w) = integral of exp(-i w t) dR(t).
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "tools/experiments/body.hpp"
+#include "tools/experiments/experiment.hpp"
+#include "tools/experiments/sliding.hpp"
+
+namespace cli {
+namespace {
+
+struct Response {
+  std::vector<double> t, force;  // s, N s/m: after a step of one m/s
+  double limit() const { return force.back(); }
+};
+
+// Half the difference of two steps, up and down, along the same way: what is not linear cancels, and so does
+// what the model would have done without a step.
+Response measure_response(const std::string& model, const Settings& s, double speed) {
+  const double dbar = s.number("presliding"), load = s.number("load"), step = s.number("step");
+  const double each = dbar / s.number("steps_per_length");
+  Subject up(model, s), down(model, s);
+  for (Subject* subject : {&up, &down}) slide(*subject, s.number("settling") * dbar, speed, each, load);
+  Response r;
+  const auto steps = static_cast<long>(std::lround(s.number("response_way") * s.number("steps_per_length")));
+  double x = 0.0;
+  for (long k = 0; k <= steps; ++k) {
+    const double way = k == 0 ? 1e-3 * each : each;  // first of all what comes at once
+    const double fast = up.step({way, 0.0}, way / (speed * (1.0 + step)), load).end.x;
+    const double slow = down.step({way, 0.0}, way / (speed * (1.0 - step)), load).end.x;
+    x += way;
+    r.t.push_back(x / speed);
+    r.force.push_back(-0.5 * (fast - slow) / (step * speed));
+  }
+  return r;
+}
+
+std::complex<double> impedance(const Response& r, double w) {
+  std::complex<double> z = 0.0;
+  double t = 0.0, force = 0.0;
+  for (std::size_t i = 0; i < r.t.size(); ++i) {
+    const double middle = i == 0 ? 0.0 : 0.5 * (t + r.t[i]);
+    z += (r.force[i] - force) * std::polar(1.0, -w * middle);
+    t = r.t[i];
+    force = r.force[i];
+  }
+  return z;
+}
+
+// The springs that are tried: up to twice as stiff as the contact itself, 2 mu N over the presliding length.
+struct Range {
+  explicit Range(const Settings& s)
+      : stiffest(4.0 * s.number("kinetic") * s.number("load") / s.number("presliding")),
+        softest(stiffest / 65536.0) {}
+  double stiffest, softest;
+};
+
+// 0: steady on every spring; the stiffest: on none.
+double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
+  if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed
+  const double step = r.t[2] - r.t[1];
+  double critical = 0.0;
+  const auto stiffness = [&](double w) { return mass * w * w + w * impedance(r, w).imag(); };
+  const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / step;
+  if (impedance(r, last).real() < 0.0) return range.stiffest;  // nothing damps, however fast it swings
+  const int points = 400;
+  double before = first;
+  for (int i = 1; i <= points; ++i) {
+    const double w = first * std::pow(last / first, static_cast<double>(i) / points);
+    double low = before, high = w;
+    before = w;
+    if ((impedance(r, low).real() < 0.0) == (impedance(r, high).real() < 0.0)) continue;
+    for (int k = 0; k < 40; ++k) {
+      const double middle = 0.5 * (low + high);
+      ((impedance(r, middle).real() < 0.0) == (impedance(r, low).real() < 0.0) ? low : high) = middle;
+    }
+    critical = std::max(critical, stiffness(0.5 * (low + high)));
+  }
+  return std::clamp(critical, 0.0, range.stiffest);
+}
+
+struct Trial {
+  const std::string& model;
+  const Settings& s;
+  double speed, stiffness;
+};
+
+// A slider in steady sliding on its spring. Over the first five presliding lengths of the pull its other end
+// moves faster or slower by a small share; then at the speed again.
+class Pulled {
+ public:
+  Pulled(const Trial& trial, double faster)
+      : trial_(trial),
+        subject_(trial.model, trial.s),
+        block_(trial.s.number("mass"), trial.speed),
+        ahead_m_(faster * trial.s.number("presliding")) {
+    const Settings& s = trial.s;
+    const double dbar = s.number("presliding"), load = s.number("load");
+    const double each = dbar / s.number("steps_per_length");
+    stretched_ = slide(subject_, s.number("settling") * dbar, trial.speed, each, load) / trial.stiffness;
+  }
+  // Force of the spring after a step that ends at t.
+  double advance(double t, double dt) {
+    const double k = trial_.stiffness;
+    const double middle = 0.5 * (end_at(t - dt) + end_at(t));
+    block_.advance(subject_, {k * (middle - block_.position()), 0.5 * k}, dt, trial_.s.number("load"));
+    return k * (end_at(t) - block_.position());
+  }
+
+ private:
+  double end_at(double t) const {
+    const double lengths = trial_.speed * t / trial_.s.number("presliding");
+    return stretched_ + trial_.speed * t + ahead_m_ * std::min(lengths, 5.0);
+  }
+
+  const Trial& trial_;
+  Subject subject_;
+  SlidingBlock block_;
+  double ahead_m_, stretched_;
+};
+
+// Half the difference of two sliders, pulled ahead and back, is what that does, without the fluctuations of a
+// finite brush. Calls look(way of the pull, half the difference of the spring forces). Returns whether its
+// swing grows: from each of eight stretches of the way to the next, the first two left out, or beyond a tenth
+// of kinetic friction.
+template <class Look>
+bool grows(const Trial& trial, const Look& look) {
+  const Settings& s = trial.s;
+  const double dt = s.number("presliding") / s.number("steps_per_length") / trial.speed;
+  const double large = 0.1 * s.number("kinetic") * s.number("load");
+  Pulled ahead(trial, s.number("step")), back(trial, -s.number("step"));
+  const auto stretch = std::max(2L, std::lround(s.number("trial_way") * s.number("steps_per_length") / 8.0));
+  double before = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    double low = INFINITY, high = -INFINITY;
+    for (long n = 1; n <= stretch; ++n) {
+      const double t = static_cast<double>(i * stretch + n) * dt;
+      const double off = 0.5 * (ahead.advance(t, dt) - back.advance(t, dt));
+      look(trial.speed * t, off);
+      low = std::min(low, off);
+      high = std::max(high, off);
+      if (high - low > large) return true;
+    }
+    // Where nothing takes energy or gives it the swing stays as it is, but for rounding and for bristles that
+    // snap a step earlier or later.
+    if (high - low < 5e-5 * large || (i >= 2 && !(high - low > 1.01 * before))) return false;
+    before = high - low;
+  }
+  return true;
+}
+
+bool grows(const Trial& trial) {
+  return grows(trial, [](double, double) {});
+}
+
+// 0: it slides steadily on every spring tried; the stiffest: on none.
+double critical_by_bisection(const std::string& model, const Settings& s, double speed, const Range& range) {
+  if (grows({model, s, speed, range.stiffest})) return range.stiffest;
+  double stable = range.stiffest, unstable = 0.0;
+  for (double k = 0.25 * stable; unstable == 0.0; k *= 0.25) {
+    if (k < range.softest) return 0.0;
+    (grows({model, s, speed, k}) ? unstable : stable) = k;
+  }
+  while (stable > 1.02 * unstable) {
+    const double middle = std::sqrt(stable * unstable);
+    (grows({model, s, speed, middle}) ? unstable : stable) = middle;
+  }
+  return std::sqrt(stable * unstable);
+}
+
+void trace(const ExperimentInput& input, const std::string& model, double speed, double critical,
+           ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double kinetic = s.number("kinetic") * s.number("load");
+  for (const bool soft : {true, false}) {
+    const double k = critical * (soft ? 0.8 : 1.25);
+    long n = 0;
+    grows({model, s, speed, k}, [&](double x, double off) {  // until it is decided
+      if (n++ % 5 == 0) {
+        result.series.push_back(
+            {soft ? "soft" : "stiff", model, {speed, k, x / s.number("presliding"), off / kinetic}});
+      }
+    });
+  }
+}
+
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double kinetic = s.number("kinetic") * s.number("load"), dbar = s.number("presliding");
+  const std::vector<double>& speeds = s.numbers("speeds");
+  const Range range(s);
+  double least = INFINITY, worst = 0.0;
+  for (std::size_t i = 0; i < speeds.size(); ++i) {
+    const Response r = measure_response(model, s, speeds[i]);
+    for (std::size_t k = 0; k < r.t.size(); ++k) {
+      result.series.push_back(
+          {"response", model, {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic}});
+    }
+    const double theory = critical_by_theory(r, s.number("mass"), 1e-5 * kinetic / speeds[i], range);
+    const double found = critical_by_bisection(model, s, speeds[i], range);
+    result.series.push_back({"theory", model, {speeds[i], theory, 0.0, 0.0}});
+    result.series.push_back({"bisection", model, {speeds[i], found, 0.0, 0.0}});
+    least = std::min(least, found);
+    const double apart = found == theory ? 0.0 : theory == 0.0 ? 1.0 : std::fabs(found / theory - 1.0);
+    worst = std::max(worst, apart);
+    if (i == speeds.size() / 2 && found > 0.0 && found < range.stiffest)
+      trace(input, model, speeds[i], found, result);
+    input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
+  }
+  result.findings.push_back({"critical_stiffness", model, least, least > 0.0});
+  result.findings.push_back({"linear_theory", model, 100.0 * worst, worst < 0.1});
+}
+
+}  // namespace
+
+Experiment critical_stiffness_experiment() {
+  return {
+      "critical-stiffness",
+      "a light slider on a spring that is pulled slowly: which spring makes it stick and slip",
+      common_parameters({{"bristles", 3600}, {"viscous", 10.0}}) +
+          std::vector<Parameter>{
+              number_parameter("mass", 1e-3, "kg", "of the slider: light, for a slow pull", 1e-9, 1e6),
+              list_parameter("speeds", {3e-5, 6e-5, 1.2e-4}, "m/s", "of the pull", 1e-9, 1e3),
+              number_parameter("step", 0.01, "",
+                               "relative step in speed: of the response, and of the pull at first", 1e-6,
+                               0.5),
+              number_parameter("settling", 20.0, "", "way before, presliding lengths", 1.0, 1e6),
+              number_parameter("response_way", 20.0, "", "way after the step, presliding lengths", 1.0, 1e5),
+              number_parameter("trial_way", 60.0, "", "way of a trial, presliding lengths", 1.0, 1e6),
+              number_parameter("steps_per_length", 100.0, "", "steps in a presliding length", 4.0, 1e5)},
+      {{"critical_stiffness", "soft springs make it stick and slip, stiff ones do not",
+        "a slow pull is steady on a spring stiffer than a critical one (Rabinowicz 1958; Rice and Ruina "
+        "1983; Heslot et al. 1994)",
+        "critical stiffness by bisection, least of the speeds; 0: steady on every spring "
+        "of the range tried",
+        "N/m", "above 0"},
+       {"linear_theory", "as linear theory says",
+        "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",
+        "critical stiffness by bisection off that of linear theory, worst of the speeds", "%", "below 10 %"}},
+      {"speed[m/s]", "stiffness[N/m]", "x_over_presliding", "friction_over_kinetic"},
+      &run};
+}
+
+}  // namespace cli
