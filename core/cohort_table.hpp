@@ -64,6 +64,17 @@ struct CohortLaw {
   double snap_rate;       ///< snaps of a bristle per scaled length of steady sliding
 };
 
+/// Of a patch that ages: bristles snap at l_r + delta g(age), and R is (deflection - l_r) / g. Times in s,
+/// from the patch's base of time. For kernels that age; null and 0 for the others.
+struct CohortTimes {
+  double* births;      ///< by cohort: when its bristles were last straight
+  double now;          ///< at the end of a move or a piece of it
+  double per_length;   ///< s per scaled length of the path
+  double strength;     ///< beta or gain
+  double rate;         ///< 1 / tau, 1/s
+  unsigned saturates;  ///< 1: g = 1 + gain (1 - exp(-a / tau)); 0: g = 1 + beta ln(1 + a / tau)
+};
+
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
 /// What changes in a patch beside its rows.
@@ -93,6 +104,7 @@ struct CohortMove {
   double from[2], to[2];
   double direction[2];
   double length;      ///< scaled, > 0
+  CohortTimes times;  ///< `now`: at the beginning of the move
   bool books = true;  ///< false: CohortTotals::integral and lost are not asked for, and may be wrong
 };
 
@@ -108,16 +120,19 @@ struct CohortTotals {
 struct CohortKernels {
   const char* name;
   /// Advances a patch along a move, cut in pieces; index: axes - 1, and 2 more for laws with residual or
-  /// renewal. Changes rows and state but for base, direction and run.
-  void (*move[4])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
+  /// renewal, 4 more for laws that age. Changes rows, births and state but for base, direction and run.
+  void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
   /// Merges the cheapest pairs, so that at least one more cohort has room. Returns twice the energy lost.
-  double (*make_room)(const CohortLaw&, CohortState&, double* rows, const double at[2]);
+  /// Index: 1 for laws that age.
+  double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],
+                         const CohortTimes&);
   /// Mass above the rank `cut`, and its density there (mass per rank): for the load.
   void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
-  /// Bristles come into contact straight at `at`. Returns twice the energy that joining others loses.
-  double (*enter)(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass, double low,
-                  double high, bool joins);
-  /// Fresh lengths for cohort i of the mass floor(u), bent so far beyond l_r. Returns the mass that is
+  /// Bristles come into contact straight at `at`. Returns twice the energy that joining others loses. Index:
+  /// 1 for laws that age.
+  double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
+                     double low, double high, bool joins, const CohortTimes&);
+  /// Fresh lengths for cohort i of the mass floor(u), whose R is at least `bent`. Returns the mass that is
   /// stronger.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };

@@ -12,11 +12,12 @@ namespace bristle::detail {
 extern const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA);
 const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA) = {
     BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
-    {&move_cohorts<VectorEngine, 1, false>, &move_cohorts<VectorEngine, 2, false>,
-     &move_cohorts<VectorEngine, 1, true>, &move_cohorts<VectorEngine, 2, true>},
-    &make_room<VectorEngine>,
+    {&move_cohorts<VectorEngine, 1, false, false>, &move_cohorts<VectorEngine, 2, false, false>,
+     &move_cohorts<VectorEngine, 1, true, false>, &move_cohorts<VectorEngine, 2, true, false>,
+     &move_cohorts<VectorEngine, 1, true, true>, &move_cohorts<VectorEngine, 2, true, true>},
+    {&make_room<VectorEngine, false>, &make_room<VectorEngine, true>},
     &mass_above,
-    &enter,
+    {&enter<false>, &enter<true>},
     &renew,
 };
 

@@ -5,6 +5,7 @@
 
 #include "core/cohort_table.hpp"
 #include "core/common/assert.hpp"
+#include "elementary.hpp"
 #include "scalar_lanes.hpp"
 
 namespace bristle::detail {
@@ -41,6 +42,61 @@ inline Survival survival_at(const CohortLaw& law, double x) {
 
 inline double square_of(double a) { return a * a; }
 
+// Ageing, for a number or a vector of them: see Material::ageing_factor.
+
+/// g and its slope, 1/s, at an age in s.
+template <class V>
+struct StrengthOf {
+  V factor, slope;
+};
+using Strength = StrengthOf<double>;
+
+template <class V>
+inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
+  const V one(1.0);
+  const V strength(t.strength);
+  const V rate(t.rate);
+  const V scaled = age * rate;
+  if (t.saturates != 0) {
+    // exp(-40) is nothing beside 1.
+    const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
+    return {one + strength * (one - weak), strength * weak * rate};
+  }
+  const V later = one + scaled;
+  return {one + strength * natural_log<double>(later), divide(strength * rate, later)};
+}
+template <class V>
+inline V ageing_at(const CohortTimes& t, V age) {
+  return strength_at(t, age).factor;
+}
+
+/// The age at which g is so much.
+inline double age_at(const CohortTimes& t, double factor) {
+  const double grown = most(factor - 1.0, 0.0) / t.strength;
+  if (t.saturates != 0) return -natural_log<double>(most(1.0 - grown, 1e-17)) / t.rate;
+  return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
+}
+
+/// Path left at the end of a piece since a bristle of length delta snapped, |z - gap e| = l_r + delta g(age -
+/// gap / v), with g straight near the end: the error is of second order, for g is concave and the piece
+/// short. z is the deflection that there would be at the end: its square, and its part along the motion.
+template <class V>
+inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
+                  V along) {
+  const V length = V(law.residual) + delta * strength.factor;
+  const V growth = delta * (strength.slope * V(per_length));  // of the snap length by path
+  const V half = along - growth * length;
+  const V over = most(square - length * length, V(0.0));
+  const V root_of = root(most(half * half - (V(1.0) - growth * growth) * over, V(0.0)));
+  return divide(over, most(half + root_of, V(1e-300)));
+}
+
+/// The R of bristles that were bent from straight to `bent` at constant speed.
+template <bool ages>
+inline double fresh_length(const CohortTimes& t, double bent) {
+  return ages ? bent / ageing_at(t, bent * t.per_length) : bent;
+}
+
 /// A lane that holds no cohort: it never snaps and weighs nothing.
 inline void clear_lane(double* rows, std::uint32_t i) {
   for (std::uint32_t c = 0; c < cohort_columns; ++c) cohort(rows, i, static_cast<CohortColumn>(c)) = 0.0;
@@ -48,7 +104,8 @@ inline void clear_lane(double* rows, std::uint32_t i) {
 }
 
 /// The last cohort takes the place of cohort i.
-inline void remove_cohort(CohortState& s, double* rows, std::uint32_t i) {
+template <bool ages>
+inline void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) {
   const std::uint32_t last = --s.count;
   for (std::uint32_t& open : s.open)
     if (open == i)
@@ -58,12 +115,14 @@ inline void remove_cohort(CohortState& s, double* rows, std::uint32_t i) {
   if (i != last)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       cohort(rows, i, static_cast<CohortColumn>(c)) = cohort(rows, last, static_cast<CohortColumn>(c));
+  if (ages) births[i] = births[last];
   clear_lane(rows, last);
 }
 
-inline void remove_empty(CohortState& s, double* rows) {
+template <bool ages>
+inline void remove_empty(CohortState& s, double* rows, double* births) {
   for (std::uint32_t i = s.count; i-- > 0;)
-    if (cohort(rows, i, cohort_fresh) == 0.0) remove_cohort(s, rows, i);
+    if (cohort(rows, i, cohort_fresh) == 0.0) remove_cohort<ages>(s, rows, births, i);
 }
 
 /// Ranks [low, high) of a mixture: equal mean and variance, inside [0, all).
@@ -84,12 +143,22 @@ inline double rank_square(double low, double high) {
 struct Newborn {
   double mass, x, y, reach;
   double rank_mean, rank_square;
+  double birth = 0.0;
 };
 
+/// Bristles of different age that become one cohort: g is their mean.
+inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
+  const double g = ageing_at(t, most(t.now - birth, 0.0));
+  const double of_other = ageing_at(t, most(t.now - other, 0.0));
+  return t.now - age_at(t, g + share * (of_other - g));
+}
+
 /// Cohort i and a newborn become one: mass, first moment and the mean R are kept. Returns twice the energy
-/// lost. `to` is where the patch is: R is at least the deflection.
+/// lost. `to` is where the patch is: R is at least the deflection. `even`: both were born along a path at an
+/// even speed, so that the birth in the middle belongs to the place in the middle.
+template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
-                   const Newborn& n, const double to[2]) {
+                   const Newborn& n, const double to[2], const CohortTimes& times, bool even) {
   const double m = mass_of(rows, i);
   const double all = m + n.mass;
   const double share = n.mass / all;
@@ -103,7 +172,13 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   const double zx = to[0] - x;
   const double zy = to[1] - y;
   const double mean = reach + share * (n.reach - reach);
-  reach = most(mean, root(zx * zx + zy * zy) - law.residual + reach_margin);
+  double bent = root(zx * zx + zy * zy) - law.residual;
+  if (ages) {
+    double& birth = times.births[i];
+    birth = even ? birth + share * (n.birth - birth) : mean_birth(times, birth, n.birth, share);
+    bent = bent / ageing_at(times, most(times.now - birth, 0.0));
+  }
+  reach = most(mean, bent + reach_margin);
   const Survival at = survival_at(law, reach);
   cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   cohort(rows, i, cohort_left) = at.left;
@@ -120,8 +195,11 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-inline void append(const CohortLaw& law, CohortState& s, double* rows, const Newborn& n) {
+template <bool ages>
+inline void append(const CohortLaw& law, CohortState& s, double* rows, const Newborn& n,
+                   const CohortTimes& times) {
   const std::uint32_t i = s.count++;
+  if (ages) times.births[i] = n.birth;
   const Survival at = survival_at(law, n.reach);
   BRISTLE_ASSERT(at.left > 0.0);
   cohort(rows, i, cohort_x) = n.x;
@@ -139,19 +217,32 @@ inline void append(const CohortLaw& law, CohortState& s, double* rows, const New
 struct Moved {
   double x, y, reach;
   Survival at;
+  double birth;
 };
+template <bool ages>
 inline Moved move_place(const CohortLaw& law, const double* rows, std::uint32_t i, double dx, double dy,
-                        const double to[2]) {
+                        const double to[2], const CohortTimes& times, double dt) {
   const double x = cohort(rows, i, cohort_x) + dx;
   const double y = cohort(rows, i, cohort_y) + dy;
   const double before =
       root(square_of(to[0] - cohort(rows, i, cohort_x)) + square_of(to[1] - cohort(rows, i, cohort_y)));
   const double after = root(square_of(to[0] - x) + square_of(to[1] - y));
-  const double moved = cohort(rows, i, cohort_reach) + (after - before);
-  const double reach = most(most(moved, law.sure), after - law.residual + reach_margin);
-  return {x, y, reach, survival_at(law, reach)};
+  double moved = cohort(rows, i, cohort_reach) + (after - before);
+  double bent = after - law.residual;
+  double birth = 0.0;
+  if (ages) {
+    birth = least(times.births[i] + dt, times.now);
+    const double was = ageing_at(times, most(times.now - times.births[i], 0.0));
+    const double is = ageing_at(times, times.now - birth);
+    moved = (cohort(rows, i, cohort_reach) * was + (after - before)) / is;
+    bent = bent / is;
+  }
+  const double reach = most(most(moved, law.sure), bent + reach_margin);
+  return {x, y, reach, survival_at(law, reach), birth};
 }
-inline void put_moved(double* rows, std::uint32_t i, const Moved& moved) {
+template <bool ages>
+inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const CohortTimes& times) {
+  if (ages) times.births[i] = moved.birth;
   cohort(rows, i, cohort_fresh) = fresh_mass(mass_of(rows, i), moved.at.left);
   cohort(rows, i, cohort_x) = moved.x;
   cohort(rows, i, cohort_y) = moved.y;
@@ -163,7 +254,9 @@ inline void put_moved(double* rows, std::uint32_t i, const Moved& moved) {
 /// The cohort that grew is full. Every second one and that before it are moved apart, until the places of
 /// both vary as those of the bristles in them did: two points for a path, at the abscissae of Gauss where it
 /// was straight. Mass, first and second moment are kept. Returns twice the energy lost: what is beyond that.
-inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2]) {
+template <bool ages>
+inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2],
+                         const CohortTimes& times) {
   const std::uint32_t i = s.open[2];
   const std::uint32_t j = s.open[0];
   s.open[0] = no_cohort;
@@ -186,11 +279,12 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   const double farther = root(wanted / apart) - 1.0;
   const double back = -farther * (n / (m + n));
   const double forth = farther * (m / (m + n));
-  const Moved first = move_place(law, rows, i, back * dx, back * dy, to);
-  const Moved second = move_place(law, rows, j, forth * dx, forth * dy, to);
+  const double dt = ages ? times.births[j] - times.births[i] : 0.0;
+  const Moved first = move_place<ages>(law, rows, i, back * dx, back * dy, to, times, back * dt);
+  const Moved second = move_place<ages>(law, rows, j, forth * dx, forth * dy, to, times, forth * dt);
   if (!(first.at.left > 0.0) || !(second.at.left > 0.0)) return spread;
-  put_moved(rows, i, first);
-  put_moved(rows, j, second);
+  put_moved<ages>(rows, i, first, times);
+  put_moved<ages>(rows, j, second, times);
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
@@ -218,8 +312,10 @@ struct Draws {
 };
 constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles is left: (1 - v + v^2 / 2)^4 needs v <= 1
 
-inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p) {
-  const double again = 1.0 - survival_at(law, p.gap / p.lost).left;
+template <bool ages>
+inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,
+                        const CohortTimes& times) {
+  const double again = 1.0 - survival_at(law, fresh_length<ages>(times, p.gap / p.lost)).left;
   const double per_mass = law.renewal / s.mass;
   const double damped = 1.0 - per_mass * (again * p.renewable - 0.5 * p.lost);
   const double hazard = least(per_mass * (p.lost * (1.0 + again)) / most(damped, 0.25), highest_hazard);
@@ -246,20 +342,25 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
 /// energy and path integral. `at` is the end of the piece of this length; `snapped` of the mass had snapped.
 /// `renewed_rate`: how often a bristle is drawn for renewal, by length of path. `spread`: how the places at
 /// which they were straight vary, which is no loss yet.
-template <bool rubs>
+template <bool rubs, bool ages>
 Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double piece, const double at[2],
-             double snapped, double renewed_rate, CohortTotals& t, double& spread) {
+             double snapped, double renewed_rate, const CohortTimes& times, CohortTotals& t, double& spread) {
   const double gap = p.gap / p.lost;
   // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
-  const Survival s = survival_at(law, gap);
+  const Survival s = survival_at(law, fresh_length<ages>(times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
   double gap_gap_left = p.gap_gap;  // without the lengths of second snaps
   double of_second = 0.0;           // that the second snaps lose
   if (again > 0.0) {
-    const double length = least(s.moment / (1.0 - s.left), gap);
+    double length = s.moment / (1.0 - s.left);
+    if (ages) {  // it ages too until it snaps: twice is enough, g grows slowly
+      const double delta = length;
+      for (int i = 0; i < 2; ++i) length = delta * ageing_at(times, least(length, gap) * times.per_length);
+    }
+    length = least(length, gap);
     const double left = gap - length;
     mean_gap = gap - (1.0 - s.left) * length;
     gap_gap -= again * (gap * gap - (length * length + left * left));
@@ -293,9 +394,10 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],
-          most(mean_gap + reach_margin, law.sure),
+          most(fresh_length<ages>(times, mean_gap) + reach_margin, law.sure),
           p.ranks / p.lost,
-          p.rank_squares / p.lost};
+          p.rank_squares / p.lost,
+          times.now - mean_gap * times.per_length};
 }
 
 /// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
@@ -319,20 +421,23 @@ struct Partner {
 
 /// Two cohorts become one, in the place of the first: mass, first moment, mean R, mean and variance of rank
 /// are kept. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
+template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
-                    std::uint32_t j, const double at[2]) {
+                    std::uint32_t j, const double at[2], const CohortTimes& times) {
   const double low = cohort(rows, j, cohort_low);
   const double high = cohort(rows, j, cohort_high);
-  return join(law, s, rows, i,
-              {mass_of(rows, j), cohort(rows, j, cohort_x), cohort(rows, j, cohort_y),
-               cohort(rows, j, cohort_reach), rank_mean(low, high), rank_square(low, high)},
-              at);
+  return join<ages>(
+      law, s, rows, i,
+      {mass_of(rows, j), cohort(rows, j, cohort_x), cohort(rows, j, cohort_y), cohort(rows, j, cohort_reach),
+       rank_mean(low, high), rank_square(low, high), ages ? times.births[j] : 0.0},
+      at, times, false);
 }
 
 /// Merges the cheapest pair, and with it others that cost little more: the search is what takes time.
 /// Engine::find_partner finds the cheapest partner j > i of cohort i.
-template <class Engine>
-double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2]) {
+template <class Engine, bool ages>
+double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2],
+                 const CohortTimes& times) {
   alignas(64) double masses[most_cohorts];
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
@@ -349,7 +454,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
     const Partner& pair = partners[i];
     if (used[i] || used[pair.j] || pair.cost > cheapest * merge_margin) continue;
     used[i] = used[pair.j] = true;
-    lost += merge(law, s, rows, i, pair.j, at);
+    lost += merge<ages>(law, s, rows, i, pair.j, at, times);
     for (std::uint32_t k = 0; k < 3; ++k)
       if (s.open[k] == i || s.open[k] == pair.j) {
         s.open[k] = no_cohort;
@@ -360,17 +465,29 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
     cohort(rows, pair.j, cohort_fresh) = 0.0;
     --left;
   }
-  remove_empty(s, rows);
+  remove_empty<ages>(s, rows, times.births);
   return lost;
 }
 
+/// Whether a newborn belongs to the path along which cohort i was born: not where the patch rested in
+/// between.
+inline bool in_step(const double* rows, std::uint32_t i, const Newborn& n, const CohortTimes& times) {
+  const double path =
+      root(square_of(n.x - cohort(rows, i, cohort_x)) + square_of(n.y - cohort(rows, i, cohort_y)));
+  return (n.birth - times.births[i]) * times.rate <= 1.0 + 4.0 * path * times.per_length * times.rate;
+}
+
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
-template <class Engine, int axes, bool rubs>
+template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
-  if (a.length > 1.2 * law.piece && Engine::template find_slack<axes>(law, s, rows, a.to) >= 0.0) {
-    s.slack = Engine::template find_slack<axes>(law, s, rows, middle);
+  // So they are over g, and what is within its reach stays so however long the patch waits.
+  CohortTimes times = a.times;
+  if (ages) times.now = a.times.now + a.length * times.per_length;
+  if (a.length > 1.2 * law.piece &&
+      Engine::template find_slack<axes, ages>(law, s, rows, a.to, times) >= 0.0) {
+    s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
     return;
   }
   double from[2] = {a.from[0], a.from[1]};
@@ -382,10 +499,11 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
     double at[2] = {a.to[0], a.to[1]};
     if (!last)
       for (int axis = 0; axis < axes; ++axis) at[axis] = a.from[axis] + a.direction[axis] * done;
+    if (ages) times.now = a.times.now + done * times.per_length;
     PieceSums sums{};
-    const bool bent = Engine::template bend_all<axes, rubs>(law, s, rows, a, length, at, sums);
+    const bool bent = Engine::template bend_all<axes, rubs, ages>(law, s, rows, a, length, at, times, sums);
     if (!bent && t.pieces == 0 && last) {  // the only piece, and nothing happened
-      s.slack = Engine::template find_slack<axes>(law, s, rows, middle);
+      s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
       return;
     }
     s.slack = -1.0;
@@ -396,16 +514,17 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       double snapped = sums.lost;
       double renewed_rate = 0.0;
       if (rubs && law.renewal > 0.0) {
-        const Draws draws = find_draws(law, s, sums);
+        const Draws draws = find_draws<ages>(law, s, sums, times);
         snapped = draws.snapped;
         renewed_rate = draws.hazard / length;
         add_renewed(sums, Engine::template renew_all<axes>(law, s, rows, a, length, at, draws.hazard));
       }
       double spread = 0.0;
-      const Newborn newborn = bear<rubs>(law, sums, a, length, at, snapped, renewed_rate, t, spread);
+      const Newborn newborn =
+          bear<rubs, ages>(law, sums, a, length, at, snapped, renewed_rate, times, t, spread);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
-      if (sums.emptied) remove_empty(s, rows);
+      if (sums.emptied) remove_empty<ages>(s, rows, times.births);
       double first[2] = {from[0], from[1]};  // where what is born first and last would be straight
       double last_born[2] = {at[0], at[1]};
       if (rubs)
@@ -415,17 +534,18 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         }
       const double bx = last_born[0] - s.begin[0][0];
       const double by = last_born[1] - s.begin[0][1];
-      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
-        s.spread += join(law, s, rows, s.open[0], newborn, at);
+      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece &&
+          (!ages || in_step(rows, s.open[0], newborn, times))) {
+        s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
-        t.lost += close_open(law, s, rows, at);
+        t.lost += close_open<ages>(law, s, rows, at, times);
         if (s.count == s.capacity) {
-          t.lost += make_room<Engine>(law, s, rows, at);
+          t.lost += make_room<Engine, ages>(law, s, rows, at, times);
           ++t.merges;
         }
         s.open[0] = s.count;
         for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = first[axis];
-        append(law, s, rows, newborn);
+        append<ages>(law, s, rows, newborn, times);
       }
       s.spread += spread;
     }
@@ -436,15 +556,17 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
 
 /// Bristles come into contact straight, at `at`, with the ranks [low, high): they join those that came last,
 /// or are a cohort of their own, for which there is room. Returns twice the energy lost.
-inline double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass,
-                    double low, double high, bool joins) {
+template <bool ages>
+double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass, double low,
+             double high, bool joins, const CohortTimes& times) {
   const Newborn n{
-      mass, at[0], at[1], most(law.sure, reach_margin), rank_mean(low, high), rank_square(low, high)};
+      mass,     at[0], at[1], most(law.sure, reach_margin), rank_mean(low, high), rank_square(low, high),
+      times.now};
   s.slack = -1.0;
-  if (joins) return join(law, s, rows, s.open[1], n, at);
+  if (joins) return join<ages>(law, s, rows, s.open[1], n, at, times, false);
   s.open[1] = s.count;
   for (int axis = 0; axis < 2; ++axis) s.begin[1][axis] = at[axis];
-  append(law, s, rows, n);
+  append<ages>(law, s, rows, n, times);
   return 0.0;
 }
 

@@ -51,17 +51,22 @@ double renewable_path(const CohortLaw& law, double along, double length) {
 
 /// One cohort at the end of a piece: those that are not stronger than the deflection have snapped. True = it
 /// was bent farther than before.
-template <int axes, bool rubs>
+template <int axes, bool rubs, bool ages>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
-          double length, const double at[2], ReferenceSums& sums) {
+          double length, const double at[2], const CohortTimes& times, ReferenceSums& sums) {
   const std::uint32_t lane = i % cohort_lanes;
   const double x = cohort(rows, i, cohort_x);
   const double y = cohort(rows, i, cohort_y);
   const double zx = at[0] - x;
   const double zy = at[1] - y;
   const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
-  const double bent = rubs ? most(root(square) - law.residual, 0.0) : root(square);
+  double bent = rubs ? most(root(square) - law.residual, 0.0) : root(square);
   const double reach = cohort(rows, i, cohort_reach);
+  Strength strength{};
+  if (ages) {
+    strength = strength_at(times, most(times.now - times.births[i], 0.0));
+    bent = bent / strength.factor;
+  }
   const double mass = mass_of(rows, i);
   const double along = axes == 2 ? zx * a.direction[0] + zy * a.direction[1] : zx * a.direction[0];
   const double renewable = rubs ? renewable_path(law, along, length) : 0.0;
@@ -83,10 +88,16 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   const double share = left - now.left;
   double snapped_at = share > 0.0 ? (now.moment - moment) / share : bent;
   snapped_at = least(most(snapped_at, reach), bent);
-  if (rubs) snapped_at = snapped_at + law.residual;
-  const double across = most(square - along * along, 0.0);
-  const double before = root(most(snapped_at * snapped_at - across, 0.0));
-  const double gap = least(most(along - before, 0.0), length);
+  double gap = 0.0;
+  if (ages) {
+    gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
+  } else {
+    if (rubs) snapped_at = snapped_at + law.residual;
+    const double across = most(square - along * along, 0.0);
+    const double before = root(most(snapped_at * snapped_at - across, 0.0));
+    gap = along - before;
+  }
+  gap = least(most(gap, 0.0), length);
 
   sums.add(rows, i, zx, zy, square, kept, lost, gap);
   if (rubs) sums.renewable.lane[lane] += kept * renewable;
@@ -125,14 +136,17 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
 }
 
 /// Way to the nearest place at which a cohort is bent farther than ever, from `at`.
-template <int axes>
-double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2]) {
+template <int axes, bool ages>
+double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
+                  const CohortTimes& times) {
   double slack = unused_reach;
   for (std::uint32_t i = 0; i < s.count; ++i) {
     const double zx = at[0] - cohort(rows, i, cohort_x);
     const double zy = at[1] - cohort(rows, i, cohort_y);
     const double bent = root(axes == 2 ? zx * zx + zy * zy : zx * zx);
-    slack = least(slack, cohort(rows, i, cohort_reach) + law.residual - bent);
+    double reach = cohort(rows, i, cohort_reach);
+    if (ages) reach = reach * ageing_at(times, most(times.now - times.births[i], 0.0));
+    slack = least(slack, reach + law.residual - bent);
   }
   return slack;
 }
@@ -153,14 +167,14 @@ Partner find_partner(const double* rows, const double* masses, std::uint32_t cou
 
 struct Reference {
   /// One piece of the path, which ends at `at`.
-  template <int axes, bool rubs>
+  template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
-                       double length, const double at[2], PieceSums& p) {
+                       double length, const double at[2], const CohortTimes& times, PieceSums& p) {
     ReferenceSums sums;
     bool bent = false;
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; ++i)
-      if (bend<axes, rubs>(law, least_mass, rows, i, a, length, at, sums)) bent = true;
+      if (bend<axes, rubs, ages>(law, least_mass, rows, i, a, length, at, times, sums)) bent = true;
     p = sums.totals();
     return bent;
   }
@@ -173,10 +187,10 @@ struct Reference {
       renew_share<axes>(law, least_mass, rows, i, a, length, at, hazard, sums);
     return sums.totals();
   }
-  template <int axes>
-  static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows,
-                           const double at[2]) {
-    return detail::find_slack<axes>(law, s, rows, at);
+  template <int axes, bool ages>
+  static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
+                           const CohortTimes& times) {
+    return detail::find_slack<axes, ages>(law, s, rows, at, times);
   }
   static Partner find_partner(const double* rows, const double* masses, std::uint32_t count,
                               std::uint32_t i) {
@@ -205,11 +219,12 @@ void mass_above(const CohortState& s, const double* rows, double cut, double* ma
 extern const CohortKernels cohort_kernels_scalar;
 const CohortKernels cohort_kernels_scalar = {
     "scalar",
-    {&move_cohorts<Reference, 1, false>, &move_cohorts<Reference, 2, false>,
-     &move_cohorts<Reference, 1, true>, &move_cohorts<Reference, 2, true>},
-    &make_room<Reference>,
+    {&move_cohorts<Reference, 1, false, false>, &move_cohorts<Reference, 2, false, false>,
+     &move_cohorts<Reference, 1, true, false>, &move_cohorts<Reference, 2, true, false>,
+     &move_cohorts<Reference, 1, true, true>, &move_cohorts<Reference, 2, true, true>},
+    {&make_room<Reference, false>, &make_room<Reference, true>},
     &mass_above,
-    &enter,
+    {&enter<false>, &enter<true>},
     &renew,
 };
 

@@ -163,17 +163,17 @@ inline Vector renewable_path(const CohortLaw& law, Vector along, double length) 
 }
 
 /// One vector of cohorts at the end of a piece: see bend in cohort_reference.cpp.
-template <int axes, bool rubs>
+template <int axes, bool rubs, bool ages>
 inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
-                 const CohortMove& a, double length, const double at[2], VectorSums& sums) {
+                 const CohortMove& a, double length, const double at[2], const CohortTimes& times,
+                 const double* births, VectorSums& sums) {
   const Vector zero(0.0);
   const Vector x = place.get(cohort_x);
   const Vector y = axes == 2 ? place.get(cohort_y) : zero;
   const Vector zx = Vector(at[0]) - x;
   const Vector zy = axes == 2 ? Vector(at[1]) - y : zero;
   const Vector square = axes == 2 ? zx * zx + zy * zy : zx * zx;
-  const Vector bent =
-      rubs ? most<double>(root<double>(square) - Vector(law.residual), zero) : root<double>(square);
+  Vector bent = rubs ? most<double>(root<double>(square) - Vector(law.residual), zero) : root<double>(square);
   const Vector reach = place.get(cohort_reach);
   const Vector fresh = place.get(cohort_fresh);
   const Vector left = place.get(cohort_left);
@@ -181,7 +181,13 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector along =
       axes == 2 ? zx * Vector(a.direction[0]) + zy * Vector(a.direction[1]) : zx * Vector(a.direction[0]);
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
-  const Mask<double> beyond = bent > reach;
+  Mask<double> beyond = bent > reach;
+  StrengthOf<Vector> strength{};
+  if (ages && any_lane<double>(beyond)) {  // age makes no bristle weaker
+    strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
+    bent = divide<double>(bent, strength.factor);
+    beyond = bent > reach;
+  }
   if (!any_lane<double>(beyond)) {
     sums.x.part[k] = sums.x.part[k] + mass * x;
     if (axes == 2) sums.y.part[k] = sums.y.part[k] + mass * y;
@@ -200,10 +206,16 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   Vector snapped_at = divide<double>(now.moment - moment, select_lanes<double>(some, share, Vector(1.0)));
   snapped_at = select_lanes<double>(some, snapped_at, bent);
   snapped_at = least<double>(most<double>(snapped_at, reach), bent);
-  if (rubs) snapped_at = snapped_at + Vector(law.residual);
-  const Vector across = most<double>(square - along * along, zero);
-  const Vector before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
-  const Vector gap = least<double>(most<double>(along - before, zero), Vector(length));
+  Vector gap;
+  if (ages) {
+    gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
+  } else {
+    if (rubs) snapped_at = snapped_at + Vector(law.residual);
+    const Vector across = most<double>(square - along * along, zero);
+    const Vector before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
+    gap = along - before;
+  }
+  gap = least<double>(most<double>(gap, zero), Vector(length));
 
   sums.add<axes>(place, k, zx, zy, square, kept, lost, gap);
   if (rubs) sums.renewable.part[k] = sums.renewable.part[k] + kept * renewable;
@@ -247,15 +259,17 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
 }
 
 struct VectorEngine {
-  template <int axes, bool rubs>
+  template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
-                       double length, const double at[2], PieceSums& p) {
+                       double length, const double at[2], const CohortTimes& times, PieceSums& p) {
     VectorSums sums(a.books, s.layered != 0);
     bool bent = false;
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
       for (std::uint32_t k = 0; k < row_parts; ++k)
-        if (bend<axes, rubs>(law, least_mass, {rows + k * vector_size}, k, a, length, at, sums)) bent = true;
+        if (bend<axes, rubs, ages>(law, least_mass, {rows + k * vector_size}, k, a, length, at, times,
+                                   ages ? times.births + (i + k * vector_size) : nullptr, sums))
+          bent = true;
     if (bent) p = sums.totals<axes, rubs>();
     return bent;
   }
@@ -272,9 +286,9 @@ struct VectorEngine {
     return sums.totals<axes, true>();
   }
 
-  template <int axes>
-  static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows,
-                           const double at[2]) {
+  template <int axes, bool ages>
+  static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
+                           const CohortTimes& times) {
     Vector slack(unused_reach);
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
       for (std::uint32_t k = 0; k < row_parts; ++k) {
@@ -285,7 +299,12 @@ struct VectorEngine {
           const Vector zy = Vector(at[1]) - load<double>(columns + cohort_y * cohort_lanes);
           square = square + zy * zy;
         }
-        const Vector reach = load<double>(columns + cohort_reach * cohort_lanes) + Vector(law.residual);
+        Vector reach = load<double>(columns + cohort_reach * cohort_lanes);
+        if (ages) {
+          const Vector births = load<double>(times.births + (i + k * vector_size));
+          reach = reach * ageing_at(times, most<double>(Vector(times.now) - births, Vector(0.0)));
+        }
+        reach = reach + Vector(law.residual);
         slack = least<double>(slack, reach - root<double>(square));
       }
     alignas(64) double lane[vector_size];

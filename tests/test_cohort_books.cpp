@@ -162,7 +162,7 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
                             std::hypot(entry(rows, k, cohort_x) - at[0], entry(rows, k, cohort_y) - at[1]));
       const bool within = farthest <= least_reach;
       const Books before = read_books(s, rows);
-      const double lost = kernels.make_room(r.law, s, rows, at);
+      const double lost = kernels.make_room[0](r.law, s, rows, at, {});
       const Books after = read_books(s, rows);
       REQUIRE(s.count < r.count);
       REQUIRE(after.mass == before.mass);

@@ -57,6 +57,15 @@ inline void add_infinite_variants(std::vector<PatchCase>& cases) {
         };
         cases.push_back({name.str() + ", rubbed", rubbed(material), rubbed(later), options});
         cases.push_back({name.str() + ", rubbed later", material, rubbed(material), options});
+        using bristle::Ageing;
+        const auto aged = [](Material m, const Ageing& ageing) { return m.with_ageing(ageing); };
+        const Material skin = aged(rubbed(material), Ageing::saturating(0.4, 3e-3));
+        cases.push_back({name.str() + ", ages", aged(material, Ageing::logarithmic(0.05, 1e-6)),
+                         aged(later, Ageing::logarithmic(0.05, 1e-6)), options});
+        cases.push_back(
+            {name.str() + ", ages and is rubbed", skin, aged(skin, Ageing::logarithmic(0.1, 1e-4)), options});
+        cases.push_back({name.str() + ", ages no more", skin, rubbed(material), options});
+        cases.push_back({name.str() + ", ages later", rubbed(material), skin, options});
       }
     }
   }

@@ -22,6 +22,16 @@ constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass: the hig
 constexpr double mass_per_count = 274877906944.0;                          // 2^38
 constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
 
+/// What a patch that ages has beside its cohorts. The births of the cohorts lie behind it.
+struct alignas(64) CohortAgeing {
+  Int128 base = 0;          ///< time from which births count, clock units from PatchRecord::epoch
+  double per_length = 0.0;  ///< of the straight slide that the patch is in: s per scaled length
+  double until = 0.0;       ///< when it ended, s from base
+  double oldest = 0.0;      ///< birth of the oldest cohort when it began
+  // Cache: snaps of a bristle per scaled length of a steady slide, and its speed; 0 = not known.
+  double rate_per_length = 0.0, snap_rate = 0.0;
+};
+
 /// The infinite brush of one patch. CohortState: mass and cohorts; zeta and overload are in Patch.
 struct Cohorts : PatchRecord, CohortState {
   CohortLaw law{};
@@ -31,10 +41,13 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t pieces = 0;          ///< resolution, rounded up: what PatchInfo::bristles says
   std::uint32_t detail = 0;          ///< of these in use
   double* rows = nullptr;            ///< of 8 cohorts, 8 columns each
+  CohortAgeing* ageing = nullptr;    ///< null: the material does not age
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
     visit(r.rows, ColumnRule{"rows", r.capacity * cohort_columns, Filler::zero, true});
+    const std::uint32_t births = r.capacity / static_cast<std::uint32_t>(sizeof *r.ageing / sizeof(double));
+    visit(r.ageing, ColumnRule{"ageing", r.ages() ? 1 + births : 0, Filler::zero, true});
   }
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
@@ -44,6 +57,8 @@ struct Cohorts : PatchRecord, CohortState {
     const std::uint32_t lines = static_cast<std::uint32_t>(sizeof(Cohorts) / 64 + 1) + used_numbers() / 8;
     return static_cast<std::uint8_t>(lines < 64 ? lines : 64);
   }
+  bool ages() const noexcept { return material->material.ageing_strength != 0.0; }
+  double* births() const noexcept { return reinterpret_cast<double*>(ageing + 1); }
   bool rubs() const noexcept { return law.residual > 0.0 || law.renewal > 0.0; }
   double zeta_max() const noexcept { return full_weight; }
   double units_per_bristle() const noexcept { return full_mass / full_weight; }
@@ -66,15 +81,27 @@ inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
   return to_lengths(difference(p.position[axis], s.base[axis]));
 }
 
+// -------------------------------------------------------------------------------------- time (ageing.cpp)
+
+/// Births of a patch's cohorts and the time from their base; all 0 where the material does not age.
+CohortTimes times_of(const Patch& p) noexcept;
+/// Births count from now on: there is no cohort, or their births are to be set.
+void begin_time(const Patch& p) noexcept;
+/// Births count from near now again.
+void follow_time(const Patch& p) noexcept;
+double find_oldest(const Cohorts& r) noexcept;
+/// g of cohort i, 1 where the material does not age.
+double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) noexcept;
+
 // --------------------------------------------------------------------------------------- rows (state.cpp)
 
 void clear_lane(double* rows, std::uint32_t i) noexcept;
 /// Out of contact: no cohort.
 void clear_cohorts(Cohorts& r) noexcept;
 /// The last cohort takes the place of cohort i.
-void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept;
+void remove_cohort(Cohorts& r, std::uint32_t i) noexcept;
 /// Those without mass.
-void remove_empty(CohortState& s, double* rows) noexcept;
+void remove_empty(Cohorts& r) noexcept;
 /// Sum of mass x place, over the cohorts one by one.
 void find_moment(CohortState& s, const double* rows) noexcept;
 /// Sum of mass x |z|^2, with the spread of places that cohorts owe.
@@ -93,8 +120,10 @@ void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
-/// Whether a move is so long that its end alone says what the patch is then.
-bool is_forgetful(const Cohorts& r, const CohortMove& move) noexcept;
+/// Whether a move is so long that its end alone says what the patch is then. `forget`: the path that takes.
+bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
+/// Snaps of a bristle per scaled length of steady sliding at the speed of a move.
+double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
 /// Such a move: steady sliding at its end, and what happened on the way.
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) noexcept;
 void take_over_cohorts(Patch& to, Patch& from) noexcept;

@@ -79,7 +79,7 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   if (all_kept != mass_now)
     entry(r.rows, largest, cohort_fresh) =
         fresh_mass(most_kept + (mass_now - all_kept), entry(r.rows, largest, cohort_left));
-  remove_empty(r, r.rows);
+  remove_empty(r);
   r.mass = mass_now;
   find_moment(r, r.rows);
 }
@@ -98,8 +98,11 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   // random each step: 1.3 % where this has 0.3).
   const double near = r.law.piece / 16.0;
   const bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
-  if (!joins && r.count == r.capacity) lost += r.kernels->make_room(r.law, r, r.rows, at);
-  lost += r.kernels->enter(r.law, r, r.rows, at, entered, low, mass_now, joins);
+  if (r.count == 0) begin_time(p);
+  const int ages = r.ageing != nullptr ? 1 : 0;
+  const CohortTimes times = times_of(p);
+  if (!joins && r.count == r.capacity) lost += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
+  lost += r.kernels->enter[ages](r.law, r, r.rows, at, entered, low, mass_now, joins, times);
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 

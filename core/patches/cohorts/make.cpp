@@ -29,6 +29,7 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.slid_to[0] = r.slid_to[1] = 0;
   r.snap_rest = 0.0;
   clear_cohorts(r);
+  if (r.ageing != nullptr) *r.ageing = CohortAgeing{};
   set_pieces(r, r.pieces);
   p = make_shared_part(r, *p.model);
   note_cohorts(p);
@@ -42,6 +43,9 @@ void copy(const Patch& from, Patch& to, std::byte* memory) noexcept {
   std::memcpy(made.rows, original.rows, original.used_numbers() * sizeof(double));
   for (std::uint32_t i = original.used_numbers() / cohort_columns; i < made.capacity; ++i)
     clear_lane(made.rows, i);
+  if (made.ageing != nullptr)
+    std::memcpy(static_cast<void*>(made.ageing), static_cast<const void*>(original.ageing),
+                sizeof *made.ageing + made.capacity * sizeof(double));
   to = from;
   to.record = &made;
 }
@@ -173,6 +177,10 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   *r = made;
   place_columns(*r, column_memory(r));
   clear_cohorts(*r);
+  if (r->ageing != nullptr) {
+    *r->ageing = CohortAgeing{};
+    std::fill_n(r->births(), r->capacity, 0.0);
+  }
   Patch p = make_shared_part(*r, cohorts_model);
   note_cohorts(p);
   return p;

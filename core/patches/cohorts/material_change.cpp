@@ -8,10 +8,24 @@
 namespace bristle::detail {
 namespace {
 
-/// Every cohort gets fresh lengths of the new law: bristles bent beyond theirs slip at once, each along its
-/// own deflection, to straight or to what the law's residual leaves. They become one cohort.
-void renew_all(Patch& p) noexcept {
+/// Mass of cohort i that holds. R is `bent` at least. `fresh`: it gets fresh lengths of the law.
+double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) noexcept {
+  const double mass = mass_of(r.rows, i);
+  if (fresh)
+    entry(r.rows, i, cohort_fresh) = mass + 0.5;
+  else if (bent <= entry(r.rows, i, cohort_reach))
+    return mass;
+  const double kept = r.kernels->renew(r.law, r.rows, i, bent);
+  if (kept <= mass) return kept;
+  entry(r.rows, i, cohort_fresh) = fresh_mass(mass, entry(r.rows, i, cohort_left));
+  return mass;
+}
+
+/// Bristles bent beyond their length slip at once, each along its own deflection, to straight or to what the
+/// law's residual leaves. They become one cohort. `fresh`: every cohort gets fresh lengths of the new law.
+void slip_all(Patch& p, bool fresh) noexcept {
   Cohorts& r = cohorts(p);
+  const CohortTimes times = times_of(p);
   double snapped = 0.0;
   double squares = r.spread;
   r.spread = 0.0;
@@ -21,9 +35,9 @@ void renew_all(Patch& p) noexcept {
     const double zx = place(p, r, 0) - entry(r.rows, i, cohort_x);
     const double zy = place(p, r, 1) - entry(r.rows, i, cohort_y);
     const double square = zx * zx + zy * zy;
-    entry(r.rows, i, cohort_fresh) = mass + 0.5;
     const double length = std::sqrt(square);
-    const double kept = r.kernels->renew(r.law, r.rows, i, std::max(length - r.law.residual, 0.0));
+    const double reach = std::max(length - r.law.residual, 0.0) / strength_of(p, times, i);
+    const double kept = hold_beyond(r, i, reach, fresh);
     snapped += mass - kept;
     squares += (mass - kept) * square;
     if (length > 0.0) {
@@ -31,19 +45,36 @@ void renew_all(Patch& p) noexcept {
       bent[1] += (mass - kept) * r.law.residual * (zy / length);
     }
   }
-  remove_empty(r, r.rows);
+  remove_empty(r);
   if (snapped > 0.0) {
     const double at[2] = {place(p, r, 0), place(p, r, 1)};
-    if (r.count == r.capacity) squares += r.kernels->make_room(r.law, r, r.rows, at);
+    const int ages = r.ageing != nullptr ? 1 : 0;
+    if (r.count == r.capacity) squares += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
     const double straight[2] = {at[0] - bent[0] / snapped, at[1] - bent[1] / snapped};
     squares -= (bent[0] * bent[0] + bent[1] * bent[1]) / snapped;
-    r.kernels->enter(r.law, r, r.rows, straight, snapped, 0.0, r.mass, false);
+    r.kernels->enter[ages](r.law, r, r.rows, straight, snapped, 0.0, r.mass, false, times);
     r.open[1] = no_cohort;
   }
   p.pending_dissipated += joules_per_unit(p) * squares;
   const double snaps = snapped / r.units_per_bristle() + r.snap_rest;
   p.pending_snaps += static_cast<std::uint64_t>(snaps);
   r.snap_rest = snaps - std::floor(snaps);
+}
+
+/// Ages go on; where the material did not age before, they begin.
+void take_over_ages(Patch& to, const Cohorts& old) noexcept {
+  const Cohorts& r = cohorts(to);
+  if (r.ageing == nullptr) return;
+  begin_time(to);
+  if (old.ageing == nullptr) return;
+  r.ageing->base = old.ageing->base;
+  std::memcpy(r.births(), old.births(), old.count * sizeof(double));
+}
+
+bool same_ageing(const Material& a, const Material& b) noexcept {
+  if (a.ageing_strength == 0.0 && b.ageing_strength == 0.0) return true;
+  return a.ageing_form == b.ageing_form && a.ageing_strength == b.ageing_strength &&
+         a.ageing_time == b.ageing_time;
 }
 
 }  // namespace
@@ -65,6 +96,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   r.capacity = capacity;
   r.snap_rest = old.snap_rest;
   std::memcpy(r.rows, old.rows, old.used_numbers() * sizeof(double));
+  take_over_ages(to, old);
   const Material& material = to.material().material;
   const Material& before = from.material().material;
   const bool same_law =
@@ -79,9 +111,10 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     for (int axis = 0; axis < 2; ++axis) r.base[axis] = 0;
     for (std::uint32_t& open : r.open) open = no_cohort;
     r.spread *= ratio * ratio;
-    renew_all(to);
+    slip_all(to, true);
   } else {
     for (int axis = 0; axis < 2; ++axis) to.position[axis] = from.position[axis];
+    if (!same_ageing(material, before)) slip_all(to, false);
   }
   find_moment(r, r.rows);
   // The same load may now mean another number of bristles.

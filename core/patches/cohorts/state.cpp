@@ -32,6 +32,25 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
 }
 constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (7 * 8 + 4) + 4 * 4;
 
+/// Of a patch that ages, beside the births.
+template <class Io>
+void ageing_fields(Io& io, CohortAgeing& a) noexcept {
+  auto low = static_cast<std::uint64_t>(a.base);
+  auto high = static_cast<std::uint64_t>(a.base >> 64);
+  io(low);
+  io(high);
+  a.base = static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
+  io(a.per_length);
+  io(a.until);
+  io(a.oldest);
+}
+constexpr std::size_t ageing_fields_size = 5 * 8;
+
+/// Bytes of ageing: none where the material does not age.
+std::size_t saved_ageing_size(const Cohorts& r) noexcept {
+  return r.ageing == nullptr ? 0 : ageing_fields_size + std::size_t{r.capacity} * sizeof(double);
+}
+
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
 /// Reads what a column holds of cohort i.
@@ -44,7 +63,9 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  const double farthest = longest + r.law.residual;
+  // A bristle that has aged for ever: of the logarithmic form 1 + 60 beta.
+  const Material& material = r.material->material;
+  const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
   double mass = 0.0;
   for (std::uint32_t i = 0; i < saved.count; ++i) {
     const auto read = [&](CohortColumn column) { return read_entry(rows, i, column); };
@@ -62,6 +83,21 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     mass += m;
   }
   return mass == saved.mass ? nullptr : "mass";
+}
+
+const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
+  CohortAgeing saved;
+  ageing_fields(read, saved);
+  if (saved.base < 0) return "base of time";
+  constexpr double ever = 1e17;  // s, longer than a clock runs
+  if (!within(saved.per_length, 0.0, 1e300)) return "speed";
+  if (!within(saved.until, -ever, ever) || !within(saved.oldest, -ever, ever)) return "time";
+  for (std::uint32_t i = 0; i < r.capacity; ++i) {
+    double birth = 0.0;
+    read(birth);
+    if (i < count && !within(birth, -ever, ever)) return "a cohort's birth";
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -82,9 +118,9 @@ void clear_cohorts(Cohorts& r) noexcept {
   r.spread = r.mass = r.moment[0] = r.moment[1] = 0.0;
 }
 
-void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept {
-  const std::uint32_t last = --s.count;
-  for (std::uint32_t& open : s.open)
+void remove_cohort(Cohorts& r, std::uint32_t i) noexcept {
+  const std::uint32_t last = --r.count;
+  for (std::uint32_t& open : r.open)
     if (open == i)
       open = no_cohort;
     else if (open == last)
@@ -92,14 +128,15 @@ void remove_cohort(CohortState& s, double* rows, std::uint32_t i) noexcept {
   if (i != last)
     for (std::uint32_t c = 0; c < cohort_columns; ++c) {
       const auto column = static_cast<CohortColumn>(c);
-      entry(rows, i, column) = entry(rows, last, column);
+      entry(r.rows, i, column) = entry(r.rows, last, column);
     }
-  clear_lane(rows, last);
+  if (r.ageing != nullptr) r.births()[i] = r.births()[last];
+  clear_lane(r.rows, last);
 }
 
-void remove_empty(CohortState& s, double* rows) noexcept {
-  for (std::uint32_t i = s.count; i-- > 0;)
-    if (entry(rows, i, cohort_fresh) == 0.0) remove_cohort(s, rows, i);
+void remove_empty(Cohorts& r) noexcept {
+  for (std::uint32_t i = r.count; i-- > 0;)
+    if (entry(r.rows, i, cohort_fresh) == 0.0) remove_cohort(r, i);
 }
 
 void find_moment(CohortState& s, const double* rows) noexcept {
@@ -179,6 +216,11 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
   for (std::uint32_t i = 0; i < r.count; ++i)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
+  if (r.ageing != nullptr && r.count > 0) {
+    hasher.add(times_of(p).now);
+    for (double x : {r.ageing->per_length, r.ageing->until, r.ageing->oldest}) hasher.add(x);
+    for (std::uint32_t i = 0; i < r.count; ++i) hasher.add(r.births()[i]);
+  }
   return hasher.value();
 }
 
@@ -186,6 +228,7 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
                   Span<double> delta) noexcept {
   const Cohorts& r = cohorts(p);
   const double metres = p.material().metres_per_length;
+  const CohortTimes times = times_of(p);
   // Cohorts in the order of their rows, spread by mass over the number asked for.
   std::uint32_t at = 0;
   double passed = 0.0;
@@ -196,7 +239,8 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
     if (!zx.empty()) zx[i] = in ? (place(p, r, 0) - entry(r.rows, at, cohort_x)) * metres : 0.0;
     if (!zy.empty())
       zy[i] = in && p.axes == 2 ? (place(p, r, 1) - entry(r.rows, at, cohort_y)) * metres : 0.0;
-    if (!delta.empty()) delta[i] = (in ? entry(r.rows, at, cohort_reach) : 0.0) * metres;
+    if (!delta.empty())
+      delta[i] = in ? entry(r.rows, at, cohort_reach) * strength_of(p, times, at) * metres : 0.0;
   }
 }
 
@@ -211,7 +255,9 @@ std::uint64_t cohort_signature(const Patch& p) noexcept {
 }
 
 std::size_t saved_cohorts_size(const Patch& p) noexcept {
-  return cohort_fields_size + std::size_t{cohorts(p).capacity} * cohort_columns * sizeof(double);
+  const Cohorts& r = cohorts(p);
+  return cohort_fields_size + std::size_t{r.capacity} * cohort_columns * sizeof(double) +
+         saved_ageing_size(r);
 }
 
 void save_cohorts(const Patch& p, ByteWriter& write) noexcept {
@@ -219,6 +265,10 @@ void save_cohorts(const Patch& p, ByteWriter& write) noexcept {
   cohort_fields(write, r, p.part_position);
   write.column(r.rows, r.used_numbers());
   write.zeros<double>(r.capacity * cohort_columns - r.used_numbers());
+  if (r.ageing == nullptr) return;
+  ageing_fields(write, *r.ageing);
+  write.column(r.births(), r.count);
+  write.zeros<double>(r.capacity - r.count);
 }
 
 const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
@@ -248,7 +298,10 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
     for (const auto& begin : saved.begin)
       if (!within(begin[axis], -1e12, 1e12)) return "begin";
   }
-  return find_row_fault(r, at, saved, read);
+  if (const char* fault = find_row_fault(r, at, saved, read)) return fault;
+  if (r.ageing == nullptr) return nullptr;
+  read.skip(std::size_t{r.capacity} * cohort_columns * sizeof(double));
+  return find_ageing_fault(r, saved.count, read);
 }
 
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
@@ -259,6 +312,11 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   set_pieces(r, r.detail);
   read.column(r.rows, r.capacity * cohort_columns);
   for (std::uint32_t i = r.count; i < r.capacity; ++i) clear_lane(r.rows, i);
+  if (r.ageing != nullptr) {
+    *r.ageing = CohortAgeing{};
+    ageing_fields(read, *r.ageing);
+    read.column(r.births(), r.capacity);
+  }
   p.bound.reach = -1.0;
   note_cohorts(p);
   for (int axis = 0; axis < 2; ++axis) note_sum(p, axis, noted[axis]);

@@ -40,24 +40,55 @@ double find_growth(double piece, double farthest, double room) noexcept {
 struct Node {
   double age;    ///< path since birth
   double share;  ///< of the bristles, not yet over their sum
-  Survival at;
+  double reach;  ///< R: the path, over g of the time that it took
+  Survival at;   ///< it
 };
 
-/// The bristles between two ages, at their mean age: exact where the law has corners.
-Node find_band(const SurvivalTable& table, double begin, double end) noexcept {
-  const Survival a = survival_at(table, begin);
-  const Survival b = survival_at(table, end);
-  const double share = end * b.left - begin * a.left + (b.moment - a.moment);
-  const double first = 0.5 * (end * end * b.left - begin * begin * a.left + (b.square - a.square));
-  const double age = std::clamp(first / share, begin, end);
-  return {age, share, survival_at(table, age)};
+/// Steady sliding at the speed of a move.
+struct SteadyLaw {
+  const SurvivalTable& table;
+  const Material& material;
+  double per_length;  ///< s; 0 where the material does not age
+  double end;         ///< path after which all have snapped
+
+  double reach_at(double path) const noexcept {
+    return per_length > 0.0 ? path / material.ageing_factor(path * per_length) : path;
+  }
+};
+SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
+  SteadyLaw law{r.material->survival(), r.material->material, 0.0, 0.0};
+  law.end = law.table.end;
+  if (times.births == nullptr) return law;
+  law.per_length = times.per_length;
+  // From below: g is concave.
+  for (int i = 0; i < 40; ++i) law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
+  return law;
+}
+
+/// The bristles between two ages, at their mean age: exact where the law has corners. `begin` and `end` are
+/// paths; between them g is as good as even.
+Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
+  const double first_reach = law.reach_at(begin);
+  const double last_reach = std::min(law.reach_at(end), law.table.end);
+  const Survival a = survival_at(law.table, first_reach);
+  const Survival b = survival_at(law.table, last_reach);
+  const double share = last_reach * b.left - first_reach * a.left + (b.moment - a.moment);
+  const double first =
+      0.5 * (last_reach * last_reach * b.left - first_reach * first_reach * a.left + (b.square - a.square));
+  const double reach = std::clamp(first / share, first_reach, last_reach);
+  if (law.per_length == 0.0) return {reach, share, reach, survival_at(law.table, reach)};
+  const double stretch = (end - begin) / (last_reach - first_reach);
+  const double age = begin + stretch * (reach - first_reach);
+  return {age, stretch * share, law.reach_at(age), survival_at(law.table, law.reach_at(age))};
 }
 
 /// Cohorts of steady sliding: two for a pair of pieces, at the abscissae of Gauss; one for each where the law
 /// has corners. Returns how many.
-std::uint32_t find_nodes(const Cohorts& r, const SurvivalTable& table, Node* nodes) noexcept {
+std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) noexcept {
+  const SurvivalTable& table = law.table;
   const double room = 0.75 * r.capacity;
-  const double growth = find_growth(r.law.piece, std::min(table.end, r.law.forget), room - 2.0);
+  const double longest = std::min(table.end, r.law.forget) * (law.end / table.end);
+  const double growth = find_growth(r.law.piece, longest, room - 2.0);
   std::uint32_t count = 0;
   double begin = 0.0;
   const auto add = [&](const Node& node) {
@@ -66,17 +97,18 @@ std::uint32_t find_nodes(const Cohorts& r, const SurvivalTable& table, Node* nod
     return true;
   };
   const auto at_age = [&](double age, double piece) {
-    const Survival at = survival_at(table, age);
-    return Node{age, piece * at.left, at};
+    const double reach = law.reach_at(age);
+    const Survival at = survival_at(table, reach);
+    return Node{age, piece * at.left, reach, at};
   };
-  for (bool more = true; more && count + 2 <= r.capacity && begin < table.end;) {
+  for (bool more = true; more && count + 2 <= r.capacity && begin < law.end;) {
     const double piece = std::max(r.law.piece, growth * begin);
     if (table.smooth) {
       more = add(at_age(begin + piece * (1.0 - gauss), piece)) &&
              add(at_age(begin + piece * (1.0 + gauss), piece));
       begin += 2.0 * piece;
     } else {
-      more = add(find_band(table, begin, std::min(begin + piece, table.end)));
+      more = add(find_band(law, begin, std::min(begin + piece, law.end)));
       begin += piece;
     }
   }
@@ -88,12 +120,13 @@ struct Passage {
   double path;         ///< mean path to the first snap
   double half_square;  ///< half the mean of its square
 };
-Passage find_passage(const SurvivalTable& table, double residual, double reach, double along,
-                     double across2) noexcept {
+Passage find_passage(const SurvivalTable& table, double residual, double reach, double along, double across2,
+                     double strength) noexcept {
   const Survival at = survival_at(table, reach);
   const double mean = (table.mean - at.moment) / at.left;
-  const double variance = std::max((table.square - at.square) / at.left - mean * mean, 0.0);
-  const double length = mean + residual;
+  const double variance =
+      std::max((table.square - at.square) / at.left - mean * mean, 0.0) * (strength * strength);
+  const double length = mean * strength + residual;
   const double least = 0.25 * length * length;
   const double square = std::max(length * length - across2, least);
   const double root = std::sqrt(square) - 0.5 * variance * across2 / (square * std::sqrt(square));
@@ -102,19 +135,51 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
+/// The same for a cohort that ages on the way, by and by.
+Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
+                          double age) noexcept {
+  Passage passage{0.0, 0.0};
+  for (int i = 0; i < 4; ++i)
+    passage = find_passage(law.table, residual, reach, along, across2,
+                           law.material.ageing_factor(age + passage.path * law.per_length));
+  return passage;
+}
+
+/// The renewal process of steady sliding: mean snap length, force, and what its path integral begins with.
+struct Renewals {
+  double mean, force, transient;
+};
+Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t count) noexcept {
+  double mean = law.table.mean;
+  double square = law.table.square;
+  double cube = law.table.cube;
+  if (law.per_length > 0.0) {
+    mean = square = cube = 0.0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      mean += nodes[k].share;
+      square += 2.0 * nodes[k].share * nodes[k].age;
+      cube += 3.0 * nodes[k].share * nodes[k].age * nodes[k].age;
+    }
+  }
+  const double force = 0.5 * square / mean;
+  return {mean, force, force * force - cube / (3.0 * mean)};  // of the path integral of the age
+}
+
 /// Path integral, energy and snaps of the way: the first snap of each cohort, then a renewal process.
-void add_passages(const Cohorts& r, const SurvivalTable& table, const CohortState& s, const double* rows,
-                  const CohortMove& a, CohortTotals& t) noexcept {
-  const double mean = table.mean;
-  const double force = 0.5 * table.square / mean;
-  const double transient = force * force - table.cube / (3.0 * mean);  // of the path integral of the age
+void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
+                  const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
+  const auto [mean, force, transient] = renewals;
   for (std::uint32_t i = 0; i < s.count; ++i) {
     const double mass = mass_of(rows, i);
     const double zx = a.from[0] - entry(rows, i, cohort_x);
     const double zy = a.from[1] - entry(rows, i, cohort_y);
     const double along = zx * a.direction[0] + zy * a.direction[1];
     const double across2 = std::max(zx * zx + zy * zy - along * along, 0.0);
-    const Passage first = find_passage(table, r.law.residual, entry(rows, i, cohort_reach), along, across2);
+    const double reach = entry(rows, i, cohort_reach);
+    const Passage first =
+        law.per_length > 0.0
+            ? find_aged_passage(law, r.law.residual, reach, along, across2, a.times.now - a.times.births[i])
+            : find_passage(law.table, r.law.residual, reach, along, across2, 1.0);
     const double after = a.length - first.path;
     const double renewed = after * (r.law.residual + force) + transient;
     t.integral[0] += mass * (zx * first.path + a.direction[0] * (first.half_square + renewed));
@@ -149,7 +214,9 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     for (int axis = 0; axis < 2; ++axis)
       entry(rows, i, axis == 0 ? cohort_x : cohort_y) =
           a.to[axis] - (nodes[k].age + r.law.residual) * a.direction[axis];
-    entry(rows, i, cohort_reach) = std::max(nodes[k].age + reach_margin, r.law.sure);
+    entry(rows, i, cohort_reach) = std::max(nodes[k].reach + reach_margin, r.law.sure);
+    if (a.times.births != nullptr)
+      a.times.births[i] = a.times.now + (a.length - nodes[k].age) * a.times.per_length;
     entry(rows, i, cohort_left) = nodes[k].at.left;
     entry(rows, i, cohort_moment) = nodes[k].at.moment;
     entry(rows, i, cohort_fresh) = fresh_mass(mass, nodes[k].at.left);
@@ -164,18 +231,45 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
 
 }  // namespace
 
-bool is_forgetful(const Cohorts& r, const CohortMove& move) noexcept {
-  return move.length >= r.law.forget && r.law.renewal == 0.0;
+bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept {
+  return move.length >= forget && r.law.renewal == 0.0;
+}
+
+/// Without shared renewal one over the mean snap length. With it nu from (1 + kappa) nu int T dr = 1, T = S
+/// exp(-kappa nu r).
+double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept {
+  Node nodes[most_cohorts];
+  const SteadyLaw law = find_steady_law(r, times);
+  const std::uint32_t count = find_nodes(r, law, nodes);
+  const double kappa = r.law.renewal;
+  double all = 0.0;
+  for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
+  double rate = 1.0 / ((1.0 + kappa) * all);
+  // Newton from below, on a sum that is concave.
+  for (int i = 0; kappa > 0.0 && i < 8; ++i) {
+    double sum = 0.0;
+    double slope = 0.0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const double drawn = kappa * rate * nodes[k].age;
+      const double left = nodes[k].share * exp(-drawn);
+      sum += left;
+      slope += left * (1.0 - drawn);
+    }
+    const double step = (1.0 / (1.0 + kappa) - rate * sum) / slope;
+    rate += step;
+    if (step < 1e-9 * rate) break;
+  }
+  return rate;
 }
 
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a,
                CohortTotals& t) noexcept {
-  const SurvivalTable& table = r.material->survival();
   Node nodes[most_cohorts];
-  const std::uint32_t count = find_nodes(r, table, nodes);
+  const SteadyLaw law = find_steady_law(r, a.times);
+  const std::uint32_t count = find_nodes(r, law, nodes);
   double stored = 0.0;
   if (a.books) {
-    add_passages(r, table, s, rows, a, t);
+    add_passages(r, law, find_renewals(law, nodes, count), s, rows, a, t);
     stored = squares_at(s, rows, a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double farthest_base = 16.0;    // scaled: from the base, before it follows the patch
 constexpr double straight = 0x1p-12;      // sine of the angle within which a slide counts as straight
+constexpr double same_speed = 0x1p-8;     // share by which the speed of a slide may differ, with ageing
 constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
 
 std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
@@ -21,12 +22,19 @@ std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
+/// Whether a step goes on with the slide at its speed, and at once: else ages change.
+bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
+  return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
+         times.now - ageing.until <= same_speed * duration;
+}
+
 /// How far a straight slide has come that this step goes on with; 0 = it begins.
-double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
+double find_run(const Patch& p, const Cohorts& r, const Advance& a, const CohortTimes& times) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
   const bool goes_on = std::abs(across) <= straight && along > 0.0 && p.position[0] == r.slid_to[0] &&
                        p.position[1] == r.slid_to[1];
+  if (r.ageing != nullptr && goes_on && !same_pace(*r.ageing, times, a.duration)) return 0.0;
   return goes_on ? r.run : 0.0;
 }
 
@@ -36,19 +44,30 @@ struct Slide {
   std::int64_t to[2];
   double run = 0.0;      ///< of the straight slide that it goes on with
   double carried = 0.0;  ///< path along which the patch is carried as it stands
+  // Of a patch that ages:
+  double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
+  double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
 };
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
-  slide.run = find_run(p, r, a);
-  const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0));
+  if (r.ageing != nullptr) {
+    slide.move.times = times_of(p);
+    slide.move.times.per_length = a.duration / a.length;
+  }
+  slide.run = find_run(p, r, a, slide.move.times);
+  if (r.ageing != nullptr) {
+    slide.oldest = slide.run > 0.0 ? r.ageing->oldest : find_oldest(r);
+    slide.growth = r.material->material.ageing_factor(slide.move.times.now + a.duration - slide.oldest);
+  }
+  const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0) * slide.growth);
   slide.carried = a.length - followed;
   slide.move.length = followed;
   for (int axis = 0; axis < 2; ++axis) {
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0)
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // a far step says only how far
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
@@ -74,6 +93,19 @@ double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
+/// Snaps of a bristle per scaled length of the slide.
+double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
+  if (r.ageing == nullptr) return r.law.snap_rate;
+  CohortAgeing& ageing = *r.ageing;
+  CohortTimes times = slide.move.times;
+  if (slide.run > 0.0) times.per_length = ageing.per_length;
+  if (ageing.rate_per_length != times.per_length) {
+    ageing.rate_per_length = times.per_length;
+    ageing.snap_rate = find_snap_rate(r, times);
+  }
+  return ageing.snap_rate;
+}
+
 /// What the carried part adds: the force that there is, over its length.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
@@ -82,7 +114,25 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
     t.integral[axis] += work;
     t.lost += 2.0 * work * slide.move.direction[axis];
   }
-  t.snapped += s.mass * (far * r.law.snap_rate);
+  t.snapped += s.mass * (far * snap_rate_of(r, slide));
+}
+
+/// The carried part of a committed step takes its time: the patch stays as old as it was.
+void carry_ages(Cohorts& r, const Slide& slide) noexcept {
+  const double time = slide.carried * slide.move.times.per_length;
+  for (std::uint32_t i = 0; i < r.count; ++i) r.births()[i] += time;
+}
+
+/// What a committed step of a patch that ages leaves beside its cohorts.
+void note_pace(const Patch& p, Cohorts& r, const Slide& slide, double duration) noexcept {
+  CohortAgeing& ageing = *r.ageing;
+  if (slide.carried > 0.0) carry_ages(r, slide);
+  if (slide.run == 0.0) {
+    ageing.per_length = slide.move.times.per_length;
+    ageing.oldest = slide.oldest;
+  }
+  ageing.until = slide.move.times.now + duration;
+  follow_time(p);
 }
 
 void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const CohortTotals& t,
@@ -114,11 +164,14 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
     return;
   }
   Slide slide = find_slide(p, r, a);
+  if (a.snaps_all != 0 && slide.carried == 0.0)
+    for (int axis = 0; axis < 2; ++axis) step.advance.to[axis] = slide.to[axis];
   CohortTotals totals{};
 
   // A trial works on a copy: only the rows in use, and one more for what is born.
   CohortState trial;
   alignas(64) double trial_rows[most_cohorts * cohort_columns];
+  alignas(64) double trial_births[most_cohorts];
   CohortState* state = &r;
   double* rows = r.rows;
   if (!commit) {
@@ -129,14 +182,21 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
     std::memcpy(trial_rows, r.rows, numbers * sizeof(double));
     // A trial may bear more cohorts than that row holds.
     for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(trial_rows, i);
+    if (r.ageing != nullptr) {
+      std::memcpy(trial_births, r.births(), r.capacity * sizeof(double));
+      slide.move.times.births = trial_births;
+    }
   }
 
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    if (is_forgetful(r, slide.move))
+    if (is_forgetful(r, slide.move, r.law.forget * slide.growth))
       slide_far(r, *state, rows, slide.move, totals);
     else
-      r.kernels->move[p.axes - 1 + (r.rubs() ? 2 : 0)](r.law, *state, rows, slide.move, totals);
+      r.kernels->move[p.axes - 1 +
+                      (r.ageing != nullptr ? 4
+                       : r.rubs()          ? 2
+                                           : 0)](r.law, *state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state->slack - bound_margin};
       hold(p, a, sums);
@@ -155,7 +215,8 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   }
   if (!commit) return;
   r.snap_rest = rest;
-  r.run = std::min(slide.run + a.length, r.law.forget);
+  r.run = std::min(slide.run + a.length / slide.growth, r.law.forget);
+  if (r.ageing != nullptr) note_pace(p, r, slide, a.duration);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];

@@ -1,0 +1,60 @@
+// The time of an infinite brush whose bristles age.
+#include <algorithm>
+
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Births count from no farther back, in units of the ageing time, once something snaps: so that the ages of
+/// those born last keep 32 bits.
+constexpr double farthest_time = 0x1p20;
+
+Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }
+
+}  // namespace
+
+CohortTimes times_of(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  if (r.ageing == nullptr) return {};
+  const Material& m = r.material->material;
+  // The difference is taken in clock units: no digit is lost however long the patch has been there.
+  const double now = static_cast<double>(patch_time(r) - r.ageing->base) / clock_units_per_second;
+  return {r.births(),
+          now,
+          0.0,
+          m.ageing_strength,
+          1.0 / m.ageing_time,
+          m.ageing_form == AgeingForm::saturating ? 1u : 0u};
+}
+
+void begin_time(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  if (r.ageing == nullptr) return;
+  *r.ageing = CohortAgeing{};
+  r.ageing->base = patch_time(r);
+  std::fill_n(r.births(), r.capacity, 0.0);
+}
+
+void follow_time(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  const double shift = times_of(p).now;
+  if (!(shift > farthest_time * r.material->material.ageing_time)) return;
+  r.ageing->base = patch_time(r);
+  r.ageing->until -= shift;
+  r.ageing->oldest -= shift;
+  for (std::uint32_t i = 0; i < r.count; ++i) r.births()[i] -= shift;
+}
+
+double find_oldest(const Cohorts& r) noexcept {
+  double oldest = r.births()[0];
+  for (std::uint32_t i = 1; i < r.count; ++i) oldest = std::min(oldest, r.births()[i]);
+  return oldest;
+}
+
+double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) noexcept {
+  if (times.births == nullptr) return 1.0;
+  return p.material().material.ageing_factor(times.now - times.births[i]);
+}
+
+}  // namespace bristle::detail
