@@ -137,7 +137,8 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
 TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
   // Near the Stribeck velocity, where its friction falls at both speeds.
   const ExperimentResult result =
-      run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2"}, {"gms", "lugre"});
+      run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "way=40"},
+          {"gms", "lugre"});
   CHECK(is_shown(result, "speed_fall", "gms"));
   CHECK_FALSE(is_shown(result, "evolution_way", "gms"));
   CHECK(is_shown(result, "evolution_way", "lugre"));
@@ -148,19 +149,20 @@ TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc b
   struct Case {
     double a, b, length;
   };
-  for (const Case& c : {Case{0.02, 0.04, 2e-5}, {0.01, 0.018, 1e-5}, {0.03, 0.04, 4e-5}}) {
+  for (const Case& c : {Case{0.01, 0.018, 1e-5}, {0.02, 0.03, 3e-5}}) {
     INFO("a " << c.a << ", b " << c.b << ", Dc " << c.length);
-    const ExperimentResult result = run("critical-stiffness",
-                                        {set("direct_effect", c.a), set("state_effect", c.b),
-                                         set("state_length", c.length), "speeds=1e-5", "settling=40"},
-                                        {"rate_state"});
+    const ExperimentResult result =
+        run("critical-stiffness",
+            {set("direct_effect", c.a), set("state_effect", c.b), set("state_length", c.length),
+             "speeds=1e-5", "settling=40", "trial_way=120", "steps_per_length=30"},
+            {"rate_state"});
     // Springs in series; the slider's inertia adds m v^2 / (N a Dc) of itself, 1e-7 (Rice and Ruina 1983).
     const double slip = (c.b - c.a) * load / c.length;
     const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
     const double found = rows_of(result, "bisection", "rate_state").front().values[1];
     const double theory = rows_of(result, "theory", "rate_state").front().values[1];
-    CHECK(theory == Approx(expected).epsilon(0.005));
-    CHECK(found == Approx(expected).epsilon(0.03));  // bisected to 2 %
+    CHECK(theory == Approx(expected).epsilon(0.015));  // 15 looks in the shorter Dc
+    CHECK(found == Approx(expected).epsilon(0.03));    // bisected to 2 %
     CHECK(is_shown(result, "linear_theory", "rate_state"));
   }
 }
@@ -168,7 +170,8 @@ TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc b
 TEST_CASE("Critical stiffness: inertia makes a heavy slider unstable on stiffer springs", "[experiment]") {
   // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983): a slider of 25 kg at 0.2 mm/s doubles it.
   const ExperimentResult result =
-      run("critical-stiffness", {"mass=25", "speeds=2e-4", "stiffness=1e9", "settling=40"}, {"rate_state"});
+      run("critical-stiffness",
+          {"mass=25", "speeds=2e-4", "stiffness=1e7", "settling=40", "steps_per_length=40"}, {"rate_state"});
   const double expected = 2500.0 * (1.0 + 25.0 * 4e-8 / (2.5 * 0.02 * 2e-5));
   CHECK(rows_of(result, "theory", "rate_state").front().values[1] == Approx(expected).epsilon(0.01));
   CHECK(rows_of(result, "bisection", "rate_state").front().values[1] == Approx(expected).epsilon(0.03));
@@ -182,5 +185,238 @@ TEST_CASE("Critical stiffness: where friction does not fall with speed no spring
     INFO(model);
     CHECK(finding(result, "critical_stiffness", model) == 0.0);
     CHECK(finding(result, "linear_theory", model) == 0.0);
+  }
+}
+
+namespace {
+
+constexpr double length = 2e-5;  // m, presliding length of the experiments
+
+// The brush that ages as the tables have it: no residual, no renewal, no damper, a tau of 10 ms. Their speeds
+// are in lengths per tau, their forces in mean snap lengths: kinetic friction at high speed is m2 / 2.
+const Sets plain_law = {"residual=0", "renewal=0", "aged_damper=0", "viscous=0", "ageing_time=0.01"};
+double speed_of(double w) { return w * length / 0.01; }
+double fast_deflection(const std::string& dist) {
+  return dist == "uniform_0.5_1.5" ? 0.5 * (1.0 + 1.0 / 12.0) : 0.5 * (1.0 + 0.09);
+}
+
+// What a resolution of 8 leaves, mean snap lengths.
+constexpr double resolution_error = 2e-3;
+
+// Mean deflection over the presliding length in steady sliding at v, by quadrature: survival to a way r
+// beyond the residual is S(r / g(r / v)), less those renewed on the way. Uniform lengths, half to one and a
+// half.
+struct RubbedLaw {
+  double residual, renewal, beta, tau;
+
+  double survival(double r) const { return std::clamp(1.5 - r / (1.0 - residual), 0.0, 1.0); }
+  double factor(double age) const { return 1.0 + beta * std::log1p(age / tau); }
+
+  // Renewals make nu: (1 + kappa) nu int T = 1, T = S exp(-kappa nu r).
+  template <class Integrand>
+  double integral(const Integrand& f) const {
+    const int n = 4000;
+    const double h = 4.0 / n;
+    double sum = 0.0;
+    for (int i = 0; i < n; ++i) sum += h * f(h * (i + 0.5));
+    return sum;
+  }
+  double rate_at(double v) const {
+    double low = 0.0, high = 10.0;
+    for (int k = 0; k < 60; ++k) {
+      const double nu = 0.5 * (low + high);
+      const double whole = integral([&](double r) { return left(r, v, nu); });
+      ((1.0 + renewal) * nu * whole < 1.0 ? low : high) = nu;
+    }
+    return 0.5 * (low + high);
+  }
+  double left(double r, double v, double nu) const {
+    return survival(r / factor(r * length / v)) * std::exp(-renewal * nu * r);
+  }
+  double deflection(double v) const {
+    const double nu = rate_at(v);
+    return residual + integral([&](double r) { return r * left(r, v, nu); }) /
+                          integral([&](double r) { return left(r, v, nu); });
+  }
+  // All snap lengths grow by a small share at once, as they do in a hold: what the peak rises by, over the
+  // share. Snaps are late by the share of their length: missing are their own falls and those of the
+  // bristles they would have renewed.
+  double rise() const {
+    const double fast = 1e30;
+    const double nu = rate_at(fast);
+    const double whole = integral([&](double r) { return left(r, fast, nu); });
+    const double bent = integral([&](double r) { return r * left(r, fast, nu); }) / whole;
+    const double mean =
+        1.0 - residual;  // density of lengths 1 / mean between half the mean and one and a half
+    const auto moment = [&](int power) {
+      return integral([&](double d) {
+               const bool inside = d > 0.5 * mean && d < 1.5 * mean;
+               return inside ? std::pow(d, power) / mean * std::exp(-renewal * nu * d) : 0.0;
+             }) /
+             whole;
+    };
+    return moment(2) + renewal * bent * moment(1);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The brush that ages slides at every speed as the table says", "[experiment]") {
+  int points = 0;
+  const std::vector<Row> table = read_table("ageing_steady.csv");
+  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3"}) {
+    for (const char* beta : {"0.05", "0.1"}) {
+      std::string speeds;
+      for (const Row& row : table) {
+        if (row.at("dist") != dist || row.at("beta") != beta || row.at("variant") != "redraw") continue;
+        speeds += (speeds.empty() ? "speeds=" : ",") +
+                  std::to_string(speed_of(number(row, "v_tau_over_dbar")) * 1e9) + "e-9";
+      }
+      const ExperimentResult result =
+          run("stribeck",
+              plain_law + law_of(dist) + Sets{std::string("ageing=") + beta, speeds, "dt=0.1", "way=30"},
+              {"brush_aged"});
+      for (const Row& row : table) {
+        if (row.at("dist") != dist || row.at("beta") != beta || row.at("variant") != "redraw") continue;
+        const double v = speed_of(number(row, "v_tau_over_dbar"));
+        INFO(dist << ", beta " << beta << " at " << v << " m/s");
+        const SeriesRow* found = at(rows_of(result, "dry", "brush_aged"), v, 1e-6 * v);
+        REQUIRE(found);
+        expect_near(found->values[1] * fast_deflection(dist), number(row, "f_kinetic_ref"), resolution_error,
+                    "mean deflection");
+        ++points;
+      }
+    }
+  }
+  CHECK(points >= 28);
+}
+
+TEST_CASE("Slide-hold-slide: the peaks of the brush that ages are those of the table", "[experiment]") {
+  const std::vector<Row> table = read_table("ageing_hold.csv");
+  std::map<std::string, Sets> runs;  // law, beta and speed: as sets of holds
+  int points = 0;
+  for (const Row& first : table) {
+    const std::string key = first.at("dist") + first.at("beta") + first.at("v_tau_over_dbar");
+    if (first.at("variant") != "redraw" || runs.count(key)) continue;
+    std::vector<const Row*> rows;
+    std::string holds;
+    for (const Row& row : table) {
+      const double hold = 0.01 * number(row, "hold_over_tau");
+      if (row.at("dist") + row.at("beta") + row.at("v_tau_over_dbar") != key || hold == 0.0) continue;
+      rows.push_back(&row);
+      holds += (holds.empty() ? "holds=" : ",") + std::to_string(hold);
+    }
+    runs[key] = {holds};
+    const ExperimentResult result = run("slide-hold-slide",
+                                        plain_law + law_of(first.at("dist")) +
+                                            Sets{holds, "ageing=" + first.at("beta"),
+                                                 set("speed", speed_of(number(first, "v_tau_over_dbar"))),
+                                                 "steps_per_length=50", "settling=12"},
+                                        {"brush_aged"});
+    for (const Row* row : rows) {
+      INFO(key << ", held for " << row->at("hold_over_tau"));
+      const double hold = 0.01 * number(*row, "hold_over_tau");
+      const SeriesRow* found = at(rows_of(result, "peak", "brush_aged"), hold, 1e-6 * hold);
+      REQUIRE(found);
+      expect_near(found->values[3] * fast_deflection(first.at("dist")),
+                  number(*row, "peak_over_kinetic") * number(*row, "kinetic"), 2.0 * resolution_error,
+                  "peak");
+      ++points;
+    }
+  }
+  CHECK(points >= 60);
+}
+
+TEST_CASE("Velocity step: the brush that ages follows the table", "[experiment]") {
+  int points = 0;
+  std::map<std::string, ExperimentResult> runs;
+  for (const Row& row : read_table("ageing_velocity_step.csv")) {
+    const double v1 = number(row, "v1_tau_over_dbar"), v2 = number(row, "v2_tau_over_dbar");
+    const double x = number(row, "x_after_step_over_dbar");
+    if (x == 0.0 || x > 5.0) continue;
+    const std::string key =
+        row.at("dist") + row.at("beta") + row.at("v1_tau_over_dbar") + "," + row.at("v2_tau_over_dbar");
+    if (!runs.count(key)) {
+      const double slow = speed_of(std::min(v1, v2));
+      runs[key] = run(
+          "velocity-step",
+          plain_law + law_of(row.at("dist")) +
+              Sets{"ageing=" + row.at("beta"), set("factor", std::max(v1, v2) / std::min(v1, v2)),
+                   "speeds=" + set("", slow).substr(1) + "," + set("", 2.0 * slow).substr(1), "repeats=1"},
+          {"brush_aged"});
+    }
+    INFO(key << ", x = " << x);
+    const double slow = speed_of(std::min(v1, v2));
+    for (const SeriesRow& found : rows_of(runs[key], v2 > v1 ? "up" : "down", "brush_aged")) {
+      if (std::abs(found.values[0] - slow) > 1e-6 * slow || std::abs(found.values[1] - x) > 1e-6) continue;
+      expect_near(found.values[2] * fast_deflection(row.at("dist")), number(row, "f"), resolution_error,
+                  "mean deflection");
+      ++points;
+    }
+  }
+  CHECK(points >= 60);
+}
+
+TEST_CASE("Friction of the brush that ages lags behind the speed as the table says", "[experiment]") {
+  for (const Row& row : read_table("ageing_lag.csv")) {
+    const double v = speed_of(number(row, "v0_tau_over_dbar"));
+    const double omega = number(row, "Omega_dbar_over_v0") * v / length;
+    INFO(row.at("dist") << ", beta " << row.at("beta") << ", Omega " << row.at("Omega_dbar_over_v0"));
+    const ExperimentResult result =
+        run("friction-lag",
+            plain_law + law_of(row.at("dist")) +
+                Sets{"ageing=" + row.at("beta"), set("velocity_mean", v), set("velocity_amplitude", 0.9 * v),
+                     set("omegas", omega), "cycles=4", set("dt", 0.02 * length / v)},
+            {"brush_aged"});
+    const SeriesRow found = rows_of(result, "width", "brush_aged").front();
+    const double fast = fast_deflection(row.at("dist"));
+    expect_near(found.values[1] * fast, number(row, "f_at_v0_accelerating"), resolution_error, "speeding up");
+    expect_near(found.values[2] * fast, number(row, "f_at_v0_decelerating"), resolution_error,
+                "slowing down");
+  }
+}
+
+TEST_CASE(
+    "With little ageing friction falls by beta per e-fold of speed, and peaks grow by 2 beta per e-fold "
+    "of the hold",
+    "[experiment]") {
+  const double beta = 0.005, tau = 0.01;
+  for (const bool rubbed : {false, true}) {
+    INFO((rubbed ? "with residual and renewal" : "redraw"));
+    const RubbedLaw none{rubbed ? 0.1 : 0.0, rubbed ? 1.0 : 0.0, 0.0, tau};
+    const RubbedLaw law{none.residual, none.renewal, beta, tau};
+    const double fast = none.deflection(1.0), ages = (fast - none.residual) / fast;
+    const Sets sets =
+        plain_law + Sets{set("residual", none.residual), set("renewal", none.renewal), set("ageing", beta), "resolution=32"};
+    // Speeds so slow that ages are far beyond tau: dF/d ln v = -beta of the friction that is not residual.
+    const ExperimentResult slid =
+        run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
+    const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
+    const double slope =
+        (rows[1].values[1] - rows[0].values[1]) / std::log(rows[1].values[0] / rows[0].values[0]);
+    CHECK(slope == Approx(-beta * ages).epsilon(0.05));
+    for (const SeriesRow& row : rows) {
+      CHECK(row.values[1] == Approx(law.deflection(row.values[0]) / fast).margin(1e-3));
+    }
+    // Holds far longer than what a bristle ages in sliding.
+    const ExperimentResult held =
+        run("slide-hold-slide", sets + Sets{"speed=1e-4", "holds=1e3,1e5,1e7", "steps_per_length=400"},
+            {"brush_aged"});
+    const double healing = 0.01 * finding(held, "healing", "brush_aged");
+    const double expected = beta * none.rise() / fast;
+    if (!rubbed) CHECK(expected == Approx(2.0 * beta).epsilon(1e-3));
+    // Over g of the time before it, as reference/README.md has it: slid at a tenth of a second of age.
+    CHECK(healing == Approx(expected).epsilon(0.05));
+  }
+}
+
+TEST_CASE("Critical stiffness: the brush that ages sticks and slips where linear theory says",
+          "[experiment]") {
+  for (const char* sets : {"damping=316", "damping=1000"}) {
+    INFO(sets);
+    const ExperimentResult result =
+        run("critical-stiffness", {sets, "speeds=5e-5", "steps_per_length=50"}, {"brush_aged"});
+    CHECK(finding(result, "critical_stiffness", "brush_aged") > 10.0);
+    CHECK(finding(result, "linear_theory", "brush_aged") < 10.0);
   }
 }

@@ -246,6 +246,9 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
       choice("decay", "exponential", {"exponential", "gaussian"}, "decay of the damper with speed: brush"),
       number_parameter("bristles_per_newton", 360.0, "1/N", "physical bristles in contact: brush", 1e-6, 1e9),
       whole_parameter("bristles", 900, "representatives at this load: brush", 1, 4e6),
+      number_parameter("resolution", 8.0, "",
+                       "pieces of path per mean snap length: brush_infinite, brush_rubbed, brush_aged", 1.0,
+                       128.0),
       whole_parameter("seed", 1, "of the random draws: brush", 0, 4294967295.0),
   };
   for (Parameter& p : all) {

@@ -122,7 +122,10 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   patch.outputs = bristle::Outputs::mean;
   patch.precision =
       settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
-  if (model != "brush_redraw" && model != "brush_keep") patch.population = bristle::Population::infinite;
+  if (model != "brush_redraw" && model != "brush_keep") {
+    patch.population = bristle::Population::infinite;
+    patch.resolution = settings.number("resolution");
+  }
   patch.seed = static_cast<std::uint32_t>(settings.number("seed"));
   Brush brush;
   brush.id = brush.batch.add(material, patch);
