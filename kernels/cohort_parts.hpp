@@ -44,10 +44,10 @@ inline double square_of(double a) { return a * a; }
 
 // Ageing, for a number or a vector of them: see Material::ageing_factor.
 
-/// g and its slope, 1/s, at an age in s.
+/// g at an age in s, and its slope, 1/s, as a fraction: g' = rise / run.
 template <class V>
 struct StrengthOf {
-  V factor, slope;
+  V factor, rise, run;
 };
 using Strength = StrengthOf<double>;
 
@@ -60,10 +60,10 @@ inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
   if (t.saturates != 0) {
     // exp(-40) is nothing beside 1.
     const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
-    return {one + strength * (one - weak), strength * weak * rate};
+    return {one + strength * (one - weak), strength * weak * rate, one};
   }
   const V later = one + scaled;
-  return {one + strength * natural_log<double>(later), divide(strength * rate, later)};
+  return {one + strength * natural_log<double>(later), strength * rate, later};
 }
 template <class V>
 inline V ageing_at(const CohortTimes& t, V age) {
@@ -84,17 +84,20 @@ template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
   const V length = V(law.residual) + delta * strength.factor;
-  const V growth = delta * (strength.slope * V(per_length));  // of the snap length by path
-  const V half = along - growth * length;
+  // All times `run`, which spares a division. The snap length grows along the path by growth / run.
+  const V run = strength.run;
+  const V growth = delta * (strength.rise * V(per_length));
+  const V half = along * run - growth * length;
   const V over = most(square - length * length, V(0.0));
-  const V root_of = root(most(half * half - (V(1.0) - growth * growth) * over, V(0.0)));
-  return divide(over, most(half + root_of, V(1e-300)));
+  const V root_of = root(most(half * half - (run * run - growth * growth) * over, V(0.0)));
+  return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// The R of bristles that were bent from straight to `bent` at constant speed.
+/// The R of bristles that were bent from straight to `bent` at constant speed; where none snaps yet, anything
+/// up to `bent`.
 template <bool ages>
-inline double fresh_length(const CohortTimes& t, double bent) {
-  return ages ? bent / ageing_at(t, bent * t.per_length) : bent;
+inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
+  return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
 /// A lane that holds no cohort: it never snaps and weighs nothing.
@@ -176,7 +179,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   if (ages) {
     double& birth = times.births[i];
     birth = even ? birth + share * (n.birth - birth) : mean_birth(times, birth, n.birth, share);
-    bent = bent / ageing_at(times, most(times.now - birth, 0.0));
+    if (bent + reach_margin > mean) bent = bent / ageing_at(times, most(times.now - birth, 0.0));
   }
   reach = most(mean, bent + reach_margin);
   const Survival at = survival_at(law, reach);
@@ -315,7 +318,7 @@ constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles is left: (1 -
 template <bool ages>
 inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,
                         const CohortTimes& times) {
-  const double again = 1.0 - survival_at(law, fresh_length<ages>(times, p.gap / p.lost)).left;
+  const double again = 1.0 - survival_at(law, fresh_length<ages>(law, times, p.gap / p.lost)).left;
   const double per_mass = law.renewal / s.mass;
   const double damped = 1.0 - per_mass * (again * p.renewable - 0.5 * p.lost);
   const double hazard = least(per_mass * (p.lost * (1.0 + again)) / most(damped, 0.25), highest_hazard);
@@ -348,7 +351,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   const double gap = p.gap / p.lost;
   // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
-  const Survival s = survival_at(law, fresh_length<ages>(times, gap));
+  const Survival s = survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
@@ -394,7 +397,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   return {p.lost,
           at[0] - root * a.direction[0],
           at[1] - root * a.direction[1],
-          most(fresh_length<ages>(times, mean_gap) + reach_margin, law.sure),
+          most(fresh_length<ages>(law, times, mean_gap) + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost,
           times.now - mean_gap * times.per_length};
@@ -413,7 +416,8 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2).
+/// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the square
+/// of the mean snap length times dg.
 struct Partner {
   double cost;
   std::uint32_t i, j;
@@ -442,8 +446,13 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
+  // How much longer age has made the mean snap length: those of different age are not alike.
+  alignas(64) double grown[most_cohorts];
+  if (ages)
+    for (std::uint32_t i = 0; i < padded; ++i)
+      grown[i] = law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   for (std::uint32_t i = 0; i + 1 < s.count; ++i)
-    partners[i] = Engine::find_partner(rows, masses, s.count, i);
+    partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i);
 
   double cheapest = unlimited_cost;
   for (std::uint32_t i = 0; i + 1 < s.count; ++i) cheapest = least(cheapest, partners[i].cost);

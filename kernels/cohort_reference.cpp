@@ -152,14 +152,18 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
 }
 
 /// The cheapest partner of cohort i among those after it; of equal ones the first.
-Partner find_partner(const double* rows, const double* masses, std::uint32_t count, std::uint32_t i) {
+template <bool ages>
+Partner find_partner(const double* rows, const double* masses, const double* grown, std::uint32_t count,
+                     std::uint32_t i) {
   Partner best{unlimited_cost, i, i};
   for (std::uint32_t j = i + 1; j < count; ++j) {
     const double dx = cohort(rows, j, cohort_x) - cohort(rows, i, cohort_x);
     const double dy = cohort(rows, j, cohort_y) - cohort(rows, i, cohort_y);
     const double dr = cohort(rows, j, cohort_reach) - cohort(rows, i, cohort_reach);
     const double reduced = masses[i] * masses[j] / (masses[i] + masses[j]);
-    const double cost = reduced * ((dx * dx + dy * dy) + dr * dr);
+    double apart = (dx * dx + dy * dy) + dr * dr;
+    if (ages) apart = apart + square_of(grown[j] - grown[i]);
+    const double cost = reduced * apart;
     if (cost < best.cost) best = {cost, i, j};
   }
   return best;
@@ -192,9 +196,10 @@ struct Reference {
                            const CohortTimes& times) {
     return detail::find_slack<axes, ages>(law, s, rows, at, times);
   }
-  static Partner find_partner(const double* rows, const double* masses, std::uint32_t count,
-                              std::uint32_t i) {
-    return detail::find_partner(rows, masses, count, i);
+  template <bool ages>
+  static Partner find_partner(const double* rows, const double* masses, const double* grown,
+                              std::uint32_t count, std::uint32_t i) {
+    return detail::find_partner<ages>(rows, masses, grown, count, i);
   }
 };
 

@@ -314,8 +314,9 @@ struct VectorEngine {
     return nearest;
   }
 
-  static Partner find_partner(const double* rows, const double* masses, std::uint32_t count,
-                              std::uint32_t i) {
+  template <bool ages>
+  static Partner find_partner(const double* rows, const double* masses, const double* grown,
+                              std::uint32_t count, std::uint32_t i) {
     const Vector x(cohort(rows, i, cohort_x));
     const Vector y(cohort(rows, i, cohort_y));
     const Vector reach(cohort(rows, i, cohort_reach));
@@ -332,7 +333,12 @@ struct VectorEngine {
       const Vector dr = load<double>(columns + cohort_reach * cohort_lanes) - reach;
       const Vector other = load<double>(masses + j);
       const Vector reduced = divide<double>(mass * other, mass + other);
-      const Vector cost = reduced * ((dx * dx + dy * dy) + dr * dr);
+      Vector apart = (dx * dx + dy * dy) + dr * dr;
+      if (ages) {
+        const Vector dg = load<double>(grown + j) - Vector(grown[i]);
+        apart = apart + dg * dg;
+      }
+      const Vector cost = reduced * apart;
       const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
       const Mask<double> better = (cost < cheapest) & (number > self) & (number < last);
       cheapest = select_lanes<double>(better, cost, cheapest);

@@ -97,10 +97,12 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   // Those that came while the patch stayed, or nearly so: joined over a whole piece, ranks mix (load at
   // random each step: 1.3 % where this has 0.3).
   const double near = r.law.piece / 16.0;
-  const bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
+  bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);
   const int ages = r.ageing != nullptr ? 1 : 0;
   const CohortTimes times = times_of(p);
+  // And those that are hardly older.
+  if (joins && ages) joins = (strength_of(p, times, r.open[1]) - 1.0) * r.law.mean <= r.law.piece / 8.0;
   if (!joins && r.count == r.capacity) lost += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
   lost += r.kernels->enter[ages](r.law, r, r.rows, at, entered, low, mass_now, joins, times);
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];

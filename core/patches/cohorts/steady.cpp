@@ -61,7 +61,10 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
   // From below: g is concave.
-  for (int i = 0; i < 40; ++i) law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
+  for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
+    before = law.end;
+    law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
+  }
   return law;
 }
 

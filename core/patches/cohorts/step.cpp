@@ -10,6 +10,7 @@ namespace {
 
 constexpr double farthest_base = 16.0;    // scaled: from the base, before it follows the patch
 constexpr double straight = 0x1p-12;      // sine of the angle within which a slide counts as straight
+constexpr double longest_step = 1e16;     // s: no clock runs farther
 constexpr double same_speed = 0x1p-8;     // share by which the speed of a slide may differ, with ageing
 constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
 
@@ -29,12 +30,13 @@ bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double dura
 }
 
 /// How far a straight slide has come that this step goes on with; 0 = it begins.
-double find_run(const Patch& p, const Cohorts& r, const Advance& a, const CohortTimes& times) noexcept {
+double find_run(const Patch& p, const Cohorts& r, const Advance& a, const CohortTimes& times,
+                double duration) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
   const bool goes_on = std::abs(across) <= straight && along > 0.0 && p.position[0] == r.slid_to[0] &&
                        p.position[1] == r.slid_to[1];
-  if (r.ageing != nullptr && goes_on && !same_pace(*r.ageing, times, a.duration)) return 0.0;
+  if (r.ageing != nullptr && goes_on && !same_pace(*r.ageing, times, duration)) return 0.0;
   return goes_on ? r.run : 0.0;
 }
 
@@ -45,20 +47,23 @@ struct Slide {
   double run = 0.0;      ///< of the straight slide that it goes on with
   double carried = 0.0;  ///< path along which the patch is carried as it stands
   // Of a patch that ages:
-  double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
-  double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
+  double duration = 0.0;  ///< of the step, s
+  double oldest = 0.0;    ///< birth of the oldest cohort when the slide began
+  double growth = 1.0;    ///< g of such a one at the end: it takes that much longer to forget
 };
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
   if (r.ageing != nullptr) {
     slide.move.times = times_of(p);
-    slide.move.times.per_length = a.duration / a.length;
+    slide.duration = std::min(a.duration, longest_step);
+    slide.move.times.per_length = slide.duration / a.length;
   }
-  slide.run = find_run(p, r, a, slide.move.times);
+  slide.run = find_run(p, r, a, slide.move.times, slide.duration);
   if (r.ageing != nullptr) {
     slide.oldest = slide.run > 0.0 ? r.ageing->oldest : find_oldest(r);
-    slide.growth = r.material->material.ageing_factor(slide.move.times.now + a.duration - slide.oldest);
+    if (slide.run < r.law.forget)
+      slide.growth = r.material->material.ageing_factor(slide.move.times.now + slide.duration - slide.oldest);
   }
   const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0) * slide.growth);
   slide.carried = a.length - followed;
@@ -117,21 +122,17 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// The carried part of a committed step takes its time: the patch stays as old as it was.
-void carry_ages(Cohorts& r, const Slide& slide) noexcept {
-  const double time = slide.carried * slide.move.times.per_length;
-  for (std::uint32_t i = 0; i < r.count; ++i) r.births()[i] += time;
-}
-
 /// What a committed step of a patch that ages leaves beside its cohorts.
-void note_pace(const Patch& p, Cohorts& r, const Slide& slide, double duration) noexcept {
+void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  if (slide.carried > 0.0) carry_ages(r, slide);
+  // The carried part takes its time, but the patch stays as old as it was: all are born later.
+  const double carried = slide.carried * slide.move.times.per_length;
+  ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
     ageing.per_length = slide.move.times.per_length;
     ageing.oldest = slide.oldest;
   }
-  ageing.until = slide.move.times.now + duration;
+  ageing.until = slide.move.times.now + slide.move.length * slide.move.times.per_length;
   follow_time(p);
 }
 
@@ -216,7 +217,7 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   if (!commit) return;
   r.snap_rest = rest;
   r.run = std::min(slide.run + a.length / slide.growth, r.law.forget);
-  if (r.ageing != nullptr) note_pace(p, r, slide, a.duration);
+  if (r.ageing != nullptr) note_pace(p, r, slide);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
