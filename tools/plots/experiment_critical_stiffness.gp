@@ -1,6 +1,7 @@
 # Draws `bristle experiment critical-stiffness --csv`: the critical stiffness over the speed of the pull, found twice; the
 # response to a step in speed that theory starts from; a slider on a spring a little softer and a little stiffer.
 load folder."/experiment_style.gp"
+um(speed) = system(sprintf("awk 'BEGIN { printf \"%%g um/s\", 1e6 * %s }'", speed))
 set multiplot layout 2,2 title "Critical stiffness: which spring makes a slow pull stick and slip" font ",17"
 set title "critical stiffness: bisection (symbols), linear theory (lines)"
 set xlabel "speed of the pull  [m/s]"
@@ -9,14 +10,14 @@ set logscale xy
 set key bottom left
 some = ""
 do for [m in present] {
-  if (real(system(sprintf("awk -F, '$1 == \"bisection\" && $2 == \"%s\" && $4 > 0 { n++ } END { print n + 0 }' '%s'", m, csv))) > 0) { some = some.m." " }
+  if (int(system(sprintf("awk -F, '$1 == \"bisection\" && $2 == \"%s\" && $4 > 0 { n++ } END { print n + 0 }' '%s'", m, csv))) > 0) { some = some.m." " }
 }
 if (words(some) == 0) some = word(present, 1)
 plot for [m in some] rows("theory", m) using 3:($4 > 0 ? $4 : NaN) with lines linetype index_of(m) notitle, \
   for [m in some] rows("bisection", m) using 3:($4 > 0 ? $4 : NaN) with points linetype index_of(m) pointsize 1.8 title name(m)
 unset logscale
 middle = system(sprintf("awk -F, '$1 == \"bisection\" && !seen[$3]++ { s[++n] = $3 } END { print s[int(n / 2) + 1] }' '%s'", csv))
-set title sprintf("friction after a small step in speed, at %g um/s", 1e6 * real(middle))
+set title "friction after a small step in speed, at ".um(middle)
 set xlabel "way after the step  [presliding lengths]"
 set ylabel "change per e-fold of speed, over kinetic friction"
 set xrange [0:6]

@@ -13,7 +13,7 @@ do for [m in "brush_aged rate_state"] {
   if (is_there(m)) {
     set title name(m).": the peak after each hold"
     set key title "hold  [s]"
-    plot [0:4] for [i=1:words(holds)] after(m, word(holds, i)) using 5:6 with lines linewidth 1.8 \
+    plot [0:4] for [i=1:words(holds)] after(m, word(holds, i)) using 5:6 with lines dashtype 1 linewidth 1.8 \
       linecolor palette fraction ((i - 1.0) / (words(holds) - 1.0)) title word(holds, i)
   }
 }
@@ -21,11 +21,12 @@ set key notitle
 set logscale x
 set title "the peak over the duration of the hold"
 set xlabel "duration of the hold  [s]"
-set key top left
+unset key
 plot for [m in present] rows("peak", m) using 3:6 with linespoints linetype index_of(m) title name(m)
 set title "the force while it is held (longest hold)"
 set xlabel "time since it stopped  [s]"
-unset key
+set key bottom right maxrows 4
+set yrange [0:*]
 longest = word(holds, words(holds))
 held(m) = sprintf("< awk -F, '$1 == \"trace\" && $2 == \"%s\" && $3 == %s && $5 == 0 && $4 > 0' '%s'", m, longest, csv)
 plot for [m in present] held(m) using 4:6 with lines linetype index_of(m) title name(m)
