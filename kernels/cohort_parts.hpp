@@ -12,7 +12,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-constexpr double merge_margin = 4.0;         ///< pairs that cost so much more are merged in the same search
+constexpr double merge_margin = 3.0;         ///< pairs that cost so much more are merged in the same search
 constexpr std::uint32_t merged_at_once = 4;  ///< one pair for so many cohorts at most
 
 inline double& cohort(double* rows, std::uint32_t i, CohortColumn column) {
@@ -38,6 +38,11 @@ inline Survival survival_at(const CohortLaw& law, double x) {
       law.cells[(bits_of_number(x + survival_offset) >> survival_shift) - survival_first];
   const double left = cell.survival + cell.slope * (x - cell.start);
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
+}
+
+/// The same for what may well be too short for the weakest: those who ask need not wait for the table.
+inline Survival young_survival_at(const CohortLaw& law, double x) {
+  return x <= law.sure ? Survival{1.0, 0.0} : survival_at(law, x);
 }
 
 inline double square_of(double a) { return a * a; }
@@ -122,10 +127,29 @@ inline void remove_cohort(CohortState& s, double* rows, double* births, std::uin
   clear_lane(rows, last);
 }
 
+/// A bit for each cohort.
+struct CohortBits {
+  std::uint64_t word[most_cohorts / 64] = {};
+
+  void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
+  bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
+  /// The highest of the first `count`, and takes it out; no_cohort = none.
+  std::uint32_t take_last(std::uint32_t count) {
+    for (std::uint32_t w = (count + 63) / 64; w-- > 0;)
+      if (word[w] != 0) {
+        const auto bit = 63u - static_cast<std::uint32_t>(__builtin_clzll(word[w]));
+        word[w] ^= std::uint64_t{1} << bit;
+        return w * 64 + bit;
+      }
+    return no_cohort;
+  }
+};
+
+/// Those without mass, the last first: what takes its place has mass.
 template <bool ages>
-inline void remove_empty(CohortState& s, double* rows, double* births) {
-  for (std::uint32_t i = s.count; i-- > 0;)
-    if (cohort(rows, i, cohort_fresh) == 0.0) remove_cohort<ages>(s, rows, births, i);
+inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
+  for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
+    remove_cohort<ages>(s, rows, births, i);
 }
 
 /// Ranks [low, high) of a mixture: equal mean and variance, inside [0, all).
@@ -182,7 +206,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
     if (bent + reach_margin > mean) bent = bent / ageing_at(times, most(times.now - birth, 0.0));
   }
   reach = most(mean, bent + reach_margin);
-  const Survival at = survival_at(law, reach);
+  const Survival at = young_survival_at(law, reach);
   cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   cohort(rows, i, cohort_left) = at.left;
   cohort(rows, i, cohort_moment) = at.moment;
@@ -198,12 +222,12 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
+/// A newborn becomes cohort i: in a lane that is free, or the next.
 template <bool ages>
-inline void append(const CohortLaw& law, CohortState& s, double* rows, const Newborn& n,
-                   const CohortTimes& times) {
-  const std::uint32_t i = s.count++;
+inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
+                   const Newborn& n, const CohortTimes& times) {
   if (ages) times.births[i] = n.birth;
-  const Survival at = survival_at(law, n.reach);
+  const Survival at = young_survival_at(law, n.reach);
   BRISTLE_ASSERT(at.left > 0.0);
   cohort(rows, i, cohort_x) = n.x;
   cohort(rows, i, cohort_y) = n.y;
@@ -241,7 +265,7 @@ inline Moved move_place(const CohortLaw& law, const double* rows, std::uint32_t 
     bent = bent / is;
   }
   const double reach = most(most(moved, law.sure), bent + reach_margin);
-  return {x, y, reach, survival_at(law, reach), birth};
+  return {x, y, reach, young_survival_at(law, reach), birth};
 }
 template <bool ages>
 inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const CohortTimes& times) {
@@ -264,6 +288,11 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   const std::uint32_t j = s.open[0];
   s.open[0] = no_cohort;
   s.open[2] = no_cohort;
+  if (law.most_apart <= 1.0) {  // a law with corners: pairs stay as they are
+    const double spread = s.spread;
+    s.spread = 0.0;
+    return spread;
+  }
   if (i == no_cohort && j != no_cohort) {
     s.open[2] = j;
     return 0.0;
@@ -303,7 +332,7 @@ struct PieceSums {
   double x, y;  ///< of the mass that is left: mass x place
   /// Mass that is left, times the share of the piece along which it could be renewed. Laws with renewal only.
   double renewable;
-  bool emptied;  ///< a cohort may have lost all of its mass
+  CohortBits emptied;  ///< cohorts that lost all of their mass
 };
 
 /// How often each bristle that can be renewed is drawn for it along a piece: kappa times the snaps of the
@@ -318,7 +347,7 @@ constexpr double highest_hazard = 4.0;  // exp(-4) of the bristles is left: (1 -
 template <bool ages>
 inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceSums& p,
                         const CohortTimes& times) {
-  const double again = 1.0 - survival_at(law, fresh_length<ages>(law, times, p.gap / p.lost)).left;
+  const double again = 1.0 - young_survival_at(law, fresh_length<ages>(law, times, p.gap / p.lost)).left;
   const double per_mass = law.renewal / s.mass;
   const double damped = 1.0 - per_mass * (again * p.renewable - 0.5 * p.lost);
   const double hazard = least(per_mass * (p.lost * (1.0 + again)) / most(damped, 0.25), highest_hazard);
@@ -337,7 +366,7 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.rank_squares += renewed.rank_squares;
   p.x = renewed.x;
   p.y = renewed.y;
-  p.emptied = p.emptied || renewed.emptied;
+  for (std::uint32_t w = 0; w < most_cohorts / 64; ++w) p.emptied.word[w] |= renewed.emptied.word[w];
 }
 
 /// Mass that snapped (or was renewed) along a piece starts anew at its mean place, bent by l_r. Its own
@@ -351,7 +380,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
   const double gap = p.gap / p.lost;
   // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
-  const Survival s = survival_at(law, fresh_length<ages>(law, times, gap));
+  const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
@@ -381,17 +410,19 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
     gap_gap_left -= drawn * (3.0 * half * half);
     of_second += drawn * (half * half + 2.0 * law.residual * half);
   }
-  // Without snaps the integral would be that of the survivors: less what the lost would have added after
-  // their snap, and what they add as newborn.
-  double of_newborn = 0.5 * (p.gap_gap + gap_gap);
-  if (rubs) of_newborn += law.residual * p.gap;
-  t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
-  t.integral[1] += a.direction[1] * of_newborn - p.gap_y;
-  const double along = a.direction[0] * p.gap_x + a.direction[1] * p.gap_y;
-  t.lost += p.squares - 2.0 * along + p.gap_gap;
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
-  t.lost += of_second;
-  if (rubs) t.lost -= p.lost * (law.residual * law.residual);
+  if (a.books) {
+    // Without snaps the integral would be that of the survivors: less what the lost would have added after
+    // their snap, and what they add as newborn.
+    double of_newborn = 0.5 * (p.gap_gap + gap_gap);
+    if (rubs) of_newborn += law.residual * p.gap;
+    t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
+    t.integral[1] += a.direction[1] * of_newborn - p.gap_y;
+    const double along = a.direction[0] * p.gap_x + a.direction[1] * p.gap_y;
+    t.lost += p.squares - 2.0 * along + p.gap_gap;
+    t.lost += of_second;
+    if (rubs) t.lost -= p.lost * (law.residual * law.residual);
+  }
   t.snapped += snapped + again;
   const double root = rubs ? mean_gap + law.residual : mean_gap;  // where they would be straight
   return {p.lost,
@@ -417,7 +448,7 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
 }
 
 /// A pair of cohorts and what merging it costs: m1 m2 / (m1 + m2) (dX^2 + dR^2), and with ageing the square
-/// of the mean snap length times dg.
+/// of twice the mean snap length times dg.
 struct Partner {
   double cost;
   std::uint32_t i, j;
@@ -437,6 +468,22 @@ inline double merge(const CohortLaw& law, const CohortState& s, double* rows, st
       at, times, false);
 }
 
+/// Pairs that cost at most merge_margin times the cheapest come to the front, the cheapest first. Returns how
+/// many they are.
+inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
+  double cheapest = unlimited_cost;
+  for (std::uint32_t i = 0; i < count; ++i) cheapest = least(cheapest, pairs[i].cost);
+  std::uint32_t near = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Partner pair = pairs[i];
+    if (pair.cost > cheapest * merge_margin) continue;
+    std::uint32_t k = near++;
+    for (; k > 0 && pairs[k - 1].cost > pair.cost; --k) pairs[k] = pairs[k - 1];
+    pairs[k] = pair;
+  }
+  return near;
+}
+
 /// Merges the cheapest pair, and with it others that cost little more: the search is what takes time.
 /// Engine::find_partner finds the cheapest partner j > i of cohort i.
 template <class Engine, bool ages>
@@ -446,35 +493,37 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // How much longer age has made the mean snap length: those of different age are not alike.
+  // Those of different age are not alike. (Once the mean snap length instead of twice: a fifth worse.)
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
-      grown[i] = law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
+      grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   for (std::uint32_t i = 0; i + 1 < s.count; ++i)
     partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i);
 
-  double cheapest = unlimited_cost;
-  for (std::uint32_t i = 0; i + 1 < s.count; ++i) cheapest = least(cheapest, partners[i].cost);
   bool used[most_cohorts] = {};
   double lost = 0.0;
+  CohortBits emptied;
   std::uint32_t left = s.count / merged_at_once;
-  for (std::uint32_t i = 0; i + 1 < s.count && left > 0; ++i) {
-    const Partner& pair = partners[i];
-    if (used[i] || used[pair.j] || pair.cost > cheapest * merge_margin) continue;
+  const std::uint32_t near = sort_cheapest(partners, s.count - 1);
+  for (std::uint32_t k = 0; k < near && left > 0; ++k) {
+    const Partner& pair = partners[k];
+    const std::uint32_t i = pair.i;
+    if (used[i] || used[pair.j]) continue;
     used[i] = used[pair.j] = true;
     lost += merge<ages>(law, s, rows, i, pair.j, at, times);
-    for (std::uint32_t k = 0; k < 3; ++k)
-      if (s.open[k] == i || s.open[k] == pair.j) {
-        s.open[k] = no_cohort;
-        if (k == 1) continue;
+    for (std::uint32_t o = 0; o < 3; ++o)
+      if (s.open[o] == i || s.open[o] == pair.j) {
+        s.open[o] = no_cohort;
+        if (o == 1) continue;
         lost += s.spread;
         s.spread = 0.0;
       }
     cohort(rows, pair.j, cohort_fresh) = 0.0;
+    emptied.set(pair.j);
     --left;
   }
-  remove_empty<ages>(s, rows, times.births);
+  remove_empty<ages>(s, rows, times.births, emptied);
   return lost;
 }
 
@@ -533,7 +582,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
           bear<rubs, ages>(law, sums, a, length, at, snapped, renewed_rate, times, t, spread);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
-      if (sums.emptied) remove_empty<ages>(s, rows, times.births);
+      for (std::uint32_t& open : s.open)
+        if (open != no_cohort && sums.emptied.has(open)) open = no_cohort;
       double first[2] = {from[0], from[1]};  // where what is born first and last would be straight
       double last_born[2] = {at[0], at[1]};
       if (rubs)
@@ -548,14 +598,18 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        if (s.count == s.capacity) {
+        // It takes the lane of a cohort that went. The oldest go: lanes are a ring, and nothing is moved.
+        std::uint32_t free = sums.emptied.take_last(s.count);
+        if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<Engine, ages>(law, s, rows, at, times);
           ++t.merges;
         }
-        s.open[0] = s.count;
+        if (free == no_cohort) free = s.count++;
+        s.open[0] = free;
         for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = first[axis];
-        append<ages>(law, s, rows, newborn, times);
+        append<ages>(law, s, rows, free, newborn, times);
       }
+      remove_empty<ages>(s, rows, times.births, sums.emptied);
       s.spread += spread;
     }
     from[0] = at[0];
@@ -575,7 +629,7 @@ double enter(const CohortLaw& law, CohortState& s, double* rows, const double at
   if (joins) return join<ages>(law, s, rows, s.open[1], n, at, times, false);
   s.open[1] = s.count;
   for (int axis = 0; axis < 2; ++axis) s.begin[1][axis] = at[axis];
-  append<ages>(law, s, rows, n, times);
+  append<ages>(law, s, rows, s.count++, n, times);
   return 0.0;
 }
 

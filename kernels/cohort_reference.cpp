@@ -16,6 +16,7 @@ struct LaneSum {
 
 struct ReferenceSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
+  CohortBits emptied;
 
   /// Cohort i, bent by z at the end of a piece: `kept` of its mass is left, `lost` was straight, or bent by
   /// l_r, `gap` before the end.
@@ -39,7 +40,7 @@ struct ReferenceSums {
   PieceSums totals() const {
     return {lost.total(),  gap.total(),     gap_gap.total(),   gap_x.total(),
             gap_y.total(), squares.total(), ranks.total(),     rank_squares.total(),
-            x.total(),     y.total(),       renewable.total(), true};
+            x.total(),     y.total(),       renewable.total(), emptied};
   }
 };
 
@@ -103,6 +104,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   if (rubs) sums.renewable.lane[lane] += kept * renewable;
 
   cohort(rows, i, cohort_reach) = bent + reach_margin;
+  if (kept == 0.0) sums.emptied.set(i);
   cohort(rows, i, cohort_fresh) = kept > 0.0 ? fresh : 0.0;
   cohort(rows, i, cohort_left) = now.left;
   cohort(rows, i, cohort_moment) = now.moment;
@@ -128,6 +130,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   double kept = least(whole_part(fresh * cohort(rows, i, cohort_left)), mass);
   if (path > 0.0 && kept < least_mass) kept = 0.0;
   if (!(kept > 0.0)) fresh = 0.0;
+  if (kept == 0.0 && mass > 0.0) sums.emptied.set(i);
   const double lost = mass - kept;
 
   const double gap = 0.5 * path * length;

@@ -103,12 +103,34 @@ struct VectorPlace {
 
 inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
 
+/// A bit for each lane.
+inline std::uint64_t lane_bits(Mask<double> which) {
+#if defined(BRISTLE_ISA_AVX512)
+  return static_cast<std::uint64_t>(which.data);
+#elif defined(BRISTLE_ISA_AVX2)
+  return static_cast<std::uint64_t>(_mm256_movemask_pd(which.data));
+#elif defined(BRISTLE_ISA_SSE2)
+  return static_cast<std::uint64_t>(_mm_movemask_pd(which.data));
+#else
+  bool lane[vector_size];
+  which.store_unaligned(lane);
+  std::uint64_t bits = 0;
+  for (std::uint32_t k = 0; k < vector_size; ++k) bits |= std::uint64_t{lane[k]} << k;
+  return bits;
+#endif
+}
+
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
   bool books, ranked;  ///< what is asked for; the rest stays 0
-  bool emptied = false;
+  CohortBits emptied;
+  std::uint32_t first = 0;  ///< of the row that is visited
 
   VectorSums(bool books_, bool ranked_) : books(books_), ranked(ranked_) {}
+
+  void note_empty(Mask<double> which, std::uint32_t k) {
+    emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
+  }
 
   /// ReferenceSums::add, for the cohorts at `place`.
   template <int axes>
@@ -222,7 +244,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
 
   place.put(cohort_reach, select_lanes<double>(beyond, bent + Vector(reach_margin), reach));
   const Mask<double> empty = beyond & (kept == zero);
-  if (any_lane<double>(empty)) sums.emptied = true;
+  sums.note_empty(empty, k);
   place.put(cohort_fresh, select_lanes<double>(empty, zero, fresh));
   place.put(cohort_left, select_lanes<double>(beyond, now.left, left));
   place.put(cohort_moment, select_lanes<double>(beyond, now.moment, moment));
@@ -253,6 +275,7 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
   Vector kept = least<double>(whole_part<double>(fresh * left), mass);
   kept = select_lanes<double>((path > zero) & (kept < Vector(least_mass)), zero, kept);
   fresh = select_lanes<double>(kept > zero, fresh, zero);
+  sums.note_empty((kept == zero) & (mass > zero), k);
   const Vector gap = half * path * Vector(length);
   sums.add<axes>(place, k, zx, zy, square, kept, mass - kept, gap);
   place.put(cohort_fresh, fresh);
@@ -265,7 +288,7 @@ struct VectorEngine {
     VectorSums sums(a.books, s.layered != 0);
     bool bent = false;
     const double least_mass = s.mass * law.negligible;
-    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
+    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row, sums.first += cohort_lanes)
       for (std::uint32_t k = 0; k < row_parts; ++k)
         if (bend<axes, rubs, ages>(law, least_mass, {rows + k * vector_size}, k, a, length, at, times,
                                    ages ? times.births + (i + k * vector_size) : nullptr, sums))
@@ -278,9 +301,8 @@ struct VectorEngine {
   static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                              double length, const double at[2], double hazard) {
     VectorSums sums(a.books, s.layered != 0);
-    sums.emptied = true;
     const double least_mass = s.mass * law.negligible;
-    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row)
+    for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row, sums.first += cohort_lanes)
       for (std::uint32_t k = 0; k < row_parts; ++k)
         renew_share<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, hazard, sums);
     return sums.totals<axes, true>();

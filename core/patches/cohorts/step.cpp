@@ -154,60 +154,40 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
-}  // namespace
+/// Number of the kernels of a law: with residual or renewal, with ageing.
+int kind_of(const Cohorts& r) noexcept {
+  if (r.ageing != nullptr) return 4;
+  return r.rubs() ? 2 : 0;
+}
 
-void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+/// The step, on cohorts that are the patch's own or a copy.
+void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
+             StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   const Advance& a = step.advance;
   const bool commit = a.commit != 0;
-  if (r.count == 0) {  // out of contact: nothing slides, as within a bound that has no end
-    hold(p, a, sums);
-    return;
-  }
   Slide slide = find_slide(p, r, a);
   if (a.snaps_all != 0 && slide.carried == 0.0)
     for (int axis = 0; axis < 2; ++axis) step.advance.to[axis] = slide.to[axis];
   CohortTotals totals{};
 
-  // A trial works on a copy: only the rows in use, and one more for what is born.
-  CohortState trial;
-  alignas(64) double trial_rows[most_cohorts * cohort_columns];
-  alignas(64) double trial_births[most_cohorts];
-  CohortState* state = &r;
-  double* rows = r.rows;
-  if (!commit) {
-    trial = r;
-    state = &trial;
-    rows = trial_rows;
-    const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
-    std::memcpy(trial_rows, r.rows, numbers * sizeof(double));
-    // A trial may bear more cohorts than that row holds.
-    for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(trial_rows, i);
-    if (r.ageing != nullptr) {
-      std::memcpy(trial_births, r.births(), r.capacity * sizeof(double));
-      slide.move.times.births = trial_births;
-    }
-  }
-
+  slide.move.times.births = births;
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
     if (is_forgetful(r, slide.move, r.law.forget * slide.growth))
-      slide_far(r, *state, rows, slide.move, totals);
+      slide_far(r, state, rows, slide.move, totals);
     else
-      r.kernels->move[p.axes - 1 +
-                      (r.ageing != nullptr ? 4
-                       : r.rubs()          ? 2
-                                           : 0)](r.law, *state, rows, slide.move, totals);
+      r.kernels->move[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
-      if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state->slack - bound_margin};
+      if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
       return;
     }
   }
-  if (slide.carried > 0.0) carry(r, *state, slide, totals);
-  follow(*state, rows, slide.move.to);
-  write_sums(p, *state, slide, totals, sums);
+  if (slide.carried > 0.0) carry(r, state, slide, totals);
+  follow(state, rows, slide.move.to);
+  write_sums(p, state, slide, totals, sums);
   sums.visited = r.count;
   double rest = r.snap_rest;
   if (has(p.outputs, Outputs::energy)) {
@@ -226,6 +206,32 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   }
   p.bound.reach = -1.0;
   p.fetched_lines = r.fetched_lines();
+}
+
+/// A trial works on a copy: only the rows in use, and one more for what is born.
+void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  const Cohorts& r = cohorts(p);
+  CohortState state = r;
+  alignas(64) double rows[most_cohorts * cohort_columns];
+  const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
+  std::memcpy(rows, r.rows, numbers * sizeof(double));
+  // A trial may bear more cohorts than that row holds.
+  for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
+  alignas(64) double births[most_cohorts];
+  if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
+  advance(p, step, state, rows, r.ageing != nullptr ? births : nullptr, sums);
+}
+
+}  // namespace
+
+void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  Cohorts& r = cohorts(p);
+  if (r.count == 0)  // out of contact: nothing slides, as within a bound that has no end
+    hold(p, step.advance, sums);
+  else if (step.advance.commit != 0)
+    advance(p, step, r, r.rows, r.ageing != nullptr ? r.births() : nullptr, sums);
+  else
+    advance_copy(p, step, sums);
 }
 
 }  // namespace bristle::detail
