@@ -421,3 +421,23 @@ TEST_CASE("Critical stiffness: the brush that ages sticks and slips where linear
     CHECK(finding(result, "linear_theory", "brush_aged") < 10.0);
   }
 }
+
+TEST_CASE("Break-away of the brush that ages falls with the force rate as its snap lengths do",
+          "[experiment]") {
+  // A first pull is the virgin curve, stretched by g of the time it takes: all bristles are as old as the
+  // pull. The lighter the block the less inertia adds.
+  const double tau = 0.01, beta = 0.05;
+  const Row row = find_row(read_table("summary.csv"), {{"dist", "uniform_0.5_1.5"}, {"variant", "redraw"}});
+  const double young = number(row, "f_peak") / number(row, "f_kinetic");
+  const ExperimentResult result =
+      run("break-away",
+          plain_law + Sets{"law=uniform", set("ageing", beta), "mass=0.01", "rates=0.02,0.2,2",
+                           "loads=2.4,2.5", "rests=0.1", "dt=2e-3", "resolution=32"},
+          {"brush_aged"});
+  for (const SeriesRow& found : rows_of(result, "rate", "brush_aged")) {
+    INFO(found.values[0] << " N/s");
+    const double time = found.values[3] / found.values[0];
+    const double expected = young * (1.0 + beta * std::log1p(time / tau));
+    CHECK(found.values[3] == Approx(expected).epsilon(0.005));
+  }
+}

@@ -66,25 +66,28 @@ struct Range {
 // 0: steady on every spring; the stiffest: on none.
 double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
   if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed
-  const double step = r.t[2] - r.t[1];
-  double critical = 0.0;
-  const auto stiffness = [&](double w) { return mass * w * w + w * impedance(r, w).imag(); };
-  const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / step;
-  if (impedance(r, last).real() < 0.0) return range.stiffest;  // nothing damps, however fast it swings
+  const auto damping = [&](double w) { return impedance(r, w).real(); };
+  const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
+  const double trifle = -0.01 * r.limit();  // below it, its sign is that of the model's own ripples
   const int points = 400;
-  double before = first;
+  double critical = 0.0, negative_at = first, positive_at = 0.0;
+  bool negative = true;  // it falls with speed
   for (int i = 1; i <= points; ++i) {
-    const double w = first * std::pow(last / first, static_cast<double>(i) / points);
-    double low = before, high = w;
-    before = w;
-    if ((impedance(r, low).real() < 0.0) == (impedance(r, high).real() < 0.0)) continue;
+    const double w = first * std::pow(last / first, static_cast<double>(i) / points), d = damping(w);
+    if (std::fabs(d) < trifle) continue;
+    const bool crossed = negative != (d < 0.0);
+    negative = d < 0.0;
+    (negative ? negative_at : positive_at) = w;
+    if (!crossed) continue;
+    double low = negative_at, high = positive_at;
     for (int k = 0; k < 40; ++k) {
       const double middle = 0.5 * (low + high);
-      ((impedance(r, middle).real() < 0.0) == (impedance(r, low).real() < 0.0) ? low : high) = middle;
+      (damping(middle) < 0.0 ? low : high) = middle;
     }
-    critical = std::max(critical, stiffness(0.5 * (low + high)));
+    critical = std::max(critical, mass * low * low + low * impedance(r, low).imag());
   }
-  return std::clamp(critical, 0.0, range.stiffest);
+  // Where nothing damps it, however fast it swings, no spring holds it.
+  return negative ? range.stiffest : std::min(critical, range.stiffest);
 }
 
 struct Trial {
@@ -128,28 +131,47 @@ class Pulled {
   double ahead_m_, stretched_, friction_;
 };
 
-// Half the difference of two sliders, pulled ahead and back, is what that does, without the fluctuations of a
-// finite brush. Calls look(way of the pull, half the difference of the spring forces). Returns whether its
-// swing grows: from each of eight stretches of the way to the next, the first two left out, or to eight times
-// that of the first, or to `large`; or whether both leave steady sliding by that much, as on soft springs,
-// where every trifle grows.
-template <class Look>
-bool grows(const Trial& trial, const Look& look) {
+// Two sliders, pulled ahead and back. Half their difference is what that does, without the fluctuations of a
+// finite brush.
+class Twins {
+ public:
+  explicit Twins(const Trial& trial)
+      : ahead_(trial, trial.s.number("step")),
+        back_(trial, -trial.s.number("step")),
+        dt_(trial.s.number("presliding") / trial.s.number("steps_per_length") / trial.speed) {}
+  void advance() {
+    ++steps_;
+    const double t = static_cast<double>(steps_) * dt_;
+    const double a = ahead_.advance(t, dt_), b = back_.advance(t, dt_);
+    mean_ = 0.5 * (a + b);
+    difference_ = 0.5 * (a - b);
+  }
+  double mean() const { return mean_; }  // N, off steady friction
+  double difference() const { return difference_; }
+
+ private:
+  Pulled ahead_, back_;
+  double dt_;
+  long steps_ = 0;
+  double mean_ = 0.0, difference_ = 0.0;
+};
+
+// Whether the swing of the twins' difference grows: from each of eight stretches of the way to the next, the
+// first two left out, or to eight times that of the first, or to 3 % of kinetic friction; or whether both
+// leave steady sliding by that much, as on soft springs, where every trifle grows.
+bool grows(const Trial& trial) {
   const Settings& s = trial.s;
-  const double dt = s.number("presliding") / s.number("steps_per_length") / trial.speed;
   const double large = 0.03 * s.number("kinetic") * s.number("load");
-  Pulled ahead(trial, s.number("step")), back(trial, -s.number("step"));
   const auto stretch = std::max(2L, std::lround(s.number("trial_way") * s.number("steps_per_length") / 8.0));
+  Twins twins(trial);
   double before = 0.0, first = INFINITY;
   for (int i = 0; i < 8; ++i) {
     double low = INFINITY, high = -INFINITY;
     for (long n = 1; n <= stretch; ++n) {
-      const double t = static_cast<double>(i * stretch + n) * dt;
-      const double a = ahead.advance(t, dt), b = back.advance(t, dt), off = 0.5 * (a - b);
-      look(trial.speed * t, off);
-      low = std::min(low, off);
-      high = std::max(high, off);
-      if (high - low > std::min(large, 8.0 * first) || std::fabs(a + b) > 2.0 * large) return true;
+      twins.advance();
+      low = std::min(low, twins.difference());
+      high = std::max(high, twins.difference());
+      if (high - low > std::min(large, 8.0 * first) || std::fabs(twins.mean()) > large) return true;
     }
     if (i == 0) first = high - low;
     // Where nothing takes energy or gives it the swing stays as it is, but for rounding and for bristles that
@@ -158,10 +180,6 @@ bool grows(const Trial& trial, const Look& look) {
     before = high - low;
   }
   return true;
-}
-
-bool grows(const Trial& trial) {
-  return grows(trial, [](double, double) {});
 }
 
 // 0: it slides steadily on every spring tried; the stiffest: on none.
@@ -179,19 +197,22 @@ double critical_by_bisection(const std::string& model, const Settings& s, double
   return std::sqrt(stable * unstable);
 }
 
-void trace(const ExperimentInput& input, const std::string& model, double speed, double critical,
+// Their difference on springs a little softer and a little stiffer.
+void trace(const Settings& s, const std::string& model, double speed, double critical,
            ExperimentResult& result) {
-  const Settings& s = input.settings;
-  const double kinetic = s.number("kinetic") * s.number("load");
+  const double kinetic = s.number("kinetic") * s.number("load"), each = 1.0 / s.number("steps_per_length");
   for (const bool soft : {true, false}) {
-    const double k = critical * (soft ? 0.8 : 1.25);
-    long n = 0;
-    grows({model, s, speed, k}, [&](double x, double off) {  // until it is decided
-      if (n++ % 5 == 0) {
-        result.series.push_back(
-            {soft ? "soft" : "stiff", model, {speed, k, x / s.number("presliding"), off / kinetic}});
-      }
-    });
+    const Trial trial{model, s, speed, critical * (soft ? 0.9 : 1.1)};
+    Twins twins(trial);
+    const auto steps = static_cast<long>(s.number("trial_way") / each);
+    for (long n = 1; n <= steps; ++n) {
+      twins.advance();
+      if (n % 5 != 0) continue;
+      result.series.push_back(
+          {soft ? "soft" : "stiff",
+           model,
+           {speed, trial.stiffness, each * static_cast<double>(n), twins.difference() / kinetic}});
+    }
   }
 }
 
@@ -215,7 +236,7 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
     const double apart = found == theory ? 0.0 : theory == 0.0 ? 1.0 : std::fabs(found / theory - 1.0);
     worst = std::max(worst, apart);
     if (i == speeds.size() / 2 && found > 0.0 && found < range.stiffest)
-      trace(input, model, speeds[i], found, result);
+      trace(s, model, speeds[i], found, result);
     input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
   result.findings.push_back({"critical_stiffness", model, least, least > 0.0});

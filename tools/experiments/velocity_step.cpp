@@ -105,7 +105,7 @@ Experiment velocity_step_experiment() {
   return {
       "velocity-step",
       "steady sliding, and a step in its speed",
-      common_parameters({{"bristles", 14400}}) +
+      common_parameters({{"bristles", 14400}, {"resolution", 32.0}}) +
           std::vector<Parameter>{
               list_parameter("speeds", {1e-5, 1e-4}, "m/s", "before the step up, two or more", 1e-9, 1e3),
               number_parameter("factor", 3.0, "", "speed after the step over that before", 1.0001, 1e6),
