@@ -145,7 +145,7 @@ const Reason reasons[] = {
      "peak "
      "needs a new contact, or a first reversal"},
     {"peak_again", true, {rate_state}, "at rest its state ages"},
-    {"peak_again", true, {aged}, "at rest the snap lengths grow, 2 beta of friction per e-fold of the time"},
+    {"peak_again", true, {aged}, "at rest the snap lengths grow with the logarithm of the time"},
     {"break_away_rate", false, {coulomb, dahl, maxwell}, "no rate in them"},
     {"break_away_rate",
      true,
@@ -188,8 +188,8 @@ const Reason reasons[] = {
     {"dwell_time",
      true,
      {aged},
-     "its snap lengths grow with the logarithm of their age: 2 beta of the friction that is not residual per "
-     "e-fold"},
+     "its snap lengths grow with the logarithm of their age: for small beta 2 beta of friction per e-fold, "
+     "1.75 beta with this residual and renewal"},
     {"stick_slip", false, {coulomb}, "no static peak: it settles at once"},
     {"stick_slip",
      false,
@@ -466,7 +466,11 @@ const Reason reasons[] = {
      true,
      {rate_state},
      "b ln(1 + v t / Dc), less what the state wears off while the spring is stretched again"},
-    {"healing", true, {aged}, "snap lengths grow with the logarithm of their age"},
+    {"healing",
+     true,
+     {aged},
+     "snap lengths grow with the logarithm of their age: for small beta 1.75 beta per e-fold (2 beta without "
+     "residual and renewal), over g of the hold"},
     {"hold_relaxation",
      false,
      {coulomb, dahl, lugre, plastic, maxwell, gms, redraw, keep, infinite, rubbed},
