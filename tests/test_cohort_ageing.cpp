@@ -428,6 +428,35 @@ TEST_CASE("An infinite brush that ages follows brute force through holds and tur
   }
 }
 
+TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][ageing][physics]") {
+  // Saturated within no time, g = 2: bristles of twice the length. What snaps twice in a piece too.
+  const Ageing at_once = Ageing::saturating(1.0, bristle::shortest_ageing_time);
+  const SnapLength short_laws[] = {SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0),
+                                   lognormal};
+  const SnapLength long_laws[] = {SnapLength::exponential(2.0 * dbar), SnapLength::lognormal(2.0 * dbar, 1.0),
+                                  SnapLength::lognormal(2.0 * dbar, 0.3)};
+  for (int law = 0; law < 3; ++law) {
+    for (const double renewal : {0.0, 1.0}) {
+      const auto rubbed = [&](const Material& m) {
+        return Material(m).with_residual_length(0.4 * renewal * dbar).with_shared_renewal(renewal);
+      };
+      AgedBrush brush(rubbed(aged(short_laws[law], at_once)), infinite_options(8.0, 256));
+      AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0, 256));
+      for (const Leg& leg : journey) {
+        for (int i = 0; i < 4; ++i) {
+          // At one speed: what is born after a rest begins a cohort.
+          const double seconds = std::hypot(leg.dx, leg.dy) + 1e-3;
+          brush.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
+          longer.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
+        }
+        INFO(to_string(short_laws[law].law()) << ", renewal " << renewal);
+        expect_near(brush.x(), longer.x(), 1e-4, "mean deflection along x");
+        expect_near(brush.y(), longer.y(), 1e-4, "mean deflection along y");
+      }
+    }
+  }
+}
+
 TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
   // Steps of 0.1 s, 1 ms and (some of the legs) 1 us. What is born and snaps inside a step ages too: the
   // exponential law.
@@ -492,6 +521,22 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
     CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(5e-3));
     CHECK(far.imbalance < 1e-12);
   }
+  // With shared renewal a long step takes pieces for as long as it remembers.
+  const Material rubbed = aged(lognormal, ageing).with_residual_length(0.1 * dbar).with_shared_renewal(1.0);
+  AgedBrush far(rubbed), near(rubbed);
+  far.hold(1.0);
+  near.hold(1.0);
+  const double f = far.step(1e4, 1e3);
+  far.step(1e4, 1e3);
+  near.slide(40.0, 10.0);
+  double snaps = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // at no speed for long
+    snaps += static_cast<double>(near.response.snaps);
+  }
+  CHECK(f == Approx(near.force()).epsilon(2e-3));
+  CHECK(static_cast<double>(far.response.snaps) / 1e4 == Approx(snaps / 10.0).epsilon(5e-3));
+  CHECK(far.imbalance < 1e-12);
 }
 
 TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts][ageing]") {

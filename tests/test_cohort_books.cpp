@@ -184,6 +184,49 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
   }
 }
 
+TEST_CASE("Merging keeps the mean strength of bristles of different age", "[cohorts][mass][ageing]") {
+  using bristle::Ageing;
+  for (const Ageing& ageing : {Ageing::logarithmic(0.1, 1e-3), Ageing::saturating(0.5, 0.1)}) {
+    const bristle::Material material =
+        bristle_test::plain_material(bristle::SnapLength::lognormal(dbar, 0.3), bristle::SnapRule::redraw)
+            .with_ageing(ageing);
+    for (const auto& isa : bristle::instruction_sets()) {
+      if (!isa.usable) continue;
+      const CohortKernels& kernels = *find_cohort_kernels(isa.name);
+      OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 24);
+      WildPath path;
+      int merged = 0;
+      for (int i = 0; i < 300; ++i) {
+        path.next();
+        brush.step(path.dx, path.dy, path.load);
+        CohortState s = *brush.rows;
+        if (s.count < 12) continue;
+        alignas(64) double rows[most_cohorts * cohort_columns];
+        alignas(64) double births[most_cohorts];
+        std::copy(brush.rows->rows, brush.rows->rows + brush.rows->used_numbers(), rows);
+        for (std::uint32_t k = 0; k < s.count; ++k) births[k] = std::pow(0.3, k % 9);
+        const double at[2] = {s.moment[0] / s.mass, s.moment[1] / s.mass};
+        const CohortTimes times{
+            births,          1.0 + 1e-3,        0.0,
+            ageing.strength, 1.0 / ageing.time, ageing.form == bristle::AgeingForm::saturating ? 1u : 0u};
+        const auto strength = [&] {
+          double sum = 0.0;
+          for (std::uint32_t k = 0; k < s.count; ++k)
+            sum += mass_of(rows, k) * material.ageing_factor(times.now - births[k]);
+          return sum / s.mass;
+        };
+        const double before = strength();
+        kernels.make_room[1](brush.rows->law, s, rows, at, times);
+        REQUIRE(s.count < brush.rows->count);
+        REQUIRE(strength() == Approx(before).epsilon(1e-12));
+        ++merged;
+      }
+      INFO(isa.name);
+      CHECK(merged > 100);
+    }
+  }
+}
+
 TEST_CASE("The sum of deflections that an infinite brush carries is that of its cohorts", "[cohorts][mass]") {
   OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 4.0, 16);
   WildPath path;
