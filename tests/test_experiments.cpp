@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "expect.hpp"
+#include "experiment_runs.hpp"
 #include "reference_table.hpp"
 #include "statistics.hpp"
 #include "tools/experiments/command.hpp"
@@ -22,65 +23,11 @@ using cli::SeriesRow;
 
 namespace {
 
-using Sets = std::vector<std::string>;
-
-ExperimentResult run(const std::string& name, const Sets& sets, const std::vector<std::string>& models) {
-  const cli::Experiment& experiment = cli::find_experiment(name);
-  cli::Settings settings(experiment.parameters);
-  for (const std::string& set : sets) settings.set(set);
-  return cli::run_experiment(experiment, {settings, models});
-}
-
-std::vector<SeriesRow> rows_of(const ExperimentResult& result, const std::string& panel,
-                               const std::string& model) {
-  std::vector<SeriesRow> rows;
-  for (const SeriesRow& row : result.series) {
-    if (row.panel == panel && row.model == model) rows.push_back(row);
-  }
-  REQUIRE(!rows.empty());
-  return rows;
-}
-
-double finding(const ExperimentResult& result, const std::string& phenomenon, const std::string& model) {
-  for (const cli::Finding& f : result.findings) {
-    if (f.phenomenon == phenomenon && f.model == model) return f.value;
-  }
-  FAIL("no finding " << phenomenon << " of " << model);
-  return 0.0;
-}
-
-// The row whose first value is x.
-const SeriesRow* at(const std::vector<SeriesRow>& rows, double x, double within, std::size_t column = 0) {
-  for (const SeriesRow& row : rows) {
-    if (std::abs(row.values[column] - x) <= within) return &row;
-  }
-  return nullptr;
-}
-
 /// No fewer than the 900 of the tables, whose sampling tolerances count on.
 double bristle_count(std::uint32_t full) { return std::max(test_size(full), 900u); }
 
-Sets operator+(Sets a, const Sets& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-std::string set(const std::string& key, double value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << key << '=' << value;
-  return text.str();
-}
-
 const char* model_of(const std::string& variant) {
   return variant == "fixed" ? "brush_keep" : "brush_redraw";
-}
-
-Sets law_of(const std::string& dist) {
-  if (dist == "uniform_0.5_1.5") return {"law=uniform", "cv=0.28867513459481287"};
-  if (dist == "lognormal_cv0.3") return {"law=lognormal", "cv=0.3"};
-  if (dist == "exponential") return {"law=exponential"};
-  return {"law=single"};
 }
 
 // Kinetic mean deflection over the mean snap length: keep 1/2, redraw m2/2.
@@ -527,6 +474,10 @@ TEST_CASE("The page of experiments says what the program finds: drift and presli
 TEST_CASE("The page of experiments says what the program finds: break-away", "[experiment]") {
   check_page("break-away");
 }
+TEST_CASE("The page of experiments says what the program finds: hold and velocity step", "[experiment]") {
+  check_page("slide-hold-slide");
+  check_page("velocity-step");
+}
 TEST_CASE("The page of experiments says what the program finds: load steps and turns", "[experiment]") {
   check_page("load-step");
   check_page("turn");
@@ -535,6 +486,9 @@ TEST_CASE("The page of experiments says what the program finds: load steps and t
     !defined(__SANITIZE_THREAD__)
 TEST_CASE("The page of experiments says what the program finds: stick-slip", "[experiment]") {
   check_page("stick-slip");
+}
+TEST_CASE("The page of experiments says what the program finds: critical stiffness", "[experiment]") {
+  check_page("critical-stiffness");
 }
 TEST_CASE("The page of experiments says what the program finds: rubbing", "[experiment]") {
   check_page("rubbing");
@@ -591,7 +545,9 @@ TEST_CASE("The driver of the experiments refuses settings that do not go togethe
   for (const auto& [name, assignment] : {std::pair{"drift", "force_low=0.3"},
                                          {"break-away", "loads=1,1"},
                                          {"stribeck", "speeds=1e-3,1e-4"},
-                                         {"friction-lag", "velocity_amplitude=2e-3"}}) {
+                                         {"friction-lag", "velocity_amplitude=2e-3"},
+                                         {"slide-hold-slide", "holds=10,1"},
+                                         {"velocity-step", "speeds=1e-4"}}) {
     INFO(name);
     const cli::Experiment& experiment = cli::find_experiment(name);
     cli::ExperimentInput input{cli::Settings(experiment.parameters), {"coulomb"}};

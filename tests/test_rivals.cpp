@@ -93,7 +93,8 @@ TEST_CASE("A rival's step is the same in one piece or in a thousand", "[rivals]"
   // piece, times some ten pieces, for they contract.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
-    const double tolerance = name == "elasto_plastic" ? 2.5e-3 : 1e-9;
+    // Rate and state is integrated to 1e-7 of a N = 0.05 N a piece, some hundred pieces a stretch.
+    const double tolerance = name == "elasto_plastic" ? 2.5e-3 : name == "rate_state" ? 1e-7 : 1e-9;
     Rival coarse = make(name), fine = make(name);
     for (const Stretch& s : crooked) {
       expect_equal(go(coarse, s.way, s.dt, 2.5, 1), go(fine, s.way, s.dt, 2.5, 1000), tolerance, "force");
@@ -159,7 +160,12 @@ TEST_CASE("In steady sliding each rival has the friction of its formula", "[riva
       const double u = v / 1e-3;
       double expected = 1.0;  // kinetic coefficient 0.4 at 2.5 N
       if (name == "lugre" || name == "elasto_plastic" || name == "gms") expected += 0.5 * std::exp(-u * u);
-      if (name != "dahl" && name != "maxwell_slip") expected += 0.4 * v;
+      if (name == "rate_state") {
+        // mu0 + (a - b) ln(v/v0), a = 0.02, b = 0.04, v0 = 1 mm/s; the asinh changes it by (v0/v)^2 exp(-40).
+        expected += 2.5 * (0.02 - 0.04) * std::log(u);
+      } else if (name != "dahl" && name != "maxwell_slip") {
+        expected += 0.4 * v;
+      }
       // Relaxed over 100 steady deflections, or 100 times the attraction time.
       const double dt = std::max(1e-3 / v, 0.5);
       const Force f = go(rival, {v * dt, 0.0}, dt, 2.5, 20);
@@ -181,6 +187,126 @@ TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "
       expect(rivals::length(f.mean) <= most, "the mean force is bounded");
       expect(std::isfinite(f.end.x) && std::isfinite(f.end.y), "the force is finite");
     }
+  }
+}
+
+TEST_CASE("Rate and state follows the published tables of an open solver", "[rivals]") {
+  // Facts from the tests of rsfmodel (John Leeman, MIT License, commit d04d546, tests/rsf_tests.py,
+  // TestDeiterichOneStateVar): mu0 0.6, a 0.005, b 0.01, Dc 10 um, stiffness 1e-3 / um, steady at 1 um/s;
+  // from 10 s on the load point moves at 10 um/s. Friction and state at 11, 12, ... s; eight digits. Its law
+  // is the logarithm, ours the asinh: apart by exp(-2 mu/a) = 1e-104.
+  const double friction[] = {0.60720485, 0.60186637, 0.5840091,  0.58563096, 0.58899543,
+                             0.58998186, 0.58879751, 0.58803412, 0.58825653, 0.58858313,
+                             0.58860319, 0.58848625, 0.58844431, 0.58847472, 0.58849913};
+  const double state[] = {8.39993716, 2.2355129,  0.54248237, 0.94936884, 1.21163659,
+                          1.13491241, 0.96889358, 0.94896281, 0.99777122, 1.01876822,
+                          1.00674821, 0.99515136, 0.9961297,  1.00063816, 1.00161995};
+  const double speed[] = {5.98760938,  29.06408439, 13.87639287, 6.26688086, 7.54067754,
+                          10.46913416, 11.33475717, 10.14281987, 9.59208664, 9.82182937,
+                          10.0981912,  10.09601357, 9.99203098,  9.9626088,  9.99173502};
+  for (const Pair direction : {Pair{1.0, 0.0}, Pair{0.6, -0.8}}) {
+    rivals::RateState model;  // lengths in um, load 1
+    model.surface.kinetic_coefficient = 0.6;
+    model.surface.stiffness = 1e-3;
+    model.direct_effect = 0.005;
+    model.state_effect = 0.01;
+    model.state_length = 10.0;
+    model.reference_speed = 1.0;
+    model.z = 600.0 * direction;
+    const auto along = [&](Pair f) { return -dot(f, direction); };
+    for (int k = 1; k <= 10; ++k) {
+      expect_near(along(model.step(1.0 * direction, 1.0, 1.0).end), 0.6, 1e-9, "steady friction");
+    }
+    for (int k = 0; k < 15; ++k) {
+      INFO("after " << 11 + k << " s");
+      const Force f = model.step(10.0 * direction, 1.0, 1.0);
+      // Half a unit of the last digit printed; ours at 1e-7 of a, of psi (times b/a in the speed).
+      CHECK(std::abs(along(f.end) - friction[k]) < 1e-8);
+      CHECK(std::abs(10.0 * std::exp(model.psi) - state[k]) < 1e-6);
+      CHECK(std::abs(model.slider_speed(1.0) / speed[k] - 1.0) < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("Rate and state: the direct effect, the state's exponential over its length, and the slope between",
+          "[rivals]") {
+  // A stiff spring: the slider moves as the body does.
+  const double n = 2.5, a = 0.012, b = 0.03, dc = 1e-5, v0 = 1e-4, mu0 = 0.4;
+  const auto steady = [&](double v) {
+    rivals::RateState model;
+    model.surface.kinetic_coefficient = mu0;
+    model.surface.stiffness = 1e10;
+    model.direct_effect = a;
+    model.state_effect = b;
+    model.state_length = dc;
+    model.reference_speed = v0;
+    model.z = {mu0 * n / model.surface.stiffness, 0.0};
+    for (int k = 0; k < 40; ++k) model.step({dc, 0.0}, dc / v, n);
+    return model;
+  };
+  for (const double v : {1e-6, 1e-4, 1e-2}) {
+    INFO(v << " m/s");
+    rivals::RateState model = steady(v);
+    const double before = model.surface.stiffness * model.z.x / n;
+    CHECK(before == Approx(mu0 + (a - b) * std::log(v / v0)).margin(1e-9));
+    // A jump: after a way of 1e-4 Dc the spring has followed (it needs a few a N / sigma0 = 3e-12 m), and
+    // the state has worn off by as little.
+    const double ratio = 10.0;
+    rivals::RateState fast = model;
+    const double at_once = -fast.step({1e-4 * dc, 0.0}, 1e-4 * dc / (ratio * v), n).end.x / n - before;
+    CHECK(at_once == Approx(a * std::log(ratio)).margin(2.0 * b * ratio * 1e-4));
+    // A small step: theta moves from Dc/v to Dc/v' as exp(-x / Dc), exactly; friction with its logarithm.
+    rivals::RateState little = model;
+    const double e = 0.01, x = 0.7 * dc;
+    const double after = -little.step({x, 0.0}, x / ((1.0 + e) * v), n).end.x / n - before;
+    const double theta = 1.0 + e * std::exp(-x / dc);  // over its end
+    CHECK(after == Approx((a - b) * std::log(1.0 + e) + b * std::log(theta)).margin(1e-8));
+    CHECK(little.psi == Approx(std::log(v0 / v / (1.0 + e) * theta)).margin(1e-7));
+  }
+  // At rest the state is the time: psi = ln(v0 (theta + t) / Dc), where the slider creeps by nothing much.
+  rivals::RateState held = steady(1e-4);
+  held.z = {0.5 * held.z.x, 0.0};
+  held.step({}, 100.0, n);
+  CHECK(held.psi == Approx(std::log(v0 / dc * (dc / 1e-4 + 100.0))).margin(1e-6));
+  // No force, no speed; backwards as forwards (Rice and Ben-Zion's asinh).
+  rivals::RateState none = held, there = held, back = held;
+  none.z = {};
+  CHECK(none.slider_speed(n) == 0.0);
+  back.z = -there.z;
+  const Force f = there.step({3e-6, 0.0}, 0.1, n), g = back.step({-3e-6, 0.0}, 0.1, n);
+  CHECK(f.end.x == -g.end.x);
+  CHECK(f.mean.x == -g.mean.x);
+}
+
+TEST_CASE("A rate-and-state slider sticks and slips below the critical stiffness (b - a) N / Dc",
+          "[rivals]") {
+  // Its own spring pulled at constant speed (Ruina 1983): a small disturbance grows or dies.
+  for (const double over : {0.9, 1.1}) {
+    INFO("stiffness over the critical one: " << over);
+    rivals::RateState model;  // a 0.02, b 0.04, Dc 20 um, load 2.5 N: 2500 N/m
+    model.surface.stiffness = over * (0.04 - 0.02) * 2.5 / 2e-5;
+    model.z = {(1.0 + 0.0005) / model.surface.stiffness, 0.0};
+    double early = 0.0, late = 0.0;  // swing
+    for (int k = 0; k < 4000; ++k) {
+      const double f = -model.step({1e-6, 0.0}, 1e-3, 2.5).end.x;
+      if (k < 1000) early = std::max(early, std::fabs(f - 1.0));
+      if (k >= 1500 && k < 2500) late = std::max(late, std::fabs(f - 1.0));
+    }
+    // Per radian the swing changes by half the excess of stiffness over itself, some ten per cent here.
+    CHECK((over < 1.0 ? late > 1.5 * early : late < early / 1.5));
+  }
+}
+
+TEST_CASE("A load that falls lets rate and state slip at once, and no load is too small", "[rivals]") {
+  rivals::RateState model;
+  for (int k = 0; k < 100; ++k) model.step({1e-6, 0.0}, 1e-3, 2.5);
+  for (const double load : {0.25, 1e-3, 1e-9}) {
+    INFO(load << " N");
+    const Force f = model.step({}, 1e-3, load);
+    CHECK(-f.end.x > 0.0);
+    // What it holds at rest after a thousandth of a second is friction at the speed at which the spring then
+    // unloads, and at a state between fresh and aged.
+    CHECK(-f.end.x < 1.0 * load);
   }
 }
 

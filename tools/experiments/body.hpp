@@ -15,7 +15,7 @@ struct Pull {
 /// Solves m (v1 - v0) = T (F_pull + F_mean(d)) with d = T (v0 + v1) / 2 for d: the midpoint rule.
 class SlidingBlock {
  public:
-  explicit SlidingBlock(double mass_kg) : mass_(mass_kg) {}
+  explicit SlidingBlock(double mass_kg, double velocity = 0.0) : mass_(mass_kg), velocity_(velocity) {}
 
   /// Returns the friction force on the block, mean over the step, N.
   double advance(Subject& subject, const Pull& pull, double dt_s, double load_n);
@@ -29,7 +29,7 @@ class SlidingBlock {
 
  private:
   double mass_;
-  double position_ = 0.0, velocity_ = 0.0;
+  double position_ = 0.0, velocity_;
   double worst_residual_ = 0.0;
   int worst_evaluations_ = 0;
 };

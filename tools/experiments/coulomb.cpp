@@ -51,10 +51,12 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
   const Settings& s = input.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
+  // Not over the kinetic coefficient: where friction depends on the speed, the speed here has its own.
+  const double coefficient = steady_friction(model, s, s.number("load"), highest) / s.number("load");
   double worst = 0.0;
   for (const double load : loads) {
     const double friction = steady_friction(model, s, load, highest);
-    worst = std::max(worst, std::fabs(friction / load / s.number("kinetic") - 1.0));
+    worst = std::max(worst, std::fabs(friction / load / coefficient - 1.0));
     result.series.push_back({"load", model, {load, friction, friction / load}});
   }
   result.findings.push_back({"proportional_to_load", model, 100.0 * worst, worst < 0.02});
@@ -116,7 +118,7 @@ Experiment coulomb_experiment() {
               number_parameter("settling", 20.0, "", "way before measuring, mean snap lengths", 1.0, 1e6),
               number_parameter("way", 300.0, "", "way measured, mean snap lengths", 1.0, 1e7)},
       {{"proportional_to_load", "friction is proportional to load", "Amontons 1699, Coulomb 1785",
-        "largest deviation of friction over load from the kinetic coefficient", "%", "below 2 %"},
+        "largest deviation of friction over load from that at the common load", "%", "below 2 %"},
        {"representatives", "the number of simulated bristles does not matter",
         "no law of nature: what a user of the brush must be able to rely on",
         "spread of the friction over the numbers, over kinetic friction", "%", "below 2 %"},

@@ -66,8 +66,8 @@ const std::vector<Experiment>& experiments();
 /// Throws UserError that lists the names, and `other_names` (", all") after them.
 const Experiment& find_experiment(std::string_view name, std::string_view other_names = "");
 
-/// Six rivals, the two readings of the brush, the infinite brush (of the reading redraw), and an infinite
-/// brush that can be rubbed: with residual and shared renewal.
+/// Seven rivals, the two readings of the brush, the infinite brush (of the reading redraw), an infinite brush
+/// that can be rubbed (with residual and shared renewal), and one that also ages.
 std::span<const std::string_view> model_names();
 /// `wanted`, or all if that is empty. Throws UserError beginning with `where` on unknown and repeated names.
 std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where);
@@ -91,6 +91,9 @@ Experiment load_step_experiment();
 Experiment turn_experiment();
 Experiment coulomb_experiment();
 Experiment rubbing_experiment();
+Experiment slide_hold_slide_experiment();
+Experiment velocity_step_experiment();
+Experiment critical_stiffness_experiment();
 
 /// Time of a step, ns, of every model in one interleaved run.
 struct CostRow {

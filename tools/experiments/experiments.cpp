@@ -11,10 +11,19 @@
 namespace cli {
 
 const std::vector<Experiment>& experiments() {
-  static const std::vector<Experiment> all = {
-      drift_experiment(),        presliding_experiment(), break_away_experiment(), stick_slip_experiment(),
-      friction_lag_experiment(), stribeck_experiment(),   load_step_experiment(),  turn_experiment(),
-      coulomb_experiment(),      rubbing_experiment()};
+  static const std::vector<Experiment> all = {drift_experiment(),
+                                              presliding_experiment(),
+                                              break_away_experiment(),
+                                              stick_slip_experiment(),
+                                              friction_lag_experiment(),
+                                              stribeck_experiment(),
+                                              load_step_experiment(),
+                                              turn_experiment(),
+                                              coulomb_experiment(),
+                                              rubbing_experiment(),
+                                              slide_hold_slide_experiment(),
+                                              velocity_step_experiment(),
+                                              critical_stiffness_experiment()};
   return all;
 }
 

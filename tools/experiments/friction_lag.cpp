@@ -28,7 +28,9 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   };
   Subject subject(model, s);
   std::vector<double> force(static_cast<std::size_t>(steps), 0.0);
-  const long settling = 2;
+  // A brush forgets how it began over ten lengths.
+  const auto settling =
+      static_cast<long>(std::max(2.0, std::ceil(10.0 * s.number("presliding") / (mean * period))));
   for (long cycle = -settling; cycle < cycles; ++cycle) {
     for (long k = 1; k <= steps; ++k) {
       // The force at the middle of the step, where its speed is that of the swing to second order.

@@ -10,9 +10,15 @@
 namespace cli {
 namespace {
 
-constexpr std::array<std::string_view, 10> names = {
-    "coulomb", "dahl",         "lugre",      "elasto_plastic", "maxwell_slip",
-    "gms",     "brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed"};
+constexpr std::array<std::string_view, 12> names = {
+    "coulomb",    "dahl",         "lugre",      "elasto_plastic", "maxwell_slip", "gms",
+    "rate_state", "brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed", "brush_aged"};
+
+// The damper of eq. 5 is what the paper has in place of ageing: with it, friction rises up to the Stribeck
+// velocity, where friction that ages falls.
+double damping_of(std::string_view model, const Settings& settings) {
+  return settings.number("damping") * (model == "brush_aged" ? settings.number("aged_damper") : 1.0);
+}
 
 bristle::SnapLength snap_length(const Settings& settings, double mean_m) {
   using bristle::SnapLaw;
@@ -32,6 +38,11 @@ rivals::Rival make_rival(std::string_view model, const Settings& settings) {
     plastic->elastic_share = settings.number("elastic_share");
   } else if (auto* gms = std::get_if<rivals::GeneralisedMaxwellSlip>(&rival)) {
     gms->attraction_rate = settings.number("attraction_rate");
+  } else if (auto* rate_state = std::get_if<rivals::RateState>(&rival)) {
+    rate_state->direct_effect = settings.number("direct_effect");
+    rate_state->state_effect = settings.number("state_effect");
+    rate_state->state_length = settings.number("state_length");
+    rate_state->reference_speed = settings.number("stribeck_velocity");
   }
   return rival;
 }
@@ -42,8 +53,8 @@ std::span<const std::string_view> model_names() { return names; }
 
 std::string model_title(std::string_view model) {
   constexpr std::array<std::string_view, names.size()> titles = {
-      "Coulomb", "Dahl",          "LuGre",       "elasto-plastic", "Maxwell-slip",
-      "GMS",     "brush, redraw", "brush, keep", "infinite brush", "rubbed brush"};
+      "Coulomb",        "Dahl",          "LuGre",       "elasto-plastic", "Maxwell-slip", "GMS",
+      "rate and state", "brush, redraw", "brush, keep", "infinite brush", "rubbed brush", "aged brush"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == model) return std::string(titles[i]);
   }
@@ -68,14 +79,20 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   const double per_newton = settings.number("bristles_per_newton");
   material.snap_rule = model == "brush_keep" ? bristle::SnapRule::keep : bristle::SnapRule::redraw;
   const double length = settings.number("presliding");
-  const double residual = model == "brush_rubbed" ? settings.number("residual") * length : 0.0;
+  const bool aged = model == "brush_aged", rubbed = model == "brush_rubbed" || aged;
+  const double residual = rubbed ? settings.number("residual") * length : 0.0;
   material.snap_length = snap_length(settings, length - residual);
   material.residual_length = residual;
-  material.shared_renewal = model == "brush_rubbed" ? settings.number("renewal") : 0.0;
+  material.shared_renewal = rubbed ? settings.number("renewal") : 0.0;
   material.normal_stiffness = 1.0 / (per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
+  // Of a brush that ages: kinetic friction at speeds at which nothing has time to age.
   material.bristle_stiffness = settings.number("kinetic") / material.kinetic_coefficient();
-  material.bristle_damping = settings.number("damping") / (per_newton * settings.number("load"));
+  if (aged) {
+    material.with_ageing(
+        bristle::Ageing::logarithmic(settings.number("ageing"), settings.number("ageing_time")));
+  }
+  material.bristle_damping = damping_of(model, settings) / (per_newton * settings.number("load"));
   material.viscous_friction = settings.number("viscous");
   material.stribeck_velocity = settings.number("stribeck_velocity");
   material.damper_decay = settings.text("decay") == "gaussian" ? bristle::DamperDecay::gaussian
@@ -85,7 +102,7 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
 
 Subject::Subject(std::string_view model, const Settings& settings, const Options& options)
     : name_(model), load_(settings.number("load")) {
-  damping_ = settings.number("damping") + settings.number("viscous");
+  damping_ = damping_of(model, settings) + settings.number("viscous");
   if (!is_brush(model)) {
     model_ = make_rival(model, settings);
     stiffness_ = settings.number("stiffness");
@@ -105,7 +122,10 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   patch.outputs = bristle::Outputs::mean;
   patch.precision =
       settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
-  if (model == "brush_infinite" || model == "brush_rubbed") patch.population = bristle::Population::infinite;
+  if (model != "brush_redraw" && model != "brush_keep") {
+    patch.population = bristle::Population::infinite;
+    patch.resolution = settings.number("resolution");
+  }
   patch.seed = static_cast<std::uint32_t>(settings.number("seed"));
   Brush brush;
   brush.id = brush.batch.add(material, patch);

@@ -16,7 +16,7 @@ plot for [m in present] rows("load", m) using 4:6 with linespoints linetype inde
 unset logscale y
 set title "against the time at rest"
 set xlabel "time at rest  [s]"
-set yrange [0.9:1.6]
+set yrange [0.9:*]
 unset key
 plot for [m in present] rows("rest", m) using 5:6 with linespoints linetype index_of(m) title name(m)
 # The key, alone.

@@ -1,5 +1,5 @@
 # Draws `bristle experiment friction-lag --csv`: friction over speed, a panel for each frequency (at most four).
-wanted = "lugre elasto_plastic gms brush_redraw brush_keep"
+wanted = "lugre gms rate_state brush_rubbed brush_aged"
 load folder."/experiment_style.gp"
 omegas = system(sprintf("awk -F, '$1 == \"width\" && !seen[$3]++ && n++ < 4 { printf \"%%s \", $3 }' '%s'", csv))
 set multiplot layout 2,2 title "Friction lag: one-way sliding whose speed swings" font ",17"

@@ -12,6 +12,6 @@ set title "lubricated"
 unset key
 plot for [m in present] rows("lubricated", m) using 3:4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
 set title "dry: no damper, no lubricant"
-set key top right maxrows 8
+set key top right maxrows 12
 plot for [m in present] rows("dry", m) using 3:4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
 unset multiplot

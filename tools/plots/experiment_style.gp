@@ -1,8 +1,8 @@
 # What the pictures of `bristle experiment` share. Loaded by experiment_*.gp, which get csv='FILE' (of --csv), png='FILE'
 # and folder='...' (where this file is).
 if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
-models = "coulomb dahl lugre elasto_plastic maxwell_slip gms brush_redraw brush_keep brush_infinite brush_rubbed"
-titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush'"
+models = "coulomb dahl lugre elasto_plastic maxwell_slip gms rate_state brush_redraw brush_keep brush_infinite brush_rubbed brush_aged"
+titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush' 'aged brush'"
 index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
 name(m) = word(titles, index_of(m))
 # Okabe and Ito: told apart by everybody. The brush is drawn thick.
@@ -12,10 +12,12 @@ set linetype 3 linecolor rgb "#D55E00" dashtype 1 linewidth 1.4 pointtype 8
 set linetype 4 linecolor rgb "#CC79A7" dashtype 4 linewidth 1.4 pointtype 10
 set linetype 5 linecolor rgb "#009E73" dashtype 5 linewidth 1.4 pointtype 12
 set linetype 6 linecolor rgb "#000000" dashtype 2 linewidth 1.4 pointtype 2
-set linetype 7 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
-set linetype 8 linecolor rgb "#56B4E9" dashtype 1 linewidth 2.6 pointtype 5
-set linetype 9 linecolor rgb "#332288" dashtype 1 linewidth 2.6 pointtype 9
-set linetype 10 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
+set linetype 7 linecolor rgb "#B8860B" dashtype 1 linewidth 1.8 pointtype 3
+set linetype 8 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
+set linetype 9 linecolor rgb "#56B4E9" dashtype 1 linewidth 2.6 pointtype 5
+set linetype 10 linecolor rgb "#332288" dashtype 1 linewidth 2.6 pointtype 9
+set linetype 11 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
+set linetype 12 linecolor rgb "#117733" dashtype 1 linewidth 3.2 pointtype 13
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
 is_there(m) = strstrt(" ".present, " ".m." ") > 0

@@ -12,6 +12,7 @@ Rival make_rival(std::string_view name, const Surface& surface) {
   if (name == "elasto_plastic") return ElastoPlastic{.surface = surface, .z = {}};
   if (name == "maxwell_slip") return MaxwellSlip{.surface = surface};
   if (name == "gms") return GeneralisedMaxwellSlip{.surface = surface};
+  if (name == "rate_state") return RateState{.surface = surface, .z = {}};
   throw std::invalid_argument("no rival model is called " + std::string(name));
 }
 

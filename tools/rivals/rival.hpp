@@ -10,11 +10,13 @@
 #include "tools/rivals/generalised_maxwell_slip.hpp"
 #include "tools/rivals/lugre.hpp"
 #include "tools/rivals/maxwell_slip.hpp"
+#include "tools/rivals/rate_state.hpp"
 
 namespace rivals {
 
 /// A model with its parameters and its state: plain data, copied to try a step.
-using Rival = std::variant<Coulomb, Dahl, LuGre, ElastoPlastic, MaxwellSlip, GeneralisedMaxwellSlip>;
+using Rival =
+    std::variant<Coulomb, Dahl, LuGre, ElastoPlastic, MaxwellSlip, GeneralisedMaxwellSlip, RateState>;
 
 /// Moves the body by `displacement` (m) in dt_s > 0 at constant velocity under load_n >= 0 (N).
 /// Force on the moving body. No load, no force, and no memory. Never allocates or throws.
@@ -27,8 +29,8 @@ inline Force find_force(const Rival& rival, Pair displacement, double dt_s, doub
   return std::visit([&](auto model) { return model.step(displacement, dt_s, load_n); }, rival);
 }
 
-inline constexpr std::string_view rival_names[] = {"coulomb",        "dahl",         "lugre",
-                                                   "elasto_plastic", "maxwell_slip", "gms"};
+inline constexpr std::string_view rival_names[] = {"coulomb",      "dahl", "lugre",     "elasto_plastic",
+                                                   "maxwell_slip", "gms",  "rate_state"};
 
 /// At rest, nothing bent. Throws std::invalid_argument where there is no such name.
 Rival make_rival(std::string_view name, const Surface& surface);

@@ -1,0 +1,443 @@
+// The experiments that show ageing: slide-hold-slide, steps in speed, the critical stiffness of stick-slip.
+// Rate and state against closed forms and a fine solution of its equations; the brush that ages against the
+// tables and the closed forms of small ageing.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "expect.hpp"
+#include "experiment_runs.hpp"
+#include "reference_table.hpp"
+
+using namespace bristle_test;
+using cli::ExperimentResult;
+using cli::SeriesRow;
+
+namespace {
+
+// Rate and state in the experiments: mu0 0.4 at v0 = 1 mm/s, load 2.5 N, kinetic force 1 N.
+constexpr double mu0 = 0.4, v0 = 1e-3, load = 2.5;
+
+double steady_coefficient(double a, double b, double v) { return mu0 + (a - b) * std::log(v / v0); }
+
+// z and ln theta of a slider on a spring, by Runge-Kutta; asinh as printed by Rice and Ben-Zion.
+struct Slider {
+  double a, b, length, stiffness, z, theta;
+
+  void move(double v, double duration, long steps) {
+    const auto rate = [&](double q, double log_theta) {
+      const double c = (mu0 + b * (log_theta + std::log(v0 / length))) / a;
+      const double slip = 2.0 * v0 * std::exp(-c) * std::sinh(stiffness * q / (a * load));
+      return std::pair{v - slip, std::exp(-log_theta) - slip / length};
+    };
+    const double h = duration / static_cast<double>(steps);
+    double s = std::log(theta);
+    for (long k = 0; k < steps; ++k) {
+      const auto [z1, s1] = rate(z, s);
+      const auto [z2, s2] = rate(z + 0.5 * h * z1, s + 0.5 * h * s1);
+      const auto [z3, s3] = rate(z + 0.5 * h * z2, s + 0.5 * h * s2);
+      const auto [z4, s4] = rate(z + h * z3, s + h * s3);
+      z += h / 6.0 * (z1 + 2.0 * z2 + 2.0 * z3 + z4);
+      s += h / 6.0 * (s1 + 2.0 * s2 + 2.0 * s3 + s4);
+    }
+    theta = std::exp(s);
+  }
+  double force() const { return stiffness * z; }
+};
+
+}  // namespace
+
+TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equations say", "[experiment]") {
+  const double a = 0.012, b = 0.03, v = 1e-4, length = 1e-5, stiffness = 2e4;
+  const ExperimentResult result =
+      run("slide-hold-slide",
+          {set("direct_effect", a), set("state_effect", b), set("speed", v), set("state_length", length),
+           set("stiffness", stiffness), "holds=1,10", "settling=40"},
+          {"rate_state"});
+  for (const double duration : {1.0, 10.0}) {
+    INFO("held for " << duration << " s");
+    Slider slider{a, b, length, stiffness, steady_coefficient(a, b, v) * load / stiffness, length / v};
+    slider.move(0.0, duration, 40000);
+    const double relaxed = slider.force();
+    double peak = 0.0;
+    // As the experiment looks: 100 steps in each of 4 presliding lengths of 20 um.
+    for (int k = 0; k < 400; ++k) {
+      slider.move(v, 2e-7 / v, 50);
+      peak = std::max(peak, slider.force());
+    }
+    double found_relaxed = 0.0;
+    for (const SeriesRow& row : rows_of(result, "trace", "rate_state")) {
+      if (row.values[0] == duration && row.values[2] == 0.0) found_relaxed = row.values[3];
+    }
+    // Tolerance of a piece 1e-7 of a N, some hundred pieces.
+    CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
+    const SeriesRow* row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
+    REQUIRE(row);
+    CHECK(row->values[3] == Approx(peak).margin(1e-6));
+  }
+}
+
+TEST_CASE(
+    "Slide-hold-slide: on a stiff contact the peak of rate and state is b ln(1 + v t / Dc) above its "
+    "sliding",
+    "[experiment]") {
+  const double v = 1e-4, b = 0.04;  // the defaults: a 0.02, Dc 20 um
+  const ExperimentResult result =
+      run("slide-hold-slide", {"stiffness=1e9", "steps_per_length=2000"}, {"rate_state"});
+  const double steady = steady_coefficient(0.02, b, v) * load;
+  for (const SeriesRow& row : rows_of(result, "peak", "rate_state")) {
+    const double expected = steady + b * load * std::log(1.0 + row.values[0] * v / 2e-5);
+    // Within the first step, 1/2000 of Dc at a theta that is up to 5000 times the steady one: at its end the
+    // state has worn off by exp(-x/Dc).
+    CHECK(row.values[3] == Approx(expected).margin(b * load * 1e-3));
+  }
+  CHECK(finding(result, "healing", "rate_state") == Approx(100.0 * b / mu0).epsilon(0.03));
+  CHECK(is_shown(result, "healing", "rate_state"));
+  CHECK(is_shown(result, "hold_relaxation", "rate_state"));
+}
+
+TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by b over its length",
+          "[experiment]") {
+  const double a = 0.015, b = 0.035, length = 2e-5, factor = 3.0;
+  const ExperimentResult result = run("velocity-step",
+                                      {set("direct_effect", a), set("state_effect", b), "stiffness=1e9",
+                                       "repeats=2", "speeds=1e-6,1e-5,1e-4", "settling=30"},
+                                      {"rate_state"});
+  for (const bool up : {true, false}) {
+    const double ratio = up ? factor : 1.0 / factor;
+    for (const SeriesRow& row : rows_of(result, up ? "up" : "down", "rate_state")) {
+      INFO((up ? "up" : "down") << " from " << row.values[0] << ", x = " << row.values[1]);
+      const double after = (up ? factor : 1.0) * row.values[0];
+      const double x = row.values[1] * 2e-5 / length;
+      // theta moves from Dc/v1 to Dc/v2 as exp(-x/Dc).
+      const double coefficient =
+          steady_coefficient(a, b, after) + b * std::log1p((ratio - 1.0) * std::exp(-x));
+      // The way before is ten lengths: what is left of the step before, and the mean of its last quarter.
+      CHECK(row.values[2] == Approx(coefficient * load).margin(b * load * factor * 2.0 * std::exp(-7.5)));
+    }
+  }
+  CHECK(finding(result, "speed_fall", "rate_state") == Approx(100.0 * (b - a) / mu0).epsilon(0.003));
+  // The first look is a fiftieth of a length after the step: b ln(1 + 2 exp(-1/50)) instead of b ln 3.
+  const double late = b * (std::log1p(2.0 * std::exp(-0.02)) / std::log(3.0) - 1.0);
+  CHECK(finding(result, "direct_effect", "rate_state") == Approx(100.0 * (a + late) / mu0).epsilon(0.003));
+  // ln(1 + 2 exp(-x)) = ln 3 / e up to the first look: x = -ln((3^(1/e) - 1) / 2).
+  const double first = std::log1p(2.0 * std::exp(-0.02));
+  const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
+  CHECK(finding(result, "evolution_way", "rate_state") == Approx(way).margin(0.021));
+  for (const char* phenomenon : {"direct_effect", "speed_fall", "evolution_way"}) {
+    CHECK(is_shown(result, phenomenon, "rate_state"));
+  }
+}
+
+TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
+  // Near the Stribeck velocity, where its friction falls at both speeds.
+  const ExperimentResult result =
+      run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "way=40"},
+          {"gms", "lugre"});
+  CHECK(is_shown(result, "speed_fall", "gms"));
+  CHECK_FALSE(is_shown(result, "evolution_way", "gms"));
+  CHECK(is_shown(result, "evolution_way", "lugre"));
+}
+
+TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc behind the contact's spring",
+          "[experiment]") {
+  struct Case {
+    double a, b, length;
+  };
+  for (const Case& c : {Case{0.01, 0.018, 1e-5}, {0.02, 0.03, 3e-5}}) {
+    INFO("a " << c.a << ", b " << c.b << ", Dc " << c.length);
+    const ExperimentResult result =
+        run("critical-stiffness",
+            {set("direct_effect", c.a), set("state_effect", c.b), set("state_length", c.length),
+             "speeds=1e-5", "settling=40", "trial_way=120", "steps_per_length=30"},
+            {"rate_state"});
+    // Springs in series; the slider's inertia adds m v^2 / (N a Dc) of itself, 1e-7 (Rice and Ruina 1983).
+    const double slip = (c.b - c.a) * load / c.length;
+    const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
+    const double found = rows_of(result, "bisection", "rate_state").front().values[1];
+    const double theory = rows_of(result, "theory", "rate_state").front().values[1];
+    CHECK(theory == Approx(expected).epsilon(0.015));  // 15 looks in the shorter Dc
+    CHECK(found == Approx(expected).epsilon(0.03));    // bisected to 2 %
+    CHECK(is_shown(result, "linear_theory", "rate_state"));
+  }
+}
+
+TEST_CASE("Critical stiffness: inertia makes a heavy slider unstable on stiffer springs", "[experiment]") {
+  // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983): a slider of 25 kg at 0.2 mm/s doubles it.
+  const ExperimentResult result =
+      run("critical-stiffness",
+          {"mass=25", "speeds=2e-4", "stiffness=1e7", "settling=40", "steps_per_length=40"}, {"rate_state"});
+  const double expected = 2500.0 * (1.0 + 25.0 * 4e-8 / (2.5 * 0.02 * 2e-5));
+  CHECK(rows_of(result, "theory", "rate_state").front().values[1] == Approx(expected).epsilon(0.01));
+  CHECK(rows_of(result, "bisection", "rate_state").front().values[1] == Approx(expected).epsilon(0.03));
+}
+
+TEST_CASE("Critical stiffness: where friction does not fall with speed no spring makes it stick and slip",
+          "[experiment]") {
+  const ExperimentResult result = run("critical-stiffness", {"speeds=5e-5", "state_effect=0.01"},
+                                      {"coulomb", "dahl", "maxwell_slip", "rate_state", "brush_rubbed"});
+  for (const char* model : {"coulomb", "dahl", "maxwell_slip", "rate_state", "brush_rubbed"}) {
+    INFO(model);
+    CHECK(finding(result, "critical_stiffness", model) == 0.0);
+    CHECK(finding(result, "linear_theory", model) == 0.0);
+  }
+}
+
+namespace {
+
+constexpr double length = 2e-5;  // m, presliding length of the experiments
+
+// The brush that ages as the tables have it: no residual, no renewal, no damper, a tau of 10 ms. Their speeds
+// are in lengths per tau, their forces in mean snap lengths: kinetic friction at high speed is m2 / 2.
+const Sets plain_law = {"residual=0", "renewal=0", "aged_damper=0", "viscous=0", "ageing_time=0.01"};
+double speed_of(double w) { return w * length / 0.01; }
+double fast_deflection(const std::string& dist) {
+  return dist == "uniform_0.5_1.5" ? 0.5 * (1.0 + 1.0 / 12.0) : 0.5 * (1.0 + 0.09);
+}
+
+// What a resolution of 8 leaves, mean snap lengths.
+constexpr double resolution_error = 2e-3;
+
+// Mean deflection over the presliding length in steady sliding at v, by quadrature: survival to a way r
+// beyond the residual is S(r / g(r / v)), less those renewed on the way. Uniform lengths, half to one and a
+// half.
+struct RubbedLaw {
+  double residual, renewal, beta, tau;
+
+  double survival(double r) const { return std::clamp(1.5 - r / (1.0 - residual), 0.0, 1.0); }
+  double factor(double age) const { return 1.0 + beta * std::log1p(age / tau); }
+
+  // Renewals make nu: (1 + kappa) nu int T = 1, T = S exp(-kappa nu r).
+  template <class Integrand>
+  double integral(const Integrand& f) const {
+    const int n = 4000;
+    const double h = 4.0 / n;
+    double sum = 0.0;
+    for (int i = 0; i < n; ++i) sum += h * f(h * (i + 0.5));
+    return sum;
+  }
+  double rate_at(double v) const {
+    double low = 0.0, high = 10.0;
+    for (int k = 0; k < 60; ++k) {
+      const double nu = 0.5 * (low + high);
+      const double whole = integral([&](double r) { return left(r, v, nu); });
+      ((1.0 + renewal) * nu * whole < 1.0 ? low : high) = nu;
+    }
+    return 0.5 * (low + high);
+  }
+  double left(double r, double v, double nu) const {
+    return survival(r / factor(r * length / v)) * std::exp(-renewal * nu * r);
+  }
+  double deflection(double v) const {
+    const double nu = rate_at(v);
+    return residual + integral([&](double r) { return r * left(r, v, nu); }) /
+                          integral([&](double r) { return left(r, v, nu); });
+  }
+  // All snap lengths grow by a small share at once, as they do in a hold: what the peak rises by, over the
+  // share. Snaps are late by the share of their length: missing are their own falls and those of the
+  // bristles they would have renewed.
+  double rise() const {
+    const double fast = 1e30;
+    const double nu = rate_at(fast);
+    const double whole = integral([&](double r) { return left(r, fast, nu); });
+    const double bent = integral([&](double r) { return r * left(r, fast, nu); }) / whole;
+    const double mean =
+        1.0 - residual;  // density of lengths 1 / mean between half the mean and one and a half
+    const auto moment = [&](int power) {
+      return integral([&](double d) {
+               const bool inside = d > 0.5 * mean && d < 1.5 * mean;
+               return inside ? std::pow(d, power) / mean * std::exp(-renewal * nu * d) : 0.0;
+             }) /
+             whole;
+    };
+    return moment(2) + renewal * bent * moment(1);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The brush that ages slides at every speed as the table says", "[experiment]") {
+  int points = 0;
+  const std::vector<Row> table = read_table("ageing_steady.csv");
+  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3"}) {
+    for (const char* beta : {"0.05", "0.1"}) {
+      std::string speeds;
+      for (const Row& row : table) {
+        if (row.at("dist") != dist || row.at("beta") != beta || row.at("variant") != "redraw") continue;
+        speeds += (speeds.empty() ? "speeds=" : ",") +
+                  std::to_string(speed_of(number(row, "v_tau_over_dbar")) * 1e9) + "e-9";
+      }
+      const ExperimentResult result =
+          run("stribeck",
+              plain_law + law_of(dist) + Sets{std::string("ageing=") + beta, speeds, "dt=0.1", "way=30"},
+              {"brush_aged"});
+      for (const Row& row : table) {
+        if (row.at("dist") != dist || row.at("beta") != beta || row.at("variant") != "redraw") continue;
+        const double v = speed_of(number(row, "v_tau_over_dbar"));
+        INFO(dist << ", beta " << beta << " at " << v << " m/s");
+        const SeriesRow* found = at(rows_of(result, "dry", "brush_aged"), v, 1e-6 * v);
+        REQUIRE(found);
+        expect_near(found->values[1] * fast_deflection(dist), number(row, "f_kinetic_ref"), resolution_error,
+                    "mean deflection");
+        ++points;
+      }
+    }
+  }
+  CHECK(points >= 28);
+}
+
+TEST_CASE("Slide-hold-slide: the peaks of the brush that ages are those of the table", "[experiment]") {
+  const std::vector<Row> table = read_table("ageing_hold.csv");
+  std::map<std::string, Sets> runs;  // law, beta and speed: as sets of holds
+  int points = 0;
+  for (const Row& first : table) {
+    const std::string key = first.at("dist") + first.at("beta") + first.at("v_tau_over_dbar");
+    if (first.at("variant") != "redraw" || runs.count(key)) continue;
+    std::vector<const Row*> rows;
+    std::string holds;
+    for (const Row& row : table) {
+      const double hold = 0.01 * number(row, "hold_over_tau");
+      if (row.at("dist") + row.at("beta") + row.at("v_tau_over_dbar") != key || hold == 0.0) continue;
+      rows.push_back(&row);
+      holds += (holds.empty() ? "holds=" : ",") + std::to_string(hold);
+    }
+    runs[key] = {holds};
+    const ExperimentResult result = run("slide-hold-slide",
+                                        plain_law + law_of(first.at("dist")) +
+                                            Sets{holds, "ageing=" + first.at("beta"),
+                                                 set("speed", speed_of(number(first, "v_tau_over_dbar"))),
+                                                 "steps_per_length=50", "settling=12"},
+                                        {"brush_aged"});
+    for (const Row* row : rows) {
+      INFO(key << ", held for " << row->at("hold_over_tau"));
+      const double hold = 0.01 * number(*row, "hold_over_tau");
+      const SeriesRow* found = at(rows_of(result, "peak", "brush_aged"), hold, 1e-6 * hold);
+      REQUIRE(found);
+      expect_near(found->values[3] * fast_deflection(first.at("dist")),
+                  number(*row, "peak_over_kinetic") * number(*row, "kinetic"), 2.0 * resolution_error,
+                  "peak");
+      ++points;
+    }
+  }
+  CHECK(points >= 60);
+}
+
+TEST_CASE("Velocity step: the brush that ages follows the table", "[experiment]") {
+  int points = 0;
+  std::map<std::string, ExperimentResult> runs;
+  for (const Row& row : read_table("ageing_velocity_step.csv")) {
+    const double v1 = number(row, "v1_tau_over_dbar"), v2 = number(row, "v2_tau_over_dbar");
+    const double x = number(row, "x_after_step_over_dbar");
+    if (x == 0.0 || x > 5.0) continue;
+    const std::string key =
+        row.at("dist") + row.at("beta") + row.at("v1_tau_over_dbar") + "," + row.at("v2_tau_over_dbar");
+    if (!runs.count(key)) {
+      const double slow = speed_of(std::min(v1, v2));
+      runs[key] = run(
+          "velocity-step",
+          plain_law + law_of(row.at("dist")) +
+              Sets{"ageing=" + row.at("beta"), set("factor", std::max(v1, v2) / std::min(v1, v2)),
+                   "speeds=" + set("", slow).substr(1) + "," + set("", 2.0 * slow).substr(1), "repeats=1"},
+          {"brush_aged"});
+    }
+    INFO(key << ", x = " << x);
+    const double slow = speed_of(std::min(v1, v2));
+    for (const SeriesRow& found : rows_of(runs[key], v2 > v1 ? "up" : "down", "brush_aged")) {
+      if (std::abs(found.values[0] - slow) > 1e-6 * slow || std::abs(found.values[1] - x) > 1e-6) continue;
+      expect_near(found.values[2] * fast_deflection(row.at("dist")), number(row, "f"), resolution_error,
+                  "mean deflection");
+      ++points;
+    }
+  }
+  CHECK(points >= 60);
+}
+
+TEST_CASE("Friction of the brush that ages lags behind the speed as the table says", "[experiment]") {
+  for (const Row& row : read_table("ageing_lag.csv")) {
+    const double v = speed_of(number(row, "v0_tau_over_dbar"));
+    const double omega = number(row, "Omega_dbar_over_v0") * v / length;
+    INFO(row.at("dist") << ", beta " << row.at("beta") << ", Omega " << row.at("Omega_dbar_over_v0"));
+    const ExperimentResult result =
+        run("friction-lag",
+            plain_law + law_of(row.at("dist")) +
+                Sets{"ageing=" + row.at("beta"), set("velocity_mean", v), set("velocity_amplitude", 0.9 * v),
+                     set("omegas", omega), "cycles=4", set("dt", 0.02 * length / v)},
+            {"brush_aged"});
+    const SeriesRow found = rows_of(result, "width", "brush_aged").front();
+    const double fast = fast_deflection(row.at("dist"));
+    expect_near(found.values[1] * fast, number(row, "f_at_v0_accelerating"), resolution_error, "speeding up");
+    expect_near(found.values[2] * fast, number(row, "f_at_v0_decelerating"), resolution_error,
+                "slowing down");
+  }
+}
+
+TEST_CASE(
+    "With little ageing friction falls by beta per e-fold of speed, and peaks grow by 2 beta per e-fold "
+    "of the hold",
+    "[experiment]") {
+  const double beta = 0.005, tau = 0.01;
+  for (const bool rubbed : {false, true}) {
+    INFO((rubbed ? "with residual and renewal" : "redraw"));
+    const RubbedLaw none{rubbed ? 0.1 : 0.0, rubbed ? 1.0 : 0.0, 0.0, tau};
+    const RubbedLaw law{none.residual, none.renewal, beta, tau};
+    const double fast = none.deflection(1.0), ages = (fast - none.residual) / fast;
+    const Sets sets = plain_law + Sets{set("residual", none.residual), set("renewal", none.renewal),
+                                       set("ageing", beta), "resolution=32"};
+    // Speeds so slow that ages are far beyond tau: dF/d ln v = -beta of the friction that is not residual.
+    const ExperimentResult slid =
+        run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
+    const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
+    const double slope =
+        (rows[1].values[1] - rows[0].values[1]) / std::log(rows[1].values[0] / rows[0].values[0]);
+    CHECK(slope == Approx(-beta * ages).epsilon(0.05));
+    for (const SeriesRow& row : rows) {
+      CHECK(row.values[1] == Approx(law.deflection(row.values[0]) / fast).margin(1e-3));
+    }
+    // Holds far longer than what a bristle ages in sliding.
+    const ExperimentResult held =
+        run("slide-hold-slide", sets + Sets{"speed=1e-4", "holds=1e3,1e5,1e7", "steps_per_length=400"},
+            {"brush_aged"});
+    const double healing = 0.01 * finding(held, "healing", "brush_aged");
+    const double expected = beta * none.rise() / fast;
+    if (!rubbed) CHECK(expected == Approx(2.0 * beta).epsilon(1e-3));
+    // The longer lengths have become, the farther the body moves while it pulls on, and the less is left of
+    // those that snapped first: over g of the hold, here of the middle one.
+    CHECK(healing * law.factor(1e5) == Approx(expected).epsilon(0.05));
+  }
+}
+
+TEST_CASE("Critical stiffness: the brush that ages sticks and slips where linear theory says",
+          "[experiment]") {
+  for (const char* sets : {"damping=316", "damping=1000"}) {
+    INFO(sets);
+    const ExperimentResult result =
+        run("critical-stiffness", {sets, "speeds=5e-5", "steps_per_length=50"}, {"brush_aged"});
+    CHECK(finding(result, "critical_stiffness", "brush_aged") > 10.0);
+    CHECK(finding(result, "linear_theory", "brush_aged") < 10.0);
+  }
+}
+
+TEST_CASE("Break-away of the brush that ages falls with the force rate as its snap lengths do",
+          "[experiment]") {
+  // A first pull is the virgin curve, stretched by g of the time it takes: all bristles are as old as the
+  // pull. The lighter the block the less inertia adds.
+  const double tau = 0.01, beta = 0.05;
+  const Row row = find_row(read_table("summary.csv"), {{"dist", "uniform_0.5_1.5"}, {"variant", "redraw"}});
+  const double young = number(row, "f_peak") / number(row, "f_kinetic");
+  const ExperimentResult result =
+      run("break-away",
+          plain_law + Sets{"law=uniform", set("ageing", beta), "mass=0.01", "rates=0.02,0.2,2",
+                           "loads=2.4,2.5", "rests=0.1", "dt=2e-3", "resolution=32"},
+          {"brush_aged"});
+  for (const SeriesRow& found : rows_of(result, "rate", "brush_aged")) {
+    INFO(found.values[0] << " N/s");
+    const double time = found.values[3] / found.values[0];
+    const double expected = young * (1.0 + beta * std::log1p(time / tau));
+    CHECK(found.values[3] == Approx(expected).epsilon(0.005));
+  }
+}

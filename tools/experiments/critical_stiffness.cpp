@@ -1,0 +1,276 @@
+// The critical stiffness of stick-slip: the spring below which a slider that is pulled slowly no longer
+// slides steadily. Found twice: by bisection on a slider, and from the force after a small step in speed, by
+// linear theory (Rice and Ruina 1983; Heslot et al. 1994).
+//
+// A slider of mass m on a spring k, pulled at v, whose friction answers a small change of speed dv(t) by
+// dF(s) = Z(s) dv(s): m s^2 + k + s Z(s) = 0. On the imaginary axis Re Z(i w) = 0 and k = m w^2 + w Im Z(i
+// w); the largest such k is critical. Z follows from the force R(t) after a step of one unit of speed, taken
+// at prescribed motion: Z(i w) = integral of exp(-i w t) dR(t).
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "tools/experiments/body.hpp"
+#include "tools/experiments/experiment.hpp"
+#include "tools/experiments/sliding.hpp"
+
+namespace cli {
+namespace {
+
+struct Response {
+  std::vector<double> t, force;  // s, N s/m: after a step of one m/s
+  double limit() const { return force.back(); }
+};
+
+// Half the difference of two steps, up and down, along the same way: what is not linear cancels, and so does
+// what the model would have done without a step.
+Response measure_response(const std::string& model, const Settings& s, double speed) {
+  const double dbar = s.number("presliding"), load = s.number("load"), step = s.number("step");
+  const double each = dbar / s.number("steps_per_length");
+  Subject up(model, s), down(model, s);
+  for (Subject* subject : {&up, &down}) slide(*subject, s.number("settling") * dbar, speed, each, load);
+  Response r;
+  const auto steps = static_cast<long>(std::lround(s.number("response_way") * s.number("steps_per_length")));
+  double x = 0.0;
+  for (long k = 0; k <= steps; ++k) {
+    const double way = k == 0 ? 1e-3 * each : each;  // first of all what comes at once
+    const double fast = up.step({way, 0.0}, way / (speed * (1.0 + step)), load).end.x;
+    const double slow = down.step({way, 0.0}, way / (speed * (1.0 - step)), load).end.x;
+    x += way;
+    r.t.push_back(x / speed);
+    r.force.push_back(-0.5 * (fast - slow) / (step * speed));
+  }
+  return r;
+}
+
+std::complex<double> impedance(const Response& r, double w) {
+  std::complex<double> z = 0.0;
+  double t = 0.0, force = 0.0;
+  for (std::size_t i = 0; i < r.t.size(); ++i) {
+    const double middle = i == 0 ? 0.0 : 0.5 * (t + r.t[i]);
+    z += (r.force[i] - force) * std::polar(1.0, -w * middle);
+    t = r.t[i];
+    force = r.force[i];
+  }
+  return z;
+}
+
+// The springs that are tried: up to twice as stiff as the contact itself, 2 mu N over the presliding length.
+struct Range {
+  explicit Range(const Settings& s)
+      : stiffest(4.0 * s.number("kinetic") * s.number("load") / s.number("presliding")),
+        softest(stiffest / 65536.0) {}
+  double stiffest, softest;
+};
+
+// 0: steady on every spring; the stiffest: on none.
+double critical_by_theory(const Response& r, double mass, double least_slope, const Range& range) {
+  if (r.limit() > -least_slope) return 0.0;  // friction does not fall with speed
+  const auto damping = [&](double w) { return impedance(r, w).real(); };
+  const double first = 0.2 / r.t.back(), last = 0.25 * M_PI / (r.t[2] - r.t[1]);
+  const double trifle = -0.01 * r.limit();  // below it, its sign is that of the model's own ripples
+  const int points = 400;
+  double critical = 0.0, negative_at = first, positive_at = 0.0;
+  bool negative = true;  // it falls with speed
+  for (int i = 1; i <= points; ++i) {
+    const double w = first * std::pow(last / first, static_cast<double>(i) / points), d = damping(w);
+    if (std::fabs(d) < trifle) continue;
+    const bool crossed = negative != (d < 0.0);
+    negative = d < 0.0;
+    (negative ? negative_at : positive_at) = w;
+    if (!crossed) continue;
+    double low = negative_at, high = positive_at;
+    for (int k = 0; k < 40; ++k) {
+      const double middle = 0.5 * (low + high);
+      (damping(middle) < 0.0 ? low : high) = middle;
+    }
+    critical = std::max(critical, mass * low * low + low * impedance(r, low).imag());
+  }
+  // Where nothing damps it, however fast it swings, no spring holds it.
+  return negative ? range.stiffest : std::min(critical, range.stiffest);
+}
+
+struct Trial {
+  const std::string& model;
+  const Settings& s;
+  double speed, stiffness;
+};
+
+// A slider in steady sliding on its spring. Over the first five presliding lengths of the pull its other end
+// moves faster or slower by a small share; then at the speed again.
+class Pulled {
+ public:
+  Pulled(const Trial& trial, double faster)
+      : trial_(trial),
+        subject_(trial.model, trial.s),
+        block_(trial.s.number("mass"), trial.speed),
+        ahead_m_(faster * trial.s.number("presliding")) {
+    const Settings& s = trial.s;
+    const double dbar = s.number("presliding"), load = s.number("load");
+    const double each = dbar / s.number("steps_per_length");
+    friction_ = slide(subject_, s.number("settling") * dbar, trial.speed, each, load);
+    stretched_ = friction_ / trial.stiffness;
+  }
+  // Force of the spring after a step that ends at t, less steady friction.
+  double advance(double t, double dt) {
+    const double k = trial_.stiffness;
+    const double middle = 0.5 * (end_at(t - dt) + end_at(t));
+    block_.advance(subject_, {k * (middle - block_.position()), 0.5 * k}, dt, trial_.s.number("load"));
+    return k * (end_at(t) - block_.position()) - friction_;
+  }
+
+ private:
+  double end_at(double t) const {
+    const double lengths = trial_.speed * t / trial_.s.number("presliding");
+    return stretched_ + trial_.speed * t + ahead_m_ * std::min(lengths, 5.0);
+  }
+
+  const Trial& trial_;
+  Subject subject_;
+  SlidingBlock block_;
+  double ahead_m_, stretched_, friction_;
+};
+
+// Two sliders, pulled ahead and back. Half their difference is what that does, without the fluctuations of a
+// finite brush.
+class Twins {
+ public:
+  explicit Twins(const Trial& trial)
+      : ahead_(trial, trial.s.number("step")),
+        back_(trial, -trial.s.number("step")),
+        dt_(trial.s.number("presliding") / trial.s.number("steps_per_length") / trial.speed) {}
+  void advance() {
+    ++steps_;
+    const double t = static_cast<double>(steps_) * dt_;
+    const double a = ahead_.advance(t, dt_), b = back_.advance(t, dt_);
+    mean_ = 0.5 * (a + b);
+    difference_ = 0.5 * (a - b);
+  }
+  double mean() const { return mean_; }  // N, off steady friction
+  double difference() const { return difference_; }
+
+ private:
+  Pulled ahead_, back_;
+  double dt_;
+  long steps_ = 0;
+  double mean_ = 0.0, difference_ = 0.0;
+};
+
+// Whether the swing of the twins' difference grows: from each of eight stretches of the way to the next, the
+// first two left out, or to eight times that of the first, or to 3 % of kinetic friction; or whether both
+// leave steady sliding by that much, as on soft springs, where every trifle grows.
+bool grows(const Trial& trial) {
+  const Settings& s = trial.s;
+  const double large = 0.03 * s.number("kinetic") * s.number("load");
+  const auto stretch = std::max(2L, std::lround(s.number("trial_way") * s.number("steps_per_length") / 8.0));
+  Twins twins(trial);
+  double before = 0.0, first = INFINITY;
+  for (int i = 0; i < 8; ++i) {
+    double low = INFINITY, high = -INFINITY;
+    for (long n = 1; n <= stretch; ++n) {
+      twins.advance();
+      low = std::min(low, twins.difference());
+      high = std::max(high, twins.difference());
+      if (high - low > std::min(large, 8.0 * first) || std::fabs(twins.mean()) > large) return true;
+    }
+    if (i == 0) first = high - low;
+    // Where nothing takes energy or gives it the swing stays as it is, but for rounding and for bristles that
+    // snap a step earlier or later.
+    if (high - low < 1.5e-4 * large || (i >= 2 && !(high - low > 1.01 * before))) return false;
+    before = high - low;
+  }
+  return true;
+}
+
+// 0: it slides steadily on every spring tried; the stiffest: on none.
+double critical_by_bisection(const std::string& model, const Settings& s, double speed, const Range& range) {
+  if (grows({model, s, speed, range.stiffest})) return range.stiffest;
+  double stable = range.stiffest, unstable = 0.0;
+  for (double k = 0.25 * stable; unstable == 0.0; k *= 0.25) {
+    if (k < range.softest) return 0.0;
+    (grows({model, s, speed, k}) ? unstable : stable) = k;
+  }
+  while (stable > 1.02 * unstable) {
+    const double middle = std::sqrt(stable * unstable);
+    (grows({model, s, speed, middle}) ? unstable : stable) = middle;
+  }
+  return std::sqrt(stable * unstable);
+}
+
+// Their difference on springs a little softer and a little stiffer.
+void trace(const Settings& s, const std::string& model, double speed, double critical,
+           ExperimentResult& result) {
+  const double kinetic = s.number("kinetic") * s.number("load"), each = 1.0 / s.number("steps_per_length");
+  for (const bool soft : {true, false}) {
+    const Trial trial{model, s, speed, critical * (soft ? 0.9 : 1.1)};
+    Twins twins(trial);
+    const auto steps = static_cast<long>(s.number("trial_way") / each);
+    for (long n = 1; n <= steps; ++n) {
+      twins.advance();
+      if (n % 5 != 0) continue;
+      result.series.push_back(
+          {soft ? "soft" : "stiff",
+           model,
+           {speed, trial.stiffness, each * static_cast<double>(n), twins.difference() / kinetic}});
+    }
+  }
+}
+
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  const Settings& s = input.settings;
+  const double kinetic = s.number("kinetic") * s.number("load"), dbar = s.number("presliding");
+  const std::vector<double>& speeds = s.numbers("speeds");
+  const Range range(s);
+  double least = INFINITY, worst = 0.0;
+  for (std::size_t i = 0; i < speeds.size(); ++i) {
+    const Response r = measure_response(model, s, speeds[i]);
+    for (std::size_t k = 0; k < r.t.size(); ++k) {
+      result.series.push_back(
+          {"response", model, {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic}});
+    }
+    const double theory = critical_by_theory(r, s.number("mass"), 1e-5 * kinetic / speeds[i], range);
+    const double found = critical_by_bisection(model, s, speeds[i], range);
+    result.series.push_back({"theory", model, {speeds[i], theory, 0.0, 0.0}});
+    result.series.push_back({"bisection", model, {speeds[i], found, 0.0, 0.0}});
+    least = std::min(least, found);
+    const double apart = found == theory ? 0.0 : theory == 0.0 ? 1.0 : std::fabs(found / theory - 1.0);
+    worst = std::max(worst, apart);
+    if (i == speeds.size() / 2 && found > 0.0 && found < range.stiffest)
+      trace(s, model, speeds[i], found, result);
+    input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
+  }
+  result.findings.push_back({"critical_stiffness", model, least, least > 0.0});
+  result.findings.push_back({"linear_theory", model, 100.0 * worst, worst < 0.1});
+}
+
+}  // namespace
+
+Experiment critical_stiffness_experiment() {
+  return {
+      "critical-stiffness",
+      "a light slider on a spring that is pulled slowly: which spring makes it stick and slip",
+      common_parameters({{"bristles", 14400}, {"viscous", 10.0}, {"resolution", 64.0}}) +
+          std::vector<Parameter>{
+              number_parameter("mass", 1e-3, "kg", "of the slider: light, for a slow pull", 1e-9, 1e6),
+              list_parameter("speeds", {3e-5, 6e-5, 1.2e-4}, "m/s", "of the pull", 1e-9, 1e3),
+              number_parameter("step", 0.01, "",
+                               "relative step in speed: of the response, and of the pull at first", 1e-6,
+                               0.5),
+              number_parameter("settling", 20.0, "", "way before, presliding lengths", 1.0, 1e6),
+              number_parameter("response_way", 20.0, "", "way after the step, presliding lengths", 1.0, 1e5),
+              number_parameter("trial_way", 60.0, "", "way of a trial, presliding lengths", 1.0, 1e6),
+              number_parameter("steps_per_length", 100.0, "", "steps in a presliding length", 4.0, 1e5)},
+      {{"critical_stiffness", "soft springs make it stick and slip, stiff ones do not",
+        "a slow pull is steady on a spring stiffer than a critical one (Rabinowicz 1958; Rice and Ruina "
+        "1983; Heslot et al. 1994)",
+        "critical stiffness by bisection, least of the speeds; 0: steady on every spring "
+        "of the range tried",
+        "N/m", "above 0"},
+       {"linear_theory", "as linear theory says",
+        "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",
+        "critical stiffness by bisection off that of linear theory, worst of the speeds", "%", "below 10 %"}},
+      {"speed[m/s]", "stiffness[N/m]", "x_over_presliding", "friction_over_kinetic"},
+      &run};
+}
+
+}  // namespace cli

@@ -1,0 +1,31 @@
+// Straight sliding at a speed of one's own, in steps of a given way.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/experiments/subject.hpp"
+
+namespace cli {
+
+/// Slides `way` m at `speed` m/s in steps of about `step` m. Calls look(x, friction) after each: way slid so
+/// far, m, and friction at the step's end, N, > 0 where it resists. Returns the friction averaged over the
+/// last quarter of the way.
+template <class Look>
+double slide(Subject& subject, double way, double speed, double step, double load, const Look& look) {
+  const long steps = std::max(4L, std::lround(way / step));
+  const double each = way / static_cast<double>(steps);
+  double sum = 0.0;
+  for (long k = 1; k <= steps; ++k) {
+    const rivals::Force f = subject.step({each, 0.0}, each / speed, load);
+    if (k > steps - steps / 4) sum -= f.mean.x;
+    look(each * static_cast<double>(k), -f.end.x);
+  }
+  return sum / static_cast<double>(steps / 4);
+}
+
+inline double slide(Subject& subject, double way, double speed, double step, double load) {
+  return slide(subject, way, speed, step, load, [](double, double) {});
+}
+
+}  // namespace cli
