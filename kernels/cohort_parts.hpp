@@ -431,7 +431,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
           most(fresh_length<ages>(law, times, mean_gap) + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost,
-          times.now - mean_gap * times.per_length};
+          ages ? times.now - mean_gap * times.per_length : 0.0};
 }
 
 /// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
