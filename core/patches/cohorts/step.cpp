@@ -40,7 +40,7 @@ double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
 
 /// A step along which bristles may snap: what it does to cohorts, and where it ends.
 struct Slide {
-  CohortMove move{};
+  CohortMove move;  ///< its times are filled where the material ages
   std::int64_t to[2];
   double run = 0.0;      ///< of the straight slide that it goes on with
   double carried = 0.0;  ///< path along which the patch is carried as it stands
@@ -196,8 +196,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   }
   if (!commit) return;
   r.snap_rest = rest;
-  r.run = std::min(slide.run + a.length / slide.growth, r.law.forget);
   if (r.ageing != nullptr) note_pace(p, r, slide);
+  r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.law.forget);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
