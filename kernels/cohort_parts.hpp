@@ -431,7 +431,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
           most(fresh_length<ages>(law, times, mean_gap) + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost,
-          times.now - mean_gap * times.per_length};
+          ages ? times.now - mean_gap * times.per_length : 0.0};
 }
 
 /// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
@@ -533,8 +533,11 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
   // So they are over g, and what is within its reach stays so however long the patch waits.
-  CohortTimes times = a.times;
-  if (ages) times.now = a.times.now + a.length * times.per_length;
+  CohortTimes times{};
+  if (ages) {
+    times = a.times;
+    times.now = a.times.now + a.length * times.per_length;
+  }
   if (a.length > 1.2 * law.piece &&
       Engine::template find_slack<axes, ages>(law, s, rows, a.to, times) >= 0.0) {
     s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
