@@ -19,14 +19,17 @@ struct Life {
 };
 
 std::vector<Life> lives(const Pull& pull) {
-  constexpr int bristles = 4000;
+  constexpr int bristles = 2000;
   const bristle::Material& m = pull.material;
   const double v = pull.speed_m_per_s;
   std::vector<Life> all;
   for (int i = 0; i < bristles; ++i) {
     const double drawn = m.snap_length.quantile((i + 0.5) / bristles);
-    double age = drawn / v;
-    for (int k = 0; k < 200; ++k) age = drawn * m.ageing_factor(age) / v;  // a contraction
+    double age = drawn / v, last = 0.0;
+    for (int k = 0; k < 200 && age - last > 1e-15 * age; ++k) {  // a contraction, from below
+      last = age;
+      age = drawn * m.ageing_factor(age) / v;
+    }
     const double step = 1e-4 * age;
     const double slope = (m.ageing_factor(age + step) - m.ageing_factor(age - step)) / (2.0 * step);
     all.push_back({age, v - drawn * slope});
