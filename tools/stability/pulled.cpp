@@ -175,9 +175,8 @@ std::vector<Pull> pulls() {
                                                     .with_growth_per_decade(0.1)
                                                     .with_ageing_time(ageing_time));
   };
-  Pull creep{
-      "creep, strengthening", material(0.01).with_speed_strengthening(0.005, 1e-8), 10.0, 2e-5, 50.0, 1e-3};
-  Pull inertial{"inertial, lubricant", material(1e-4).with_viscous_friction(5.0), 10.0, 5e-3, 2.0, 2e-5};
+  Pull creep{"creep", material(0.01).with_speed_strengthening(0.005, 1e-8), 10.0, 2e-5, 50.0, 1e-3};
+  Pull inertial{"inertial", material(1e-4).with_viscous_friction(5.0), 10.0, 5e-3, 2.0, 2e-5};
   return {creep, inertial};
 }
 
