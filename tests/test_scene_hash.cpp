@@ -88,3 +88,40 @@ TEST_CASE("Each scene has its state hash on record, whatever steps it", "[determ
     }
   }
 }
+
+TEST_CASE("A scene gives ageing and strengthening by coefficients or by bristle parameters, not by both",
+          "[scenes][ageing]") {
+  const auto scene = [](const std::string& material) {
+    return cli::parse_scene(
+        "[scene]\nname = \"aged\"\ndt = 1e-3\nduration = 1\n[[material]]\nname = \"m\"\n" + material +
+            "[[patch]]\nname = \"p\"\nmaterial = \"m\"\nmax_normal_load = 1.0\n"
+            "[[motion]]\npatch = \"p\"\ntype = \"ramp\"\nvelocity = [1e-3, 0.0]\nload = 1.0\n",
+        "aged.toml");
+  };
+  const auto refusal = [&](const std::string& material) -> std::string {
+    try {
+      scene(material);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "(none)";
+  };
+  const std::string parameters =
+      "ageing_strength = 0.02\nageing_form = \"saturating\"\nageing_time = 7\nspeed_strengthening = 0.01\n"
+      "strengthening_speed = 1e-7\n";
+  INFO(refusal(parameters));
+  const bristle::Material skin = scene(parameters).materials.at(0).material;
+  CHECK(skin.ageing_form == bristle::AgeingForm::saturating);
+  CHECK(skin.ageing_strength == 0.02);
+  CHECK(skin.ageing_time == 7.0);
+  CHECK(skin.speed_strengthening == 0.01);
+  CHECK(skin.strengthening_speed == 1e-7);
+  const std::string coefficients =
+      "kinetic = 0.3\npeak = 0.36\nkinetic_speed = 2e-3\nfall_per_decade = 0.03\nageing_time = 1e-4\n";
+  INFO(refusal(coefficients));
+  const bristle::Material metal = scene(coefficients).materials.at(0).material;
+  CHECK(metal.kinetic_coefficient(2e-3) == Approx(0.3).epsilon(1e-9));
+  CHECK(metal.coefficients(2e-3).fall_per_decade == Approx(0.03).epsilon(1e-6));
+  CHECK(refusal(coefficients + "ageing_strength = 0.1\n").find("mixes coefficients") != std::string::npos);
+  CHECK(refusal(coefficients + "growth_per_decade = 0.1\n").find("give one of the two") != std::string::npos);
+}

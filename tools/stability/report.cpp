@@ -37,13 +37,11 @@ std::string cases_table(const StabilityResult& result) {
 }
 
 std::string pulled_table(const StabilityResult& result) {
-  Table table({"<contact", "<scheme", "K T^2/m", "k_c N/m", "measured", "force on k_c/4", "speed over pull"});
+  Table table({"<contact", "<coupling", "k_c N/m", "measured", "force N", "speed over pull"});
   for (const PullRow& row : result.pulled) {
-    const Pull& p = row.pull;
-    table.add({p.name, to_string(row.scheme),
-               fmt::format("{:.3g}", contact_stiffness(p) * p.dt_s * p.dt_s / p.mass_kg),
+    table.add({row.pull.name, row.scheme == Scheme::predictor ? "predictor" : "midpoint",
                fmt::format("{:.4g}", row.theory), fmt::format("{:.3f} k_c", row.measured / row.theory),
-               fmt::format("{:.3g} to {:.3g} N", row.soft.lowest_force, row.soft.highest_force),
+               fmt::format("{:.3g} to {:.3g}", row.soft.lowest_force, row.soft.highest_force),
                fmt::format("{:.2g} to {:.3g}", row.soft.slowest, row.soft.fastest)});
   }
   return table.text();
@@ -232,11 +230,10 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
     text += fmt::format("  {:<4} force  b = {:.3f} K T\n", row.force, row.damping_over_kt);
   }
   text +=
-      "\nA mass that a spring pulls slowly over a contact that ages (infinite brush): it slides steadily "
-      "above "
-      "the\ncritical stiffness k_c and sticks and slips below. By linear theory, measured, and on a quarter "
-      "of "
-      "it:\n\n";
+      "\nA mass that a spring pulls over a contact that ages (infinite brush): above the\n"
+      "critical stiffness k_c it slides steadily, below in jerks. By linear theory, by\n"
+      "bisection, and what happens on k_c/4. Creep: inertia is nothing, strengthening\n"
+      "with speed damps. Inertial: a lubricant damps.\n\n";
   text += pulled_table(result);
   text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
   return text;
