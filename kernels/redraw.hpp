@@ -7,6 +7,7 @@
 // out. Long ways are jumped in law (core/MODEL.md, "Jumps").
 #pragma once
 
+#include "ageing.hpp"
 #include "bundle.hpp"
 #include "lanes.hpp"
 #include "law.hpp"
@@ -21,6 +22,7 @@ constexpr std::uint32_t nowhere = block_size;
 /// holds `path` only.
 template <class T>
 struct Walk {
+  static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
   alignas(64) T path[size];      ///< of the first pass; the length of the step where the bristle holds
   alignas(64) T landed[size];    ///< deflection along the motion at the end
@@ -40,6 +42,13 @@ struct Walk {
     for (T* column : {rest, length}) Lanes<T>(T(0)).store_aligned(column + nowhere);
     std::memset(state + nowhere, 0, sizeof(std::uint32_t) * lane_count);
   }
+};
+
+/// Of bristles that age: `length` is the fresh snap length, `squares` those of the ways from snap to snap.
+template <class T>
+struct AgedWalk : Walk<T> {
+  static constexpr bool ages = true;
+  AgeingLaw<T> ageing;
 };
 
 /// Vectors of a block with a bristle that snaps, by their places in it.
@@ -222,14 +231,14 @@ template <class T, std::uint32_t together>
   }
 }
 
-/// One vector's part of a round: bristles with `rest` >= 0 left end on the length drawn, or snap again.
-/// Returns whether any snaps again.
+/// One vector's part of a round: bristles with `rest` >= 0 left end on the length drawn, or snap again after
+/// `way`. Returns whether any snaps again.
 template <class T, bool sums>
-[[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, std::uint32_t i,
+[[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {
   const Lanes<T> none(T(0));
   const Mask<T> open = rest >= none;
-  const Lanes<T> after = rest - drawn;
+  const Lanes<T> after = rest - way;
   const Mask<T> snaps = open & (after >= none);
   select_lanes(open, rest, load(walk.landed + i)).store_aligned(walk.landed + i);
   select_lanes(open, drawn, load(walk.length + i)).store_aligned(walk.length + i);
@@ -237,18 +246,19 @@ template <class T, bool sums>
   if constexpr (sums) {
     const Lanes<T> squares = load(walk.squares + i);
     const Lanes<T> count = load(walk.count + i);
-    select_lanes(snaps, squares + drawn * drawn, squares).store_aligned(walk.squares + i);
+    select_lanes(snaps, squares + way * way, squares).store_aligned(walk.squares + i);
     select_lanes(snaps, count + Lanes<T>(T(1)), count).store_aligned(walk.count + i);
   }
   return xsimd::any(snaps);
 }
 
 /// Ends the ways of all vectors of the list round by round, eight vectors at once.
-template <class T, bool sums, bool has_residual>
+template <class T, bool sums, bool has_residual, class AnyWalk>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
                                    const RedrawColumns<T>& columns, const PlaceList<T>& places,
-                                   Walk<T>& walk) {
-  const bool may_jump = length > static_cast<T>(law.jump_from);
+                                   AnyWalk& walk) {
+  // Bristles that age and have as far to go are taken in double (far_aged.hpp).
+  const bool may_jump = !AnyWalk::ages && length > static_cast<T>(law.jump_from);
   PlaceList<T> open = places;
   for (std::uint32_t n = 0; n < places.size; ++n) {
     const std::uint32_t i = places.place[n];
@@ -272,9 +282,11 @@ template <class T, bool sums, bool has_residual>
         rest = jump<T, sums>(law, at, rest, walk);
       if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all have jumped to their ends
       const Bundle<T> drawn = length_at<T>(law, at.draw(rest >= Bundle<T>(T(0)), walk));
+      Bundle<T> way = drawn;
+      if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, rest);
       for (std::uint32_t k = 0; k < filled; ++k) {
         open.place[still] = at.i[k];
-        still += take_length<T, sums>(rest.v[k], drawn.v[k], at.i[k], walk) ? 1u : 0u;
+        still += take_length<T, sums>(rest.v[k], drawn.v[k], way.v[k], at.i[k], walk) ? 1u : 0u;
       }
     }
     open.size = still;

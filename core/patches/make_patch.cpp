@@ -30,7 +30,7 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   if (options.bristles > max_bristles_per_patch)
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
   // Not built yet.
-  if (material->material.ageing_strength != 0.0)
+  if (material->material.ageing_strength != 0.0 && options.population == Population::infinite)
     refuse("Material", "ageing_strength", material->material.ageing_strength, "0");
   if (material->material.speed_strengthening != 0.0)
     refuse("Material", "speed_strengthening", material->material.speed_strengthening, "0");
