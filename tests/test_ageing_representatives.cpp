@@ -100,6 +100,12 @@ class AgeingBrute {
     for (One& b : bristles_) b.length = draw();
   }
 
+  /// The first bristles have these lengths.
+  void set_lengths(const std::vector<double>& lengths) {
+    for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].length = lengths[i];
+  }
+  Deflection at(std::size_t i) const { return {bristles_[i].x, bristles_[i].y}; }
+
   /// Along the unit vector (ex, ey).
   void slide(double ex, double ey, double length, double speed) {
     constexpr double small = 0.05;
@@ -432,4 +438,226 @@ TEST_CASE("a long rest visits no bristle and ages them all", "[ageing]") {
   AgeingBrush fresh(material, n);
   fresh.slide_in_pieces(5.0, 1.0, 0.4);
   expect(rested > fresh.slide(0.2, 1.0) + 0.05, "what rested holds more");
+}
+
+TEST_CASE("bristles that age snap where they reach their limit, however slow, fast, old or tough",
+          "[ageing]") {
+  constexpr std::uint32_t n = 40;
+  const Precision precision = precisions().back();
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> flat(0.0, 1.0);
+  for (int k = 0; k < 60; ++k) {
+    const bool saturating = k % 2 == 1;
+    const int axes = k % 4 < 2 ? 1 : 2;
+    const double strength = k % 3 == 0 ? 1.0 : flat(random);
+    const double residual = k % 5 == 0 ? 0.0 : flat(random);
+    const Material material =
+        plain_material(SnapLength::lognormal(dbar, 0.5), SnapRule::keep)
+            .with_residual_length(residual * dbar)
+            .with_ageing(saturating ? Ageing::saturating(strength, tau) : Ageing::logarithmic(strength, tau));
+    AgeingBrush brush(material, n, precision, axes);
+    AgeingBrute brute(n, single_quantile(1.0), false, residual, saturating, strength, 1);
+    std::vector<double> lengths = read(brush.patch(), n).delta;
+    for (double& length : lengths) length /= dbar;
+    brute.set_lengths(lengths);
+    brush.patch().step(0.0, 0.0, n, tau);  // they enter at its beginning
+    brute.wait(1.0);
+    for (int step = 0; step < 12; ++step) {
+      const double angle = axes == 1 ? (step % 3 == 2 ? M_PI : 0.0) : 6.3 * flat(random);
+      const double length = 2.0 * flat(random) * flat(random);
+      // dbar / tau is 1 mm/s: from 1e-9 to 10 m/s.
+      const double speed = 1e-6 * std::pow(1e10, flat(random));
+      const double wait = step % 4 == 0 ? std::pow(1e9, flat(random)) : 0.0;
+      const double ex = std::cos(angle), ey = axes == 1 ? 0.0 : std::sin(angle);
+      brush.wait(wait);
+      brute.wait(wait);
+      brush.patch().step(length * ex * dbar, length * ey * dbar, n, length / speed * tau);
+      brute.slide(ex, ey, length, speed);
+      const Bristles b = read(brush.patch(), n);
+      INFO((saturating ? "saturating " : "logarithmic ")
+           << strength << ", " << axes << " axes, step " << step << " of " << length << " at " << speed);
+      double farthest = 0.0;
+      for (std::size_t i = 0; i < n; ++i)
+        farthest =
+            std::max(farthest, std::hypot(b.zx[i] / dbar - brute.at(i).x, b.zy[i] / dbar - brute.at(i).y));
+      expect_near(farthest, 0.0, precision == Precision::double_ ? 1e-8 : 1e-3, "farthest from one by one");
+    }
+  }
+}
+
+TEST_CASE("bristles that age and are renewed slide alike in short and in long steps", "[ageing]") {
+  // Steady sliding of the ways l = d g(l / v) between snaps, d lognormal: births lambda l per way.
+  constexpr double beta = 0.1, kappa = 1.0, residual = 0.3;
+  const std::uint32_t n = test_size(4000);
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const double speed : {0.02, 3.0}) {
+      std::vector<double> ways;
+      const Quantile quantile = lognormal_quantile(1.0, 0.3);
+      for (int k = 0; k < 2000; ++k) {
+        const double d = quantile((k + 0.5) / 2000.0);
+        double l = d;
+        for (int i = 0; i < 200; ++i) l = d * (1.0 + beta * std::log1p(l / speed));
+        ways.push_back(l);
+      }
+      double low = 1e-3, high = 10.0;
+      for (int i = 0; i < 60; ++i) {
+        const double lambda = 0.5 * (low + high);
+        double sum = 0.0;
+        for (const double l : ways)
+          sum += rule == SnapRule::redraw ? std::exp(-lambda * l) : 1.0 / std::expm1(lambda * l);
+        const double target = rule == SnapRule::redraw ? 1.0 / (1.0 + kappa) : 1.0 / kappa;
+        (sum / 2000.0 > target ? low : high) = lambda;
+      }
+      double bend = 0.0, count = 0.0, ratio = 0.0;
+      for (const double l : ways) {
+        const double w1 = -std::expm1(-low * l) / low;
+        const double w2 = (1.0 - (1.0 + low * l) * std::exp(-low * l)) / (low * low);
+        bend += w2;
+        count += w1;
+        ratio += w2 / w1 / 2000.0;
+      }
+      const double expected = residual + (rule == SnapRule::redraw ? bend / count : ratio);
+      const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule)
+                                    .with_residual_length(residual * dbar)
+                                    .with_shared_renewal(kappa)
+                                    .with_ageing(Ageing::logarithmic(beta, tau));
+      for (const double piece : {0.1, 1.0, 30.0}) {
+        INFO(table_name(rule) << ", speed " << speed << ", steps of " << piece);
+        AgeingBrush brush(material, n);
+        brush.slide_in_pieces(25.0, speed, std::min(piece, 1.0));
+        const int steps = piece < 0.5 ? 60 : 20;
+        double sum = 0.0, end = 0.0;
+        for (int k = 0; k < steps; ++k) {
+          sum += brush.mean_over(piece, speed) / steps;
+          end = brush.slide(piece, speed);
+        }
+        const double independent = std::max(2.0 * steps * std::min(piece, 1.0), 1.0);
+        expect_near(sum, expected, sigmas * 0.5 / std::sqrt(n * independent) + 1e-3, "mean");
+        expect_near(end, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "end");
+      }
+    }
+  }
+}
+
+TEST_CASE("bristles that enter are born at the beginning of the step, those that stay go on ageing",
+          "[ageing]") {
+  const std::uint32_t n = 1000;
+  const SnapLength single = SnapLength::uniform(0.999 * dbar, 1.001 * dbar);
+  const Material material = plain_material(single, SnapRule::keep).with_ageing(Ageing::logarithmic(0.5, tau));
+  OnePatch patch(material, plain_options(n, 1));
+  patch.step(0.0, 0.0, 500.0, tau);
+  patch.batch.step(99.0 * tau, {}, {});
+  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1 and hold up to
+  // 1 + ln(2) / 2 lengths, the old ones up to 3.3.
+  const auto force = [&](double length, double taus) {
+    return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / dbar;
+  };
+  expect_near(force(1.3, 1.0), 1300.0, 1e-2, "all hold");
+  const double all = force(0.2, 1e-3);
+  expect(all < 0.5 * 1500.0 + 0.5 * 300.0, "the young have snapped, the old not");
+  expect(all > 0.5 * 1500.0, "the old have not snapped");
+  // The load falls: the young leave. It rises: others enter, straight and of no age.
+  patch.step(0.0, 0.0, 500.0, tau);
+  patch.step(0.0, 0.0, n, 1e-6 * tau);
+  const double old_and_new = force(1.05, 1e-6);
+  expect_near(old_and_new, 500.0 * (1.5 + 1.05) + 500.0 * 0.05, 500.0 * 2e-3, "the new ones had no age");
+}
+
+TEST_CASE("a material may begin to age, age otherwise and cease to while it slides", "[ageing]") {
+  const std::uint32_t n = 700;
+  const Material plain = plain_material(SnapLength::uniform(0.99 * dbar, 1.01 * dbar), SnapRule::redraw);
+  const Material ages = Material(plain).with_ageing(Ageing::logarithmic(0.5, tau));
+  for (const Precision precision : precisions()) {
+    OnePatch patch(plain, plain_options(n, 2, precision));
+    patch.step(0.9 * dbar, 0.0, n, tau);
+    patch.batch.step(1e3 * tau, {}, {});
+    patch.batch.set_material(patch.id, ages);
+    patch.step(0.0, 0.0, n, 1e-9 * tau);
+    const auto bend = [&](double length, double taus) {
+      return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / (n * dbar);
+    };
+    // Ages begin now, whatever went before: all snap at their fresh lengths.
+    expect(bend(0.15, 1e-6) < 0.1, "no age from before the change");
+    patch.batch.step(1e3 * tau, {}, {});
+    expect_near(bend(2.0, 1e-6), 2.05, 0.03, "ages count from the snap: up to 1 + ln(1001) / 2");
+    // Ages in seconds stay: a slower ageing makes them younger, in its units.
+    patch.batch.set_material(patch.id, Material(plain).with_ageing(Ageing::logarithmic(0.5, 1e3 * tau)));
+    const Response slipped = patch.step(0.0, 0.0, n, 1e-9 * tau);
+    // ln(1 + 1) / 2 + 1 = 1.35 is less than they are bent.
+    expect(slipped.snaps == n, "beyond the limit of their age all slip");
+    patch.batch.set_material(patch.id, ages);
+    patch.step(1.2 * dbar, 0.0, n, tau);
+    patch.batch.set_material(patch.id, plain);
+    const Response fell = patch.step(0.0, 0.0, n, tau);
+    expect_near(fell.elastic[0], 0.0, 1e-12, "lengths fall back");
+    expect(fell.snaps == n, "and what is beyond them slips");
+  }
+}
+
+TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
+  const std::uint32_t n = 1024;
+  const Material material =
+      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.3, tau));
+  AgeingBrush brush(material, n);
+  brush.slide_in_pieces(6.0, 1.0, 0.3);
+  brush.wait(1000.0);
+  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // well beyond the fresh limits
+  const double before = -brush.patch().step(0.0, 0.0, n, tau).elastic[0];
+  brush.patch().batch.set_detail(brush.patch().id, 300);
+  expect_near(-brush.patch().step(0.0, 0.0, n, tau).elastic[0], before, 1e-4 * before,
+              "fewer carry the same");
+  brush.patch().batch.set_detail(brush.patch().id, n);
+  const Response more = brush.patch().step(0.0, 0.0, n, tau);
+  expect_near(-more.elastic[0], before, 1e-4 * before, "and as many again");
+  // Young copies would snap at once.
+  const Response pulled = brush.patch().step(0.05 * dbar, 0.0, n, tau);
+  expect(static_cast<double>(pulled.snaps) < 0.1 * n, "copies are as old as what they copy");
+}
+
+TEST_CASE("a saved state keeps ages, and the same future", "[ageing]") {
+  for (const double kappa : {0.0, 1.0}) {
+    const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
+                                  .with_shared_renewal(kappa)
+                                  .with_ageing(Ageing::saturating(0.6, tau));
+    OnePatch patch(material, plain_options(600, 2)), other(material, plain_options(600, 2));
+    for (int k = 0; k < 30; ++k) patch.step(0.37 * dbar, 0.1 * dbar, 400.0 + 5.0 * k, 0.3 * tau);
+    std::vector<std::byte> bytes(patch.batch.state_size());
+    patch.batch.save_state(bytes);
+    other.step(0.2 * dbar, 0.0, 10.0, 17.0 * tau);
+    other.batch.restore_state(bytes);
+    CHECK(other.hash() == patch.hash());
+    patch.batch.step(2.0 * tau, {}, {});
+    other.batch.step(2.0 * tau, {}, {});
+    for (int k = 0; k < 20; ++k) {
+      const Response a = patch.step(0.21 * dbar, -0.3 * dbar, 500.0, tau);
+      const Response b = other.step(0.21 * dbar, -0.3 * dbar, 500.0, tau);
+      CHECK(first_difference(a, b) == "");
+    }
+    CHECK(other.hash() == patch.hash());
+  }
+}
+
+TEST_CASE("a trial step of bristles that age changes nothing", "[ageing]") {
+  const Material material =
+      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.2, tau));
+  OnePatch patch(material, plain_options(500, 2));
+  for (int k = 0; k < 20; ++k) patch.step(0.3 * dbar, 0.1 * dbar, 500.0, tau);
+  const std::uint64_t hash = patch.hash();
+  Motion motion;
+  motion.id = patch.id;
+  motion.displacement[0] = 1.7 * dbar;
+  motion.normal_load = 500.0;
+  const Response tried = patch.batch.find_force(0.7 * tau, motion);
+  CHECK(patch.hash() == hash);
+  CHECK(first_difference(tried, patch.step(motion, 0.7 * tau)) == "");
+}
+
+TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
+  const Material material =
+      plain_material(uniform, SnapRule::keep).with_ageing(Ageing::logarithmic(0.2, tau));
+  const std::string message = message_of([&] {
+    PatchBatch batch;
+    batch.add(material, plain_options(100).with_step_rule(StepRule::literal));
+  });
+  CHECK(names(message, {"ageing_strength", "0.2", "StepRule::exact"}));
 }
