@@ -534,6 +534,10 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
         const double independent = std::max(2.0 * steps * std::min(piece, 1.0), 1.0);
         expect_near(sum, expected, sigmas * 0.5 / std::sqrt(n * independent) + 1e-3, "mean");
         expect_near(end, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "end");
+        // A patch that slid steadily and has rested is followed until it slides steadily again.
+        brush.wait(1e6);
+        const double after_rest = brush.slide(30.0, speed);
+        expect_near(after_rest, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "after a rest");
       }
     }
   }

@@ -96,13 +96,19 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   return beyond;
 }
 
-/// Straight slide of bristles that age, at another speed: its deflections are off by the change of friction.
+/// Straight slide of bristles that age, at another speed or after a rest: its deflections are off by what
+/// either makes of friction.
 template <class T>
-double run_at_speed(const Representatives<T>& r, double run, double per_length) noexcept {
+double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const Material& m = p.material().material;
   const double before = r.shared->run_ageing;
-  if (run == 0.0 || per_length == before) return run;
-  if (!(before > 0.0 && per_length > 0.0)) return 0.0;
-  const double change = r.material->material.ageing_strength * std::abs(log(per_length / before));
+  const double now = r.shared->walked.per_length;
+  if (run == 0.0) return 0.0;
+  if (!(before > 0.0 && now > 0.0)) return 0.0;
+  const double waited = (a.start - r.shared->run_until) / m.ageing_time - before * std::max(way, 0.0);
+  const double rest = log1p(std::max(waited, 0.0) * r.shared->inverse_mean / before);
+  const double change = m.ageing_strength * (rest + std::abs(log(now / before)));
   return shortened_run(run, r.shared->walked.forget, change);
 }
 
@@ -119,8 +125,9 @@ double find_run(const Patch& p, const Advance& a) noexcept {
                        a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0 &&
                        std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean <= straight;
   if (!goes_on) return 0.0;
-  const double run = std::clamp(r.shared->run + (x * e[0] + y * e[1]), 0.0, r.shared->walked.forget);
-  return r.ages() ? run_at_speed(r, run, age_per_length(p.material().material, a)) : run;
+  const double way = x * e[0] + y * e[1];
+  const double run = std::clamp(r.shared->run + way, 0.0, r.shared->walked.forget);
+  return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
 /// The straight slide after a step in which something snapped.
@@ -129,6 +136,7 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
   r.shared->run = std::min(r.shared->walked.run + r.shared->walked.length, r.shared->walked.forget);
   r.shared->run_ageing = r.shared->walked.per_length;
+  r.shared->run_until = r.shared->walked.until;
   for (int axis = 0; axis < 2; ++axis) {
     if (r.shared->walked.run == 0.0) r.shared->direction[axis] = direction[axis];
     r.shared->slid_to[axis] = p.position[axis];
@@ -175,6 +183,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked = PieceSums{};
   r.shared->walked.length = whole.length;
   r.shared->walked.duration = whole.duration;
+  r.shared->walked.until = whole.start + whole.duration;
   for (int axis = 0; axis < 2; ++axis) r.shared->walked.from[axis] = whole.from[axis];
   r.shared->walked.forget = r.shared->forget;
   if (r.ages()) {

@@ -34,8 +34,10 @@ struct RenewalState {
   std::uint64_t draws = 0;  ///< made so far: numbers the next
   // The straight slide that the last step with a snap belongs to; steps in which nothing snaps change
   // nothing.
-  double run = 0.0;                  ///< its length, at most `forget`; 0 = none
-  double run_ageing = 0.0;           ///< of bristles that age: AgedSliding::per_length of its last step
+  double run = 0.0;  ///< its length, at most `forget`; 0 = none
+  // Of bristles that age, at its end:
+  double run_ageing = 0.0;           ///< AgedSliding::per_length
+  double run_until = 0.0;            ///< the patch's time, s
   double direction[2] = {0.0, 0.0};  ///< in which it began
   std::int64_t slid_to[2] = {0, 0};  ///< patch position at its end
 };
@@ -54,7 +56,7 @@ struct AgedSliding {
 /// Sums over the pieces of a step under shared renewal.
 struct PieceSums {
   double length = 0.0;                    ///< of the whole step, scaled
-  double duration = 0.0;                  ///< of it, s
+  double until = 0.0, duration = 0.0;     ///< its end and its duration, s
   double forget = 0.0;                    ///< way after which a straight slide is steady at its speed
   double per_length = 0.0;                ///< with ageing: AgedSliding::per_length
   double carried = 0.0;                   ///< of it: the way along which the patch is carried as it stands

@@ -30,7 +30,9 @@ void renewal_fields(Io& io, State& state, bool ages) noexcept {
     io(state.direction[axis]);
     io(state.slid_to[axis]);
   }
-  if (ages) io(state.run_ageing);
+  if (!ages) return;
+  io(state.run_ageing);
+  io(state.run_until);
 }
 constexpr std::size_t renewal_size = 7 * 8;
 
@@ -164,7 +166,10 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
     hasher.add(r.shared->due);
     hasher.add(r.shared->draws);
     hasher.add(r.shared->run);
-    if (r.ages()) hasher.add(r.shared->run_ageing);
+    if (r.ages() && r.shared->run > 0.0) {
+      hasher.add(r.shared->run_ageing);
+      hasher.add(time_of(p) - r.shared->run_until);
+    }
     for (int axis = 0; axis < 2 && r.shared->run > 0.0; ++axis) {
       hasher.add(r.shared->direction[axis]);
       hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.shared->slid_to[axis])));
@@ -205,7 +210,7 @@ std::size_t saved_size(const Patch& p) noexcept {
   Representatives<T>::columns(r, [&bristle](const auto* column, const ColumnRule& rule) {
     if (is_saved(rule.filler) && rule.count > 0) bristle += sizeof *column;
   });
-  return count_size + (r.renews() ? renewal_size + (r.ages() ? 8 : 0) : 0) +
+  return count_size + (r.renews() ? renewal_size + (r.ages() ? 16 : 0) : 0) +
          r.block_count * block_size_of(r) + r.bristles * bristle;
 }
 
@@ -252,6 +257,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
     if (!within(renewal.run, 0.0, r.shared->forget * growth)) return "run";
     if (!within(renewal.run_ageing, 0.0, oldest_bristle)) return "run_ageing";
+    if (!within(renewal.run_until, 0.0, 1e18)) return "run_until";
     for (const double e : renewal.direction)
       if (!within(e, -1.0, 1.0)) return "direction";
   }
