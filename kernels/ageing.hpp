@@ -26,10 +26,10 @@ struct AgeingLaw {
   bool saturates;
 };
 
-/// g(a) and its derivative.
+/// g(a), its derivative, and how fast that falls: -g'' / g'.
 template <class V>
 struct Growth {
-  V factor, rate;
+  V factor, rate, turn;
 };
 
 template <class T, class V>
@@ -46,17 +46,27 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
   const V strength(law.strength);
   if (law.saturates) {
     const V missing = exponential<T>(V(T(0)) - least(age, V(T(79))));
-    return {one + strength * (one - missing), strength * missing};
+    return {one + strength * (one - missing), strength * missing, one};
   }
   const V grown = one + age;
-  return {one + strength * natural_log<T>(grown), divide(strength, grown)};
+  const V turn = divide(one, grown);
+  return {one + strength * natural_log<T>(grown), strength * turn, turn};
 }
 
-/// Newton's steps end when one is shorter than this share of the limit: the next would be shorter than a
-/// rounding, but where the bristle's way only just touches its limit.
-template <class T>
-constexpr T last_step = sizeof(T) == 4 ? T(0x1p-17) : T(0x1p-36);
 constexpr int most_newton_steps = 60;
+
+/// Whether the place after a Newton step is not yet the root, to rounding. `slope` is that of the limit at
+/// its start, `curve` how it bends there: the step leaves half curve fall^2 / (1 - slope). A bristle whose
+/// way only just touches its limit halves its distance instead: it is as near then as the step was long.
+template <class T, class V>
+inline auto goes_on(V fall, V slope, V curve, V limit) {
+  constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
+  constexpr T touching = sizeof(T) == 4 ? T(0x1p-5) : T(0x1p-14);
+  const V rise = V(T(1)) - slope;
+  const V size = fall * curve;
+  const V left = select_lanes(size > V(T(0.25)) * rise, fall * (V(touching) * rise), fall * size);
+  return left > V(accuracy) * (limit * rise);
+}
 
 /// A bristle that was already bent: deflection along and aside of the motion at the start.
 template <class V>
@@ -85,13 +95,17 @@ inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V de
     const V limit = residual + delta * now.factor;
     V reach = limit;
     V slope = delta * (per_length * now.rate);
+    V curve = slope * (per_length * now.turn);
     if constexpr (axes == 2) {
       reach = root(most(limit * limit - bent.aside2, none));
-      slope = divide(slope * limit, most(reach, flattest));
+      const V inverse = divide(one, most(reach, flattest));
+      slope = slope * (limit * inverse);
+      curve = curve * (limit * inverse) + (slope * slope) * ((bent.aside2 * inverse) * (inverse * inverse));
     }
-    const V fall = most(divide(way - (reach - bent.along), most(one - slope, flattest)), none);
+    slope = least(slope, one - flattest);
+    const V fall = most(divide(way - (reach - bent.along), one - slope), none);
     way = select_lanes(open, most(way - fall, none), way);
-    open = open & (fall > V(last_step<T>) * limit);
+    open = open & goes_on<T>(fall, slope, curve, limit);
   }
   return way;
 }
@@ -110,10 +124,13 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
-    open = open & (fall > V(last_step<T>) * length);
+    open = open & goes_on<T>(fall, slope, slope * (per_length * now.turn), length);
   }
   return length;
 }
+
+/// Trials at a bristle met in a long slide; one in five is accepted at the least.
+constexpr int most_trials = 1000;
 
 template <class A>
 inline double age_per_length(const A& step) {

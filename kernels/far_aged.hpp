@@ -1,5 +1,4 @@
-// far.hpp for bristles that age: bristle by bristle in double, both rules. Steps in which many of their snaps
-// are skipped in law, and materials with a single snap length.
+// far.hpp for bristles that age: bristle by bristle in double, both rules.
 //
 // At constant velocity the ways from snap to snap of redrawn bristles are independent, as without ageing, but
 // of another law: l = delta g(l / v). `PatchView::law` holds the moments of that law (core, aged_law.cpp)
@@ -20,8 +19,6 @@ struct MetBristle {
 template <class Next>
 inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ageing, double largest_growth,
                                const Next& next) {
-  constexpr double endless = 1e300;
-  constexpr int most_trials = 1000;
   MetBristle met{};
   for (int n = 0; n < most_trials; ++n) {
     if (law.kind == law_exponential) {
@@ -32,7 +29,7 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
     } else {
       met.delta = length_met<double>(law, next());
     }
-    met.length = aged_length<double>(ageing, met.delta, endless);
+    met.length = aged_length<double>(ageing, met.delta, largest_growth * met.delta);
     if (next() * largest_growth * met.delta <= met.length) break;
   }
   return met;

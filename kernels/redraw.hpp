@@ -49,6 +49,7 @@ template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
+  T largest_growth;  ///< Advance::largest_growth
 };
 
 /// Vectors of a block with a bristle that snaps, by their places in it.
@@ -98,9 +99,36 @@ struct Places {
   }
 };
 
+/// Bristles that are met at a random place of a long slide, for the masked lanes: `met` becomes their fresh
+/// snap length. Drawn in proportion to that, and accepted in proportion to their way between snaps over it.
+/// Returns that way.
+template <class T>
+Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
+                    Bundle<T>& met) {
+  const Bundle<T> none(T(0));
+  const Bundle<T> growth(walk.largest_growth);
+  met = Bundle<T>(T(1));
+  Bundle<T> way(T(1));
+  for (int n = 0; n < most_trials && any_lane(open); ++n) {
+    Bundle<T> delta;
+    if (law.kind == law_exponential) {
+      const Bundle<T> first = natural_log<T>(at.draw(open, walk));
+      const Bundle<T> second = natural_log<T>(at.draw(open, walk));
+      delta = clamp_length<T>(law, Bundle<T>(static_cast<T>(law.location)) * (none - (first + second)));
+    } else {
+      delta = length_met<T>(law, at.draw(open, walk));
+    }
+    const Bundle<T> along = aged_length<T>(walk.ageing, delta, growth * delta);
+    met = select_lanes(open, delta, met);
+    way = select_lanes(open, along, way);
+    open = open & (at.draw(open, walk) * (growth * delta) > along);
+  }
+  return way;
+}
+
 /// Takes lanes with a long path ahead to its end, or near it, in law. Returns what is left of the paths.
-template <class T, bool sums>
-[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, Walk<T>& walk) {
+template <class T, bool sums, class AnyWalk>
+[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
   const Bundle<T> none(T(0));
   const Bundle<T> one(T(1));
@@ -112,24 +140,31 @@ template <class T, bool sums>
   if (any_lane(far)) {
     // Stationary law: the bristle met is length-biased, its age uniform.
     const bool memoryless = law.kind == law_exponential;
-    const Bundle<T> u = at.draw(far, walk);
-    const Bundle<T> v = at.draw(far, walk);
     Bundle<T> met;
     Bundle<T> age;
-    if (memoryless) {
-      age = constant(law.location) * (none - natural_log<T>(u));
-      met = age + most(constant(law.location) * (none - natural_log<T>(v)), constant(law.shortest));
+    Bundle<T> reach;
+    if constexpr (AnyWalk::ages) {
+      reach = meet_aged<T>(law, at, far, walk, met);
+      age = least(at.draw(far, walk) * reach, rest);
     } else {
-      met = length_met<T>(law, u);
-      age = v * met;
+      const Bundle<T> u = at.draw(far, walk);
+      const Bundle<T> v = at.draw(far, walk);
+      if (memoryless) {
+        age = constant(law.location) * (none - natural_log<T>(u));
+        met = age + most(constant(law.location) * (none - natural_log<T>(v)), constant(law.shortest));
+      } else {
+        met = length_met<T>(law, u);
+        age = v * met;
+      }
+      met = met - positive_part(age - rest);
+      age = least(age, rest);
+      reach = met;
     }
-    met = met - positive_part(age - rest);
-    age = least(age, rest);
     if constexpr (sums) {
       const Bundle<T> jumped = rest - age;
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
-      if (memoryless) {
+      if (memoryless && !AnyWalk::ages) {
         // Exact for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
@@ -145,7 +180,7 @@ template <class T, bool sums>
       variance = select_lanes(far, positive_part(spread), none);
       count = select_lanes(far & (jumped > none), renewals, none);
     }
-    at.store_to(walk.landed, select_lanes(far, least(age, met), at.load_from(walk.landed)));
+    at.store_to(walk.landed, select_lanes(far, least(age, reach), at.load_from(walk.landed)));
     at.store_to(walk.length, select_lanes(far, met, at.load_from(walk.length)));
     rest = select_lanes(far, constant(-1.0), rest);
   }
@@ -257,8 +292,7 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
                                    const RedrawColumns<T>& columns, const PlaceList<T>& places,
                                    AnyWalk& walk) {
-  // Bristles that age and have as far to go are taken in double (far_aged.hpp).
-  const bool may_jump = !AnyWalk::ages && length > static_cast<T>(law.jump_from);
+  const bool may_jump = length > static_cast<T>(law.jump_from);
   PlaceList<T> open = places;
   for (std::uint32_t n = 0; n < places.size; ++n) {
     const std::uint32_t i = places.place[n];

@@ -43,9 +43,35 @@ AfterSnaps<T> after_keep(T rest, T delta) {
   return after;
 }
 
-/// Redraw: a fresh length after each snap; far from the first snap, in law.
+/// What ageing adds to a walk.
 template <class T>
-AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& state) {
+struct Aged {
+  AgeingLaw<T> ageing;
+  T largest_growth;
+};
+
+/// A bristle that ages, met at a random place of a long slide: drawn in proportion to its fresh length, which
+/// `met` becomes, and accepted in proportion to its way between snaps over that. Returns that way.
+template <class T, class Next>
+T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& met) {
+  T way = T(1);
+  for (int n = 0; n < most_trials; ++n) {
+    if (law.kind == law_exponential) {
+      const T first = natural_log<T>(next());
+      met = clamp_length<T>(law, static_cast<T>(law.location) * -(first + natural_log<T>(next())));
+    } else {
+      met = length_met<T>(law, next());
+    }
+    way = aged_length<T>(aged.ageing, met, aged.largest_growth * met);
+    if (!(next() * (aged.largest_growth * met) > way)) break;
+  }
+  return way;
+}
+
+/// Redraw: a fresh length after each snap; far from the first snap, in law.
+template <class T, bool ages>
+AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T& delta,
+                           std::uint32_t& state) {
   const auto next = [&state] {
     state += draw_stride;
     return share_of<T>(mix(state));
@@ -56,19 +82,26 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
   AfterSnaps<T> after;
   for (;;) {
     if (rest > static_cast<T>(law.stationary_from)) {
-      const T u = next();
-      const T v = next();
-      const bool memoryless = law.kind == law_exponential;
-      const T mean = static_cast<T>(law.location);
-      // The bristle met there is length-biased, its age uniform.
-      T met = memoryless ? T(0) : length_met<T>(law, u);
-      T age = v * met;
-      if (memoryless) {
-        age = mean * -natural_log<T>(u);
-        met = age + most(mean * -natural_log<T>(v), static_cast<T>(law.shortest));
+      const bool memoryless = !ages && law.kind == law_exponential;
+      T met;
+      T age;
+      if constexpr (ages) {
+        const T way = meet_bristle<T>(law, aged, next, met);
+        age = least(next() * way, rest);
+      } else {
+        const T u = next();
+        const T v = next();
+        const T mean = static_cast<T>(law.location);
+        // The bristle met there is length-biased, its age uniform.
+        met = memoryless ? T(0) : length_met<T>(law, u);
+        age = v * met;
+        if (memoryless) {
+          age = mean * -natural_log<T>(u);
+          met = age + most(mean * -natural_log<T>(v), static_cast<T>(law.shortest));
+        }
+        met -= most(age - rest, T(0));
+        age = least(age, rest);
       }
-      met -= most(age - rest, T(0));
-      age = least(age, rest);
       const T jumped = rest - age;
       T more = static_cast<T>(law.squares_per_length) * jumped + static_cast<T>(law.squares_offset);
       T spread = static_cast<T>(law.variance_per_length) * jumped + static_cast<T>(law.variance_offset);
@@ -82,7 +115,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
       after.squares += most(more, T(0));
       after.variance += most(spread, T(0));
       if (jumped > T(0)) after.count += whole_part(jumped * inverse + static_cast<T>(law.count_offset + 0.5));
-      after.deflection = least(age, met);
+      after.deflection = ages ? age : least(age, met);
       delta = met;
       return after;
     }
@@ -110,12 +143,13 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
     }
     delta = length_at<T>(law, next());
     BRISTLE_ASSERT(delta > T(0));
-    if (rest < delta) {
+    const T way = ages ? aged_length<T>(aged.ageing, delta, rest) : delta;
+    if (rest < way) {
       after.deflection = rest;
       return after;
     }
-    rest -= delta;
-    after.squares += delta * delta;
+    rest -= way;
+    after.squares += way * way;
     after.count += T(1);
   }
 }
@@ -129,25 +163,6 @@ AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
   after.deflection = least(most(rest - after.count * way, T(0)), way);
   after.squares = after.count * (way * way);
   return after;
-}
-
-/// Redraw, of bristles that age. Steps in which they would jump are taken in double (far_aged.hpp).
-template <class T>
-AfterSnaps<T> after_redraw_aged(const KernelLaw& law, const AgeingLaw<T>& ageing, T rest, T& delta,
-                                std::uint32_t& state) {
-  AfterSnaps<T> after;
-  for (;;) {
-    state += draw_stride;
-    delta = length_at<T>(law, share_of<T>(mix(state)));
-    const T way = aged_length<T>(ageing, delta, rest);
-    if (rest < way) {
-      after.deflection = rest;
-      return after;
-    }
-    rest -= way;
-    after.squares += way * way;
-    after.count += T(1);
-  }
 }
 
 template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
@@ -276,12 +291,11 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           } else {
             squares_sum.add(i, (residual ? (limit - left) * (limit + left) : limit * limit) * w);
           }
-          if constexpr (ages && redraw)
-            after = after_redraw_aged<T>(*patch.law, ageing, length - path, delta, state);
+          if constexpr (redraw)
+            after = after_redraw<T, ages>(*patch.law, {ageing, static_cast<T>(advance.largest_growth)},
+                                          length - path, delta, state);
           else if constexpr (ages)
             after = after_keep_aged<T>(ageing, length - path, delta);
-          else if constexpr (redraw)
-            after = after_redraw<T>(*patch.law, length - path, delta, state);
           else
             after = after_keep<T>(length - path, delta);
           BRISTLE_ASSERT(after.deflection >= T(0) && (ages || after.deflection <= delta));

@@ -49,44 +49,88 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   }
 };
 
-/// The first pass, and what slipped at its end: |z|^2 there less that of the residual.
+/// Ways of a block's bristles: `path` that of the first pass, `way` (keep) from one snap to the next.
 template <class T>
-struct AgedPass : FirstPass<T> {
-  Lanes<T> squares;
+struct AgedWays {
+  alignas(64) T path[block_size];
+  alignas(64) T way[block_size];
 };
 
-template <class T, int axes, bool partial>
-inline AgedPass<T> aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> weight) {
-  const Lanes<T> none(T(0));
-  AgedPass<T> pass;
-  pass.start_x = load(motion.zx + i) + motion.p0x;
-  pass.start_y = none;
-  Bent<Lanes<T>> bent{pass.start_x * motion.ex, none};
-  if constexpr (axes == 2) {
-    pass.start_y = load(motion.zy + i) + motion.p0y;
-    bent.along = pass.start_x * motion.ex + pass.start_y * motion.ey;
-    const Lanes<T> aside = pass.start_x * motion.ey - pass.start_y * motion.ex;
-    bent.aside2 = aside * aside;
+/// Where the bristles at i are at the start.
+template <class T, int axes>
+struct AgedStart {
+  Lanes<T> x, y;
+  Bent<Lanes<T>> bent;
+
+  AgedStart(const AgedMotion<T, axes>& motion, std::uint32_t i) {
+    x = load(motion.zx + i) + motion.p0x;
+    y = bent.aside2 = Lanes<T>(T(0));
+    bent.along = x * motion.ex;
+    if constexpr (axes == 2) {
+      y = load(motion.zy + i) + motion.p0y;
+      bent.along = x * motion.ex + y * motion.ey;
+      const Lanes<T> aside = x * motion.ey - y * motion.ex;
+      bent.aside2 = aside * aside;
+    }
   }
-  const Lanes<T> fresh = load(motion.delta + i) - motion.residual.left;
-  Lanes<T> way = way_to_circle<T, axes>(bent, motion.end_limit(i, fresh));
-  if constexpr (partial) way = select_lanes(weight > none, way, motion.length);
-  pass.snaps = way < motion.length;
-  if (xsimd::any(pass.snaps))
-    way = aged_way<T, axes>(motion.ageing, bent, motion.residual.left, fresh,
-                            load(motion.age + i) + motion.before, way, pass.snaps);
-  pass.path = least(way, motion.length);
-  const Lanes<T> reached = bent.along + pass.path;
-  const Lanes<T> left2 = motion.residual.left * motion.residual.left;
-  pass.squares = select_lanes(pass.snaps, (reached * reached + bent.aside2) - left2, none);
-  return pass;
+};
+
+/// First of three rounds over a block: a path that is not shorter than that of the first pass. Returns
+/// whether any bristle snaps.
+template <class T, int axes, bool partial>
+[[gnu::always_inline]] inline bool begin_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
+                                              const T* row_weights, T* path) {
+  const AgedStart<T, axes> start(motion, i);
+  Lanes<T> way =
+      way_to_circle<T, axes>(start.bent, motion.end_limit(i, load(motion.delta + i) - motion.residual.left));
+  if constexpr (partial) way = select_lanes(load(row_weights) > Lanes<T>(T(0)), way, motion.length);
+  const Lanes<T> first = least(way, motion.length);
+  first.store_aligned(path + i % block_size);
+  return xsimd::any(first < motion.length);
 }
 
+/// Second: the snaps, eight vectors at once, because each of Newton's steps waits for the one before.
+template <class T, int axes, bool keep>
+[[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
+                                  const PlaceList<T>& places, bool again, T* path, T* ways) {
+  const auto same = [](Lanes<T> x) {
+    Bundle<T> all;
+    for (Lanes<T>& lanes : all.v) lanes = x;
+    return all;
+  };
+  const Bundle<T> left = same(motion.residual.left);
+  const Bundle<T> length = same(motion.length);
+  for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
+    Places<T> at;
+    for (std::uint32_t k = 0; k < bundle_size; ++k)
+      at.i[k] = places.place[n + k < places.size ? n + k : n];  // a vector twice, rather than none
+    Bent<Bundle<T>> bent;
+    for (std::uint32_t k = 0; k < bundle_size; ++k) {
+      const AgedStart<T, axes> from(motion, start + at.i[k]);
+      bent.along.v[k] = from.bent.along;
+      bent.aside2.v[k] = from.bent.aside2;
+    }
+    const Bundle<T> fresh = at.load_from(motion.delta + start) - left;
+    const Bundle<T> age = at.load_from(motion.age + start) + same(motion.before);
+    Bundle<T> way = at.load_from(path);
+    way = aged_way<T, axes>(motion.ageing, bent, left, fresh, age, way, length > way);
+    at.store_to(path, way);
+    if constexpr (keep)
+      if (again) at.store_to(ways, aged_length<T>(motion.ageing, fresh, length - way));
+  }
+}
+
+/// Third: books the first pass.
 template <class T, int axes, bool partial>
-inline void add_aged_pass(const AgedPass<T>& pass, const Weights<T, partial>& weights, RowSums<T>& sums) {
-  weights.add(sums.passed[0], pass.start_x * pass.path);
-  if constexpr (axes == 2) weights.add(sums.passed[1], pass.start_y * pass.path);
-  weights.add(sums.squares, pass.squares);
+inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> path,
+                          const Weights<T, partial>& weights, RowSums<T>& sums) {
+  const AgedStart<T, axes> start(motion, i);
+  weights.add(sums.passed[0], start.x * path);
+  if constexpr (axes == 2) weights.add(sums.passed[1], start.y * path);
+  const Lanes<T> reached = start.bent.along + path;
+  const Lanes<T> left2 = motion.residual.left * motion.residual.left;
+  weights.add(sums.squares, select_lanes(path < motion.length,
+                                         (reached * reached + start.bent.aside2) - left2, Lanes<T>(T(0))));
 }
 
 /// Books what came after the first pass and writes where the bristles at i have come to, and how old they
@@ -105,34 +149,23 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
 
 /// Keep: at constant velocity every way from snap to snap is alike.
 template <class T, int axes, bool partial>
-[[gnu::always_inline]] inline void advance_keep_aged(const AgedMotion<T, axes>& motion,
-                                                     const BlockOutput<T>& output, T* new_age,
-                                                     std::uint32_t i, const T* row_weights, bool again,
-                                                     RowSums<T>& sums) {
+[[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
+                                                 const BlockOutput<T>& output, T* new_age, std::uint32_t i,
+                                                 const T* row_weights, bool again, const AgedWays<T>& ways,
+                                                 RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
-  const AgedPass<T> pass = aged_pass<T, axes, partial>(motion, i, weights.weight);
-  const Lanes<T> rest = motion.length - pass.path;
+  const Lanes<T> path = load(ways.path + i % block_size);
+  const Lanes<T> rest = motion.length - path;
   AfterSnaps<T> land{rest, none, none};
   if (again) {
-    const Lanes<T> way = aged_length<T>(motion.ageing, load(motion.delta + i) - motion.residual.left, rest);
+    const Lanes<T> way = load(ways.way + i % block_size);
     land.count = whole_part(divide(rest, way));
     land.deflection = least(positive_part(rest - land.count * way), way);
     land.squares = land.count * (way * way);
   }
-  add_aged_pass<T, axes>(pass, weights, sums);
-  put_aged<T, axes>(motion, output, new_age, i, pass.path, pass.snaps, land, weights, sums);
-}
-
-/// Redraw, before the walk by rounds: the first pass. Returns whether any bristle snaps.
-template <class T, int axes, bool partial>
-[[gnu::always_inline]] inline bool begin_redraw_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
-                                                     const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
-  const Weights<T, partial> weights(row_weights);
-  const AgedPass<T> pass = aged_pass<T, axes, partial>(motion, i, weights.weight);
-  pass.path.store_aligned(walk.path + i % block_size);
-  add_aged_pass<T, axes>(pass, weights, sums);
-  return xsimd::any(pass.snaps);
+  add_aged_pass<T, axes>(motion, i, path, weights, sums);
+  put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
 /// Redraw, after the walk.
@@ -142,12 +175,14 @@ template <class T, int axes, bool partial>
                                                    const T* row_weights, const Walk<T>& walk,
                                                    RowSums<T>& sums) {
   const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
   const std::uint32_t w = i % block_size;
   const Lanes<T> path = load(walk.path + w);
   const Mask<T> snapped = path < motion.length;
   const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
   const AfterSnaps<T> land{walked(walk.landed), walked(walk.squares), walked(walk.count)};
-  put_aged<T, axes>(motion, output, new_age, i, path, snapped, land, Weights<T, partial>(row_weights), sums);
+  add_aged_pass<T, axes>(motion, i, path, weights, sums);
+  put_aged<T, axes>(motion, output, new_age, i, path, snapped, land, weights, sums);
 }
 
 }  // namespace

@@ -362,42 +362,60 @@ class Stepper {
       age = patch.age + extent.start;
     }
     RowSums<T> sums[parts];
-    if constexpr (redraw) {
-      AgedWalk<T> walk;
-      walk.ageing = motion.ageing;
-      PlaceList<T> places;
+    PlaceList<T> places;
+    const auto begin = [&](T* path) {
+      for (std::uint32_t part = 0; part < parts; ++part)
+        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+          places.add_if(begin_aged<T, axes, partial.value>(motion, i, weights, path), i % block_size);
+        });
+    };
+    if constexpr (!redraw) {
+      const double shortest =
+          static_cast<double>(patch.blocks[extent.start / block_size].shortest) - advance.residual;
+      const bool again = advance.length >= shortest;
+      AgedWays<T> ways;
+      begin(ways.path);
+      for (T& way : ways.way) way = T(1);  // of vectors in which none snaps
+      find_snaps<T, axes, true>(motion, extent.start, places, again, ways.path, ways.way);
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-          places.add_if(begin_redraw_aged<T, axes, partial.value>(motion, i, weights, walk, sum),
-                        i % block_size);
+          end_keep_aged<T, axes, partial.value>(motion, output, age, i, weights, again, ways, sum);
         });
         sums[part] = sum;
       }
+      return total(motion, sums, 0.0);
+    } else {
+      const bool jumps = advance.length > patch.law->jump_from;
+      const std::uint32_t key = jumps ? noise_key(patch.draw + extent.start) : 0u;
+      AgedWalk<T> walk;
+      walk.ageing = motion.ageing;
+      walk.largest_growth = static_cast<T>(advance.largest_growth);
+      begin(walk.path);
+      find_snaps<T, axes, false>(motion, extent.start, places, false, walk.path, nullptr);
       const RedrawColumns<T> columns{patch.delta + extent.start, patch.draw + extent.start, output.delta,
                                      output.draw};
       walk_rounds<T, true, true>(*patch.law, static_cast<T>(advance.length), static_cast<T>(advance.residual),
                                  columns, places, walk);
       for (std::uint32_t part = 0; part < parts; ++part) {
-        RowSums<T> sum = sums[part];
+        RowSums<T> sum;
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
           end_redraw_aged<T, axes, partial.value>(motion, output, age, i, weights, walk, sum);
         });
         sums[part] = sum;
       }
-    } else {
-      const double shortest =
-          static_cast<double>(patch.blocks[extent.start / block_size].shortest) - advance.residual;
-      const bool again = advance.length >= shortest;
-      for (std::uint32_t part = 0; part < parts; ++part) {
-        RowSums<T> sum;
-        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-          advance_keep_aged<T, axes, partial.value>(motion, output, age, i, weights, again, sum);
-        });
-        sums[part] = sum;
-      }
+      return total(motion, sums, jumps ? open_noise(extent, walk, motion.length, key) : 0.0);
     }
-    return total(motion, sums, 0.0);
+  }
+
+  /// What jumps leave open of the sum of squares of a block, drawn.
+  static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
+    Row<T> squares, variance;
+    for (std::uint32_t part = 0; part < parts; ++part)
+      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+        add_jumped<T, partial.value>(i, weights, walk, length, squares.part[part], variance.part[part]);
+      });
+    return jump_noise(tree_sum(squares), tree_sum(variance), key);
   }
 
   template <std::uint32_t together>

@@ -132,10 +132,24 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   a.ageing_strength = m.ageing_strength;
   a.ageing_form = m.ageing_form == AgeingForm::saturating ? 1 : 0;
   if (!r.redraws() || !(a.length > jumps_from(p.material()))) return;
-  // Steps with jumps are taken bristle by bristle.
   find_jumps(r, age_per_length(m, a));
-  a.in_double = a.snaps_all || a.length > r.aged->law.jump_from ? 1 : 0;
   a.largest_growth = r.aged->largest_growth;
+  if (!a.snaps_all) return;
+  // In double too where a bristle may be so old that it holds through the step.
+  const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
+  a.in_double =
+      r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
+}
+
+template <class T>
+void begin_ageing(const Representatives<T>& r) noexcept {
+  AgedSliding& aged = *r.aged;
+  aged = AgedSliding{};
+  aged.law = r.material->law;
+  // No step shorter than this jumps, whatever speed the moments are of: ageing lengthens ways, and spreads
+  // them.
+  aged.law.jump_from = jumps_from(*r.material);
+  aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }
 
 template <class T>
@@ -192,6 +206,7 @@ void find_steady_sliding(const Representatives<T>& r, double per_length) noexcep
   template double aged_since<T>(const Patch&, std::uint32_t) noexcept;             \
   template void write_ages<T>(const Patch&, std::uint32_t) noexcept;               \
   template double limit_now<T>(const Representatives<T>&, std::uint32_t) noexcept; \
+  template void begin_ageing<T>(const Representatives<T>&) noexcept;               \
   template void prepare_ageing<T>(const Patch&, Advance&) noexcept;                \
   template double mean_growth<T>(const Representatives<T>&, double) noexcept;      \
   template void find_steady_sliding<T>(const Representatives<T>&, double) noexcept;

@@ -99,7 +99,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   }
   if (r->aged != nullptr) {
     new (r->aged) AgedSliding{};
-    r->aged->law = r->material->law;
+    begin_ageing(*r);
   }
   r->find_lengths();
   fill_first(*r);

@@ -214,6 +214,9 @@ void write_ages(const Patch& p, std::uint32_t b) noexcept;
 /// How far bristle i bends before it snaps, its age being written down now.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
+/// AgedSliding of a patch that has not slid yet.
+template <class T>
+void begin_ageing(const Representatives<T>& r) noexcept;
 /// What kernels need to know of ageing in a step.
 template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
