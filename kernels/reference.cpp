@@ -241,8 +241,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     totals.snaps += to_count(far.snaps);
   } else {
     LaneSum<T> stored_sum[2], passed[2], along_sum, squares_sum, further, jumped, variance, snaps;
-    const bool jumps =
-        redraw && !literal && !ages && (mean || energy) && advance.length > patch.law->jump_from;
+    const bool jumps = redraw && !literal && (mean || energy) && advance.length > patch.law->jump_from;
     const std::uint32_t key = jumps ? noise_key(patch.draw + start) : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
       const T w = weight(i);
