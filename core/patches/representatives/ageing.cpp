@@ -68,6 +68,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
     double power = spread_weight(k);
     for (int n = 1; n < 6; ++n) moment[n] += power *= l;
   }
+  aged.law.skewness = aged.law.kurtosis = 0.0;  // nothing is left of another speed
   fill_jump_sums(moment, aged.law);
   const double cv = aged.law.deviation * aged.law.inverse_mean;
   if (cv < 0.2) {
