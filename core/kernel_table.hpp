@@ -98,6 +98,9 @@ struct PatchView {
   std::uint32_t whole;     ///< bristles that count in full
   T fraction;              ///< weight of bristle `whole`; 0 = not in contact
   const KernelLaw* law;    ///< null with keep
+  // Null without ageing. The age of a bristle now is age + (now - since of its block) / ageing_time.
+  T* age;         ///< at the last rewrite of its block, in units of Material::ageing_time
+  double* since;  ///< of each block: the patch's time at its last rewrite, s
 };
 
 /// One step of one patch, the same for all its blocks.
@@ -115,6 +118,11 @@ struct Advance {
   std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are left out
   std::uint32_t renews_bounds;  ///< 1: also those of blocks in which nothing snaps
   std::uint32_t commit;         ///< 0: a trial, the state stays as it is
+  // Ageing; 0 without.
+  double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
+  double ageing_strength;     ///< Material::ageing_strength
+  double largest_growth;      ///< long steps of redraw: aged over fresh, of the longest snap length
+  std::uint32_t ageing_form;  ///< 1: saturating
 };
 
 /// Sums over the blocks of a range that changed. Integers: order does not matter. The last, partly
@@ -142,6 +150,9 @@ struct Renewal {
   std::uint64_t key;         ///< of the patch
   std::uint64_t first_draw;  ///< number of the first draw; equal numbers draw equal bristles
   std::uint64_t draws;
+  // As in Advance.
+  double start, duration, ageing_rate, ageing_strength;
+  std::uint32_t ageing_form;
 };
 
 /// What they changed.
@@ -160,7 +171,9 @@ enum Rule : std::int32_t { rule_keep, rule_redraw, rule_literal_keep, rule_liter
 constexpr int variant_index(int axes, Rule rule, bool mean, bool energy, bool residual) {
   return (axes - 1) | (rule << 1) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
 }
-constexpr int variant_count = 64;
+/// Bristles that age: one instance for all outputs, with and without a residual.
+constexpr int aged_variant_index(int axes, Rule rule) { return 64 + ((axes - 1) | (rule << 1)); }
+constexpr int variant_count = 68;
 
 template <class T>
 struct KernelSet {
@@ -179,6 +192,9 @@ struct KernelSet {
   /// build has none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, RenewalTotals&);
   Renew renew[2][2];
+
+  Foresee foresee_aged[2][2];  ///< the same for bristles that age
+  Renew renew_aged[2][2];
 
   /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums anew.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);

@@ -22,6 +22,25 @@ struct AfterFarStep {
   double variance;    ///< of what `squares` left out
 };
 
+/// As many renewals at once as fit `rest`, or nearly: the way to the last of them.
+inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
+  const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
+  const double k = whole_part((rest - pad) * law.inverse_mean);
+  BRISTLE_ASSERT(k >= 1.0);
+  const double z = normal_quantile<double>(share);
+  const double s = root(k);
+  const double skewness = law.skewness / s;
+  const double kurtosis = law.kurtosis / k;
+  const double w = z + skewness / 6.0 * (z * z - 1.0) + kurtosis / 24.0 * (z * z * z - 3.0 * z) -
+                   skewness * skewness / 36.0 * (2.0 * z * z * z - 5.0 * z);
+  const double spread = law.deviation * s * w;
+  const double jumped = least(k * law.mean + spread, rest);
+  land.squares += k * law.square_mean + law.square_slope * (jumped - k * law.mean);
+  land.count += k;
+  land.variance += k * law.square_residual;
+  return jumped;
+}
+
 /// Redraw: `delta` becomes the snap length of the bristle it ends on, `state` its draw state.
 template <class T>
 inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std::uint32_t& state) {
@@ -63,21 +82,7 @@ inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std
       return land;
     }
     if (rest > law.jump_from) {
-      const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
-      const double k = whole_part((rest - pad) * law.inverse_mean);
-      BRISTLE_ASSERT(k >= 1.0);
-      const double z = normal_quantile<double>(next());
-      const double s = root(k);
-      const double skewness = law.skewness / s;
-      const double kurtosis = law.kurtosis / k;
-      const double w = z + skewness / 6.0 * (z * z - 1.0) + kurtosis / 24.0 * (z * z * z - 3.0 * z) -
-                       skewness * skewness / 36.0 * (2.0 * z * z * z - 5.0 * z);
-      const double spread = law.deviation * s * w;
-      const double jumped = least(k * law.mean + spread, rest);
-      land.squares += k * law.square_mean + law.square_slope * (jumped - k * law.mean);
-      land.count += k;
-      land.variance += k * law.square_residual;
-      rest -= jumped;
+      rest -= jump_renewals(law, rest, next(), land);
       continue;
     }
     delta = static_cast<T>(length_at<double>(law, next()));
@@ -258,6 +263,20 @@ inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance
   lanes.stored[1][lane] += w * static_cast<double>(y);
 }
 
+template <int axes, bool redraw>
+inline FarSums far_total(FarLanes& lanes, const Advance& advance, [[maybe_unused]] std::uint32_t key) {
+  FarSums sums{};
+  double noise = 0.0;
+  if constexpr (redraw) noise = jump_noise(tree_sum(lanes.further), tree_sum(lanes.variance), key);
+  sums.squares = tree_sum(lanes.squares) + noise;
+  sums.snaps = tree_sum(lanes.snaps);
+  for (int axis = 0; axis < axes; ++axis) {
+    sums.stored[axis] = tree_sum(lanes.stored[axis]);
+    sums.twice_mean[axis] = tree_sum(lanes.mean[axis]) + advance.direction[axis] * (noise / advance.length);
+  }
+  return sums;
+}
+
 /// Advances the bristles [start, start + active) of one block in which a bristle snaps.
 template <class T, int axes, bool redraw, bool residual>
 [[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
@@ -280,16 +299,7 @@ template <class T, int axes, bool redraw, bool residual>
       far_keep_row<T, axes, residual>(patch, advance, motion, i, weight, lanes);
     }
   }
-  FarSums sums{};
-  double noise = 0.0;
-  if constexpr (redraw) noise = jump_noise(tree_sum(lanes.further), tree_sum(lanes.variance), key);
-  sums.squares = tree_sum(lanes.squares) + noise;
-  sums.snaps = tree_sum(lanes.snaps);
-  for (int axis = 0; axis < axes; ++axis) {
-    sums.stored[axis] = tree_sum(lanes.stored[axis]);
-    sums.twice_mean[axis] = tree_sum(lanes.mean[axis]) + advance.direction[axis] * (noise / advance.length);
-  }
-  return sums;
+  return far_total<axes, redraw>(lanes, advance, key);
 }
 
 }  // namespace

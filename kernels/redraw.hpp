@@ -7,6 +7,7 @@
 // out. Long ways are jumped in law (core/MODEL.md, "Jumps").
 #pragma once
 
+#include "ageing.hpp"
 #include "bundle.hpp"
 #include "lanes.hpp"
 #include "law.hpp"
@@ -21,6 +22,7 @@ constexpr std::uint32_t nowhere = block_size;
 /// holds `path` only.
 template <class T>
 struct Walk {
+  static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
   alignas(64) T path[size];      ///< of the first pass; the length of the step where the bristle holds
   alignas(64) T landed[size];    ///< deflection along the motion at the end
@@ -40,6 +42,14 @@ struct Walk {
     for (T* column : {rest, length}) Lanes<T>(T(0)).store_aligned(column + nowhere);
     std::memset(state + nowhere, 0, sizeof(std::uint32_t) * lane_count);
   }
+};
+
+/// Of bristles that age: `length` is the fresh snap length, `squares` those of the ways from snap to snap.
+template <class T>
+struct AgedWalk : Walk<T> {
+  static constexpr bool ages = true;
+  AgeingLaw<T> ageing;
+  T largest_growth;  ///< Advance::largest_growth
 };
 
 /// Vectors of a block with a bristle that snaps, by their places in it.
@@ -89,9 +99,36 @@ struct Places {
   }
 };
 
+/// Bristles that are met at a random place of a long slide, for the masked lanes: `met` becomes their fresh
+/// snap length. Drawn in proportion to that, and accepted in proportion to their way between snaps over it.
+/// Returns that way.
+template <class T>
+Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
+                    Bundle<T>& met) {
+  const Bundle<T> none(T(0));
+  const Bundle<T> growth(walk.largest_growth);
+  met = Bundle<T>(T(1));
+  Bundle<T> way(T(1));
+  for (int n = 0; n < most_trials && any_lane(open); ++n) {
+    Bundle<T> delta;
+    if (law.kind == law_exponential) {
+      const Bundle<T> first = natural_log<T>(at.draw(open, walk));
+      const Bundle<T> second = natural_log<T>(at.draw(open, walk));
+      delta = clamp_length<T>(law, Bundle<T>(static_cast<T>(law.location)) * (none - (first + second)));
+    } else {
+      delta = length_met<T>(law, at.draw(open, walk));
+    }
+    const Bundle<T> along = aged_length<T>(walk.ageing, delta, growth * delta);
+    met = select_lanes(open, delta, met);
+    way = select_lanes(open, along, way);
+    open = open & (at.draw(open, walk) * (growth * delta) > along);
+  }
+  return way;
+}
+
 /// Takes lanes with a long path ahead to its end, or near it, in law. Returns what is left of the paths.
-template <class T, bool sums>
-[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, Walk<T>& walk) {
+template <class T, bool sums, class AnyWalk>
+[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
   const Bundle<T> none(T(0));
   const Bundle<T> one(T(1));
@@ -103,24 +140,31 @@ template <class T, bool sums>
   if (any_lane(far)) {
     // Stationary law: the bristle met is length-biased, its age uniform.
     const bool memoryless = law.kind == law_exponential;
-    const Bundle<T> u = at.draw(far, walk);
-    const Bundle<T> v = at.draw(far, walk);
     Bundle<T> met;
     Bundle<T> age;
-    if (memoryless) {
-      age = constant(law.location) * (none - natural_log<T>(u));
-      met = age + most(constant(law.location) * (none - natural_log<T>(v)), constant(law.shortest));
+    Bundle<T> reach;
+    if constexpr (AnyWalk::ages) {
+      reach = meet_aged<T>(law, at, far, walk, met);
+      age = least(at.draw(far, walk) * reach, rest);
     } else {
-      met = length_met<T>(law, u);
-      age = v * met;
+      const Bundle<T> u = at.draw(far, walk);
+      const Bundle<T> v = at.draw(far, walk);
+      if (memoryless) {
+        age = constant(law.location) * (none - natural_log<T>(u));
+        met = age + most(constant(law.location) * (none - natural_log<T>(v)), constant(law.shortest));
+      } else {
+        met = length_met<T>(law, u);
+        age = v * met;
+      }
+      met = met - positive_part(age - rest);
+      age = least(age, rest);
+      reach = met;
     }
-    met = met - positive_part(age - rest);
-    age = least(age, rest);
     if constexpr (sums) {
       const Bundle<T> jumped = rest - age;
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
-      if (memoryless) {
+      if (memoryless && !AnyWalk::ages) {
         // Exact for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
@@ -136,7 +180,7 @@ template <class T, bool sums>
       variance = select_lanes(far, positive_part(spread), none);
       count = select_lanes(far & (jumped > none), renewals, none);
     }
-    at.store_to(walk.landed, select_lanes(far, least(age, met), at.load_from(walk.landed)));
+    at.store_to(walk.landed, select_lanes(far, least(age, reach), at.load_from(walk.landed)));
     at.store_to(walk.length, select_lanes(far, met, at.load_from(walk.length)));
     rest = select_lanes(far, constant(-1.0), rest);
   }
@@ -222,14 +266,14 @@ template <class T, std::uint32_t together>
   }
 }
 
-/// One vector's part of a round: bristles with `rest` >= 0 left end on the length drawn, or snap again.
-/// Returns whether any snaps again.
+/// One vector's part of a round: bristles with `rest` >= 0 left end on the length drawn, or snap again after
+/// `way`. Returns whether any snaps again.
 template <class T, bool sums>
-[[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, std::uint32_t i,
+[[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {
   const Lanes<T> none(T(0));
   const Mask<T> open = rest >= none;
-  const Lanes<T> after = rest - drawn;
+  const Lanes<T> after = rest - way;
   const Mask<T> snaps = open & (after >= none);
   select_lanes(open, rest, load(walk.landed + i)).store_aligned(walk.landed + i);
   select_lanes(open, drawn, load(walk.length + i)).store_aligned(walk.length + i);
@@ -237,17 +281,17 @@ template <class T, bool sums>
   if constexpr (sums) {
     const Lanes<T> squares = load(walk.squares + i);
     const Lanes<T> count = load(walk.count + i);
-    select_lanes(snaps, squares + drawn * drawn, squares).store_aligned(walk.squares + i);
+    select_lanes(snaps, squares + way * way, squares).store_aligned(walk.squares + i);
     select_lanes(snaps, count + Lanes<T>(T(1)), count).store_aligned(walk.count + i);
   }
   return xsimd::any(snaps);
 }
 
 /// Ends the ways of all vectors of the list round by round, eight vectors at once.
-template <class T, bool sums, bool has_residual>
+template <class T, bool sums, bool has_residual, class AnyWalk>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
                                    const RedrawColumns<T>& columns, const PlaceList<T>& places,
-                                   Walk<T>& walk) {
+                                   AnyWalk& walk) {
   const bool may_jump = length > static_cast<T>(law.jump_from);
   PlaceList<T> open = places;
   for (std::uint32_t n = 0; n < places.size; ++n) {
@@ -272,9 +316,11 @@ template <class T, bool sums, bool has_residual>
         rest = jump<T, sums>(law, at, rest, walk);
       if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all have jumped to their ends
       const Bundle<T> drawn = length_at<T>(law, at.draw(rest >= Bundle<T>(T(0)), walk));
+      Bundle<T> way = drawn;
+      if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, rest);
       for (std::uint32_t k = 0; k < filled; ++k) {
         open.place[still] = at.i[k];
-        still += take_length<T, sums>(rest.v[k], drawn.v[k], at.i[k], walk) ? 1u : 0u;
+        still += take_length<T, sums>(rest.v[k], drawn.v[k], way.v[k], at.i[k], walk) ? 1u : 0u;
       }
     }
     open.size = still;

@@ -3,7 +3,7 @@
 // same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
 #include "block_squares.hpp"
 #include "core/kernel_table.hpp"
-#include "far.hpp"
+#include "far_aged.hpp"
 #include "invariants.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
@@ -43,9 +43,35 @@ AfterSnaps<T> after_keep(T rest, T delta) {
   return after;
 }
 
-/// Redraw: a fresh length after each snap; far from the first snap, in law.
+/// What ageing adds to a walk.
 template <class T>
-AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t& state) {
+struct Aged {
+  AgeingLaw<T> ageing;
+  T largest_growth;
+};
+
+/// A bristle that ages, met at a random place of a long slide: drawn in proportion to its fresh length, which
+/// `met` becomes, and accepted in proportion to its way between snaps over that. Returns that way.
+template <class T, class Next>
+T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& met) {
+  T way = T(1);
+  for (int n = 0; n < most_trials; ++n) {
+    if (law.kind == law_exponential) {
+      const T first = natural_log<T>(next());
+      met = clamp_length<T>(law, static_cast<T>(law.location) * -(first + natural_log<T>(next())));
+    } else {
+      met = length_met<T>(law, next());
+    }
+    way = aged_length<T>(aged.ageing, met, aged.largest_growth * met);
+    if (!(next() * (aged.largest_growth * met) > way)) break;
+  }
+  return way;
+}
+
+/// Redraw: a fresh length after each snap; far from the first snap, in law.
+template <class T, bool ages>
+AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T& delta,
+                           std::uint32_t& state) {
   const auto next = [&state] {
     state += draw_stride;
     return share_of<T>(mix(state));
@@ -56,19 +82,26 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
   AfterSnaps<T> after;
   for (;;) {
     if (rest > static_cast<T>(law.stationary_from)) {
-      const T u = next();
-      const T v = next();
-      const bool memoryless = law.kind == law_exponential;
-      const T mean = static_cast<T>(law.location);
-      // The bristle met there is length-biased, its age uniform.
-      T met = memoryless ? T(0) : length_met<T>(law, u);
-      T age = v * met;
-      if (memoryless) {
-        age = mean * -natural_log<T>(u);
-        met = age + most(mean * -natural_log<T>(v), static_cast<T>(law.shortest));
+      const bool memoryless = !ages && law.kind == law_exponential;
+      T met;
+      T age;
+      if constexpr (ages) {
+        const T way = meet_bristle<T>(law, aged, next, met);
+        age = least(next() * way, rest);
+      } else {
+        const T u = next();
+        const T v = next();
+        const T mean = static_cast<T>(law.location);
+        // The bristle met there is length-biased, its age uniform.
+        met = memoryless ? T(0) : length_met<T>(law, u);
+        age = v * met;
+        if (memoryless) {
+          age = mean * -natural_log<T>(u);
+          met = age + most(mean * -natural_log<T>(v), static_cast<T>(law.shortest));
+        }
+        met -= most(age - rest, T(0));
+        age = least(age, rest);
       }
-      met -= most(age - rest, T(0));
-      age = least(age, rest);
       const T jumped = rest - age;
       T more = static_cast<T>(law.squares_per_length) * jumped + static_cast<T>(law.squares_offset);
       T spread = static_cast<T>(law.variance_per_length) * jumped + static_cast<T>(law.variance_offset);
@@ -82,7 +115,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
       after.squares += most(more, T(0));
       after.variance += most(spread, T(0));
       if (jumped > T(0)) after.count += whole_part(jumped * inverse + static_cast<T>(law.count_offset + 0.5));
-      after.deflection = least(age, met);
+      after.deflection = ages ? age : least(age, met);
       delta = met;
       return after;
     }
@@ -110,17 +143,29 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, T rest, T& delta, std::uint32_t
     }
     delta = length_at<T>(law, next());
     BRISTLE_ASSERT(delta > T(0));
-    if (rest < delta) {
+    const T way = ages ? aged_length<T>(aged.ageing, delta, rest) : delta;
+    if (rest < way) {
       after.deflection = rest;
       return after;
     }
-    rest -= delta;
-    after.squares += delta * delta;
+    rest -= way;
+    after.squares += way * way;
     after.count += T(1);
   }
 }
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
+/// Keep, of bristles that age: at constant velocity every way from snap to snap is alike.
+template <class T>
+AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
+  AfterSnaps<T> after;
+  const T way = aged_length<T>(ageing, delta, rest);
+  after.count = whole_part(rest / way);
+  after.deflection = least(most(rest - after.count * way, T(0)), way);
+  after.squares = after.count * (way * way);
+  return after;
+}
+
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
 void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t b, Totals& totals) {
   constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
   constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
@@ -137,6 +182,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       patch.zx[i] = T(0);
       if constexpr (axes == 2) patch.zy[i] = T(0);
       if constexpr (redraw) patch.delta[i] = patch.first[i];
+      if constexpr (ages) patch.age[i] = T(0);
     }
     block.zero = 0;
   }
@@ -153,6 +199,13 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T length = static_cast<T>(advance.length);
   const T left = residual ? static_cast<T>(advance.residual) : T(0);  // bent by this after a snap
   const auto weight = [&patch](std::uint32_t i) { return i < patch.whole ? T(1) : patch.fraction; };
+  // Age = stored + what went by since the block was last rewritten.
+  const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
+  const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};
+  const auto end_age = [&](std::uint32_t i) { return patch.age[i] + static_cast<T>(since.after); };
+  const auto end_limit = [&](std::uint32_t i) {  // of the bristle's deflection, at the end of the step
+    return left + (patch.delta[i] - left) * growth<T>(ageing, most(end_age(i), T(0)));
+  };
 
   double stored[2] = {0.0, 0.0};
   double twice_mean[2] = {0.0, 0.0};
@@ -161,17 +214,25 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const auto beyond_at = [&](std::uint32_t i) {
     if (advance.snaps_all) return true;
     const T x = patch.zx[i] + p1[0];
-    const T delta = patch.delta[i];
-    if constexpr (axes == 1) return x > delta || -x > delta;
     const T y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
-    return x * x + y * y > delta * delta;
+    const auto beyond = [&](T limit) {
+      if constexpr (axes == 1) return x > limit || -x > limit;
+      return x * x + y * y > limit * limit;
+    };
+    if constexpr (ages) return beyond(patch.delta[i]) && beyond(end_limit(i));
+    return beyond(patch.delta[i]);
   };
   bool any = false;
   for (std::uint32_t i = start; i < end; ++i) any = any || beyond_at(i);
   if (!any) return;  // nothing is written: the displacement grows by itself
 
   if (advance.in_double) {
-    const FarSums far = far_block<T, axes, redraw, residual>(patch, advance, start, end - start, q0, q1);
+    const FarSums far = [&] {
+      if constexpr (ages)
+        return far_block_aged<T, axes, redraw>(patch, advance, start, end - start, q0, q1);
+      else
+        return far_block<T, axes, redraw, residual>(patch, advance, start, end - start, q0, q1);
+    }();
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = far.stored[axis];
       twice_mean[axis] = far.twice_mean[axis];
@@ -190,6 +251,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       T next_y = axes == 2 ? patch.zy[i] + p1[1] : T(0);
       T limit = patch.delta[i];  // residual + snap length
       std::uint32_t state = redraw ? patch.draw[i] : 0u;
+      [[maybe_unused]] T next_age{};
       if constexpr (literal) {
         if (beyond_at(i)) {
           squares_sum.add(i, (axes == 2 ? next_x * next_x + next_y * next_y : next_x * next_x) * w);
@@ -201,26 +263,42 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           }
         }
       } else {
-        T tau;  // distance to the first snap
-        if constexpr (axes == 1) {
-          tau = most(limit - start_x * ex, T(0));
-        } else {
-          const T along = start_x * ex + start_y * ey;
-          const T aside = start_x * ey - start_y * ex;
-          tau = most(root(most(limit * limit - aside * aside, T(0))) - along, T(0));
+        T along = start_x * ex;
+        T aside = T(0);
+        if constexpr (axes == 2) {
+          along = start_x * ex + start_y * ey;
+          aside = start_x * ey - start_y * ex;
+        }
+        const Bent<T> start_bent{along, aside * aside};
+        // Distance to the first snap. With ageing the limit at the end of the step gives one that is too
+        // long.
+        T tau = way_to_circle<T, axes>(start_bent, ages ? end_limit(i) : limit);
+        if constexpr (ages) {
+          const T age = patch.age[i] + static_cast<T>(since.before);
+          tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
         }
         const T path = least(tau, length);  // of the first pass
         BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
         BRISTLE_ASSERT(path >= T(0) && path <= length);
         AfterSnaps<T> after;
+        if constexpr (ages) next_age = end_age(i);
         if (tau < length) {
           T delta = residual ? limit - left : limit;
-          squares_sum.add(i, (residual ? (limit - left) * (limit + left) : limit * limit) * w);
+          if constexpr (ages) {
+            const T reached = along + path;
+            squares_sum.add(i, ((reached * reached + start_bent.aside2) - left * left) * w);
+          } else {
+            squares_sum.add(i, (residual ? (limit - left) * (limit + left) : limit * limit) * w);
+          }
           if constexpr (redraw)
-            after = after_redraw<T>(*patch.law, length - path, delta, state);
+            after = after_redraw<T, ages>(*patch.law, {ageing, static_cast<T>(advance.largest_growth)},
+                                          length - path, delta, state);
+          else if constexpr (ages)
+            after = after_keep_aged<T>(ageing, length - path, delta);
           else
             after = after_keep<T>(length - path, delta);
-          BRISTLE_ASSERT(after.deflection >= T(0) && after.deflection <= delta);
+          BRISTLE_ASSERT(after.deflection >= T(0) && (ages || after.deflection <= delta));
+          if constexpr (ages) next_age = ageing.per_length * after.deflection;
           if constexpr (redraw) limit = residual ? left + delta : delta;
           BRISTLE_ASSERT(after.count >= T(0) && after.squares >= T(0) && after.variance >= T(0));
           const T bent = residual ? left + after.deflection : after.deflection;
@@ -246,6 +324,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
           patch.delta[i] = limit;
           patch.draw[i] = state;
         }
+        if constexpr (ages) patch.age[i] = least(next_age, static_cast<T>(oldest));
       }
       stored_sum[0].add(i, next_x * w);
       stored_sum[1].add(i, next_y * w);
@@ -288,20 +367,22 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   if (tail) totals.tail_snapped = 1;
   if (energy) totals.squares += to_integer(squares * advance.energy_unit);
   if (advance.commit) block.reach = -1.0f;
+  if constexpr (ages)
+    if (advance.commit) patch.since[b] = advance.start + advance.duration;
 }
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
 struct StepOf {
   static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
                   Totals& totals) {
     assert_step(patch, advance, first, last, axes, rule == rule_redraw || rule == rule_literal_redraw);
     for (std::uint32_t b = first; b < last; ++b)
-      step_block<T, axes, rule, mean, energy, residual>(patch, advance, b, totals);
+      step_block<T, axes, rule, mean, energy, residual, ages>(patch, advance, b, totals);
   }
 };
 
 /// How many bristles the step will carry beyond their length.
-template <class T, int axes, bool redraw>
+template <class T, int axes, bool redraw, bool ages>
 struct ForeseeOf {
   static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                            std::uint32_t last) {
@@ -311,15 +392,23 @@ struct ForeseeOf {
     for (std::uint32_t i = first * block_size; i < end; ++i) {
       const Block& block = patch.blocks[i / block_size];
       const T px = static_cast<T>(displacement(advance.to[0], block.position[0]));
+      const T py = static_cast<T>(displacement(advance.to[1], block.position[1]));
       const T x = (block.zero ? T(0) : patch.zx[i]) + px;
+      const T y = axes == 2 ? (block.zero ? T(0) : patch.zy[i]) + py : T(0);
+      const auto beyond = [&](T limit) {
+        if constexpr (axes == 1) return x > limit || -x > limit;
+        return x * x + y * y > limit * limit;
+      };
       const T limit = (block.zero ? patch.first : patch.delta)[i];
-      if constexpr (axes == 1) {
-        count += x > limit || -x > limit ? 1u : 0u;
-      } else {
-        const T py = static_cast<T>(displacement(advance.to[1], block.position[1]));
-        const T y = (block.zero ? T(0) : patch.zy[i]) + py;
-        count += x * x + y * y > limit * limit ? 1u : 0u;
+      if (!beyond(limit)) continue;
+      if constexpr (ages) {
+        const T left = static_cast<T>(advance.residual);
+        const T age = (block.zero ? T(0) : patch.age[i]) +
+                      static_cast<T>(age_since(advance, patch.since[i / block_size]).after);
+        const T factor = growth<T>(ageing_of<T>(advance), most(age, T(0)));
+        if (!beyond(left + (limit - left) * factor)) continue;
       }
+      ++count;
     }
     return count;
   }

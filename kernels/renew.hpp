@@ -8,6 +8,7 @@
 // into snap lengths.
 #pragma once
 
+#include "ageing.hpp"
 #include "core/common/assert.hpp"
 #include "core/kernel_table.hpp"
 #include "law.hpp"
@@ -27,7 +28,7 @@ inline std::uint64_t mix64(std::uint64_t x) {
   return x;
 }
 
-template <class T, int axes, bool redraw, class Lengths>
+template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
  public:
   Renewer(const PatchView<T>& the_patch, const Renewal& the_renewal, RenewalTotals& the_totals)
@@ -36,7 +37,8 @@ class Renewer {
         totals(the_totals),
         left(static_cast<double>(static_cast<T>(the_renewal.residual))),
         part(the_renewal.length / static_cast<double>(the_renewal.draws)),
-        in_contact(the_patch.whole + (the_patch.fraction > T(0) ? 1u : 0u)) {}
+        in_contact(the_patch.whole + (the_patch.fraction > T(0) ? 1u : 0u)),
+        ageing(ages ? ageing_of<double>(the_renewal) : AgeingLaw<double>{}) {}
 
   void run() {
     BRISTLE_ASSERT(in_contact > 0 || renewal.draws == 0);
@@ -53,6 +55,7 @@ class Renewer {
   const double left;  ///< residual
   const double part;  ///< of the piece, for each draw
   const std::uint32_t in_contact;
+  const AgeingLaw<double> ageing;
 
   struct Drawn {
     std::uint32_t bristle;
@@ -62,9 +65,11 @@ class Renewer {
   struct Start {
     double shift[2];  ///< displacement since its block's last rewrite
     double z[2];
-    double along;   ///< the motion
-    double limit;   ///< residual + snap length
-    double chord2;  ///< square of how far along the motion it bends before it snaps
+    double along;    ///< the motion
+    double limit;    ///< residual + snap length
+    double chord2;   ///< square of how far along the motion it bends before it snaps
+    double aside2;   ///< square of how far it is bent aside of the motion
+    double to_snap;  ///< with ageing: way to its snap, if that comes before the place where it was drawn
   };
   /// What it does up to the place where it was drawn.
   struct Passed {
@@ -94,9 +99,24 @@ class Renewer {
     start.chord2 = start.limit * start.limit;
     if constexpr (axes == 2) {
       const double aside = start.z[0] * renewal.direction[1] - start.z[1] * renewal.direction[0];
-      start.chord2 -= aside * aside;
+      start.aside2 = aside * aside;
+      start.chord2 -= start.aside2;
     }
     return start;
+  }
+
+  /// With ageing: whether a bristle snaps on this way.
+  bool snaps_within(std::uint32_t i, double way, Start& start) const {
+    const Block& block = patch.blocks[i / block_size];
+    const double age = (block.zero ? 0.0 : static_cast<double>(patch.age[i])) +
+                       age_since(renewal, patch.since[i / block_size]).before;
+    const double fresh = start.limit - left;
+    const Bent<double> bent{start.along, start.aside2};
+    const double limit = left + fresh * growth<double>(ageing, most(age + ageing.per_length * way, 0.0));
+    start.to_snap = way_to_circle<double, axes>(bent, limit);
+    if (!(start.to_snap < way)) return false;
+    start.to_snap = aged_way<double, axes>(ageing, bent, left, fresh, age, start.to_snap, true);
+    return true;
   }
 
   void renew(std::uint64_t first, std::uint32_t count) {
@@ -121,11 +141,12 @@ class Renewer {
   void slip(const Drawn& drawn, std::uint32_t state, T length) {
     const std::uint32_t i = drawn.bristle;
     Block& block = patch.blocks[i / block_size];
-    const Start start = find_start(i);
+    Start start = find_start(i);
     const double end = start.along + drawn.way;
-    const bool snaps = end > 0.0 && start.chord2 <= end * end;
+    const bool snaps = ages ? snaps_within(i, drawn.way, start) : end > 0.0 && start.chord2 <= end * end;
     if (!snaps && !(end > left)) return;  // the draw is spent
     if (block.zero) write_down(block, i / block_size * block_size);
+    if constexpr (ages) age_block(i / block_size);
     T fresh{};
     const auto draw_length = [&] {
       const std::uint32_t next = patch.draw[i] += draw_stride;
@@ -140,7 +161,18 @@ class Renewer {
       draw_length();
       patch.delta[i] = static_cast<T>(left) + fresh;
     }
+    if constexpr (ages) patch.age[i] = static_cast<T>(-(ageing.per_length * drawn.way));
     book(block, i, start, drawn.way, passed);
+  }
+
+  /// Ages of a block written down at the start of the piece: those of young bristles among old ones keep
+  /// their digits.
+  void age_block(std::uint32_t b) const {
+    const T before = static_cast<T>(age_since(renewal, patch.since[b]).before);
+    patch.since[b] = renewal.start;
+    if (!(before > T(0))) return;
+    const std::uint32_t start = b * block_size;
+    for (std::uint32_t i = start; i < start + block_size && i < in_contact; ++i) patch.age[i] += before;
   }
 
   void bend(const Start& start, double way, Passed& passed) const {
@@ -154,28 +186,34 @@ class Renewer {
   /// It snaps before the place where it was drawn, and goes on to there.
   template <class Draw>
   void snap(const Start& start, double way, const Draw& draw_length, const T& fresh, Passed& passed) {
-    const double to_snap = least(most(root(most(start.chord2, 0.0)) - start.along, 0.0), way);
+    const double to_snap =
+        ages ? start.to_snap : least(most(root(most(start.chord2, 0.0)) - start.along, 0.0), way);
     const double rest = way - to_snap;
     double further = 0.0;  // sum of delta^2
     double r = rest;
     ++totals.snaps;
+    const auto way_of = [&](double length) { return ages ? aged_length<double>(ageing, length, r) : length; };
     if constexpr (redraw) {
       draw_length();
-      while (static_cast<double>(fresh) <= r) {
-        r -= static_cast<double>(fresh);
-        further += static_cast<double>(fresh) * static_cast<double>(fresh);
+      for (double length = way_of(static_cast<double>(fresh)); length <= r;) {
+        r -= length;
+        further += length * length;
         ++totals.snaps;
         draw_length();
+        length = way_of(static_cast<double>(fresh));
       }
     } else {
-      const double delta = start.limit - left;
+      const double delta = way_of(start.limit - left);
       const double count = whole_part(r / delta);
       r = least(most(r - count * delta, 0.0), delta);
       further = count * (delta * delta);
       totals.snaps += to_count(count);
     }
     passed.bent2 = (left + r) * (left + r);
-    passed.squares = (start.limit - left) * (start.limit + left) + further + 2.0 * left * (rest - r);
+    const double reached = start.along + to_snap;
+    passed.squares = (ages ? reached * reached + start.aside2 - left * left
+                           : (start.limit - left) * (start.limit + left)) +
+                     further + 2.0 * left * (rest - r);
     const double after = 2.0 * left * rest + further + r * r;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
@@ -214,14 +252,15 @@ class Renewer {
       patch.zx[i] = T(0);
       if constexpr (axes == 2) patch.zy[i] = T(0);
       if constexpr (redraw) patch.delta[i] = patch.first[i];
+      if constexpr (ages) patch.age[i] = T(0);
     }
     block.zero = 0;
   }
 };
 
-template <class T, int axes, bool redraw, class Lengths>
+template <class T, int axes, bool redraw, bool ages, class Lengths>
 void renew_bristles(const PatchView<T>& patch, const Renewal& renewal, RenewalTotals& totals) {
-  Renewer<T, axes, redraw, Lengths>(patch, renewal, totals).run();
+  Renewer<T, axes, redraw, ages, Lengths>(patch, renewal, totals).run();
 }
 
 }  // namespace

@@ -7,15 +7,17 @@
 
 #include <limits>
 
-#include "far.hpp"
+#include <type_traits>
+
+#include "far_aged.hpp"
 #include "invariants.hpp"
 #include "lanes.hpp"
-#include "snap.hpp"
+#include "snap_aged.hpp"
 
 namespace bristle::detail {
 namespace {
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages = false>
 class Stepper {
  public:
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
@@ -34,7 +36,7 @@ class Stepper {
       if (advance.skips_blocks && within(block.anchor, static_cast<double>(block.reach))) continue;
       const Extent extent = find_extent(b);
       if (block.zero) write_zero_block(block, extent.start);
-      count += count_beyond(block, extent);
+      count += count_beyond(b, extent);
     }
     return count;
   }
@@ -58,6 +60,8 @@ class Stepper {
   static constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
   static constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
   static constexpr bool squares_wanted = energy || literal;
+  static_assert(!ages || (mean && energy && residual && !literal));  // one instance serves all outputs
+  using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
@@ -135,7 +139,7 @@ class Stepper {
     BRISTLE_ASSERT(is_near(q0[0]) && is_near(q0[1]) && is_near(q1[0]) && is_near(q1[1]));
     const T p1x = static_cast<T>(q1[0]);
     const T p1y = static_cast<T>(q1[1]);
-    const BlockMotion<T, axes, residual> motion{
+    const BlockMotion<T, axes, residual> bends{
         patch.zx,
         patch.zy,
         patch.delta,
@@ -148,6 +152,12 @@ class Stepper {
         Lanes<T>(p1x),
         Lanes<T>(p1y),
         Residual<T, residual>(Lanes<T>(static_cast<T>(advance.residual)))};
+    const Motion& motion = [&]() -> decltype(auto) {
+      if constexpr (ages)
+        return with_age(bends, b);
+      else
+        return (bends);
+    }();
     if (!advance.snaps_all) {
       T margin = std::numeric_limits<T>::max();
       const bool any = advance.renews_bounds ? any_snap<true>(motion, extent, margin)
@@ -157,19 +167,37 @@ class Stepper {
         return;
       }
     }
-    const BlockSums sums = advance.in_double ? rewrite_far(extent, q0, q1) : rewrite(motion, extent);
+    const BlockSums sums = advance.in_double ? rewrite_far(extent, q0, q1) : rewrite_near(motion, extent);
     record(block, b, sums);
     if (advance.commit) block.reach = -1.0f;
+    if constexpr (ages)
+      if (advance.commit) patch.since[b] = advance.start + advance.duration;
   }
 
-  std::uint64_t count_beyond(const Block& block, const Extent& extent) const {
+  Motion with_age(const BlockMotion<T, axes, residual>& motion, std::uint32_t b) const {
+    const BlockAge age = age_since(advance, patch.since[b]);
+    return {motion, patch.age, Lanes<T>(static_cast<T>(age.before)), Lanes<T>(static_cast<T>(age.after)),
+            ageing_of<T>(advance)};
+  }
+
+  std::uint64_t count_beyond(std::uint32_t b, const Extent& extent) const {
+    const Block& block = patch.blocks[b];
     const Lanes<T> none(T(0));
-    const Lanes<T> one(T(1));
-    BlockMotion<T, axes, false> motion{patch.zx, patch.zy, patch.delta, patch.draw,
-                                       none,     none,     none,        none,
-                                       none,     none,     none,        Residual<T, false>(none)};
+    BlockMotion<T, axes, residual> motion{
+        patch.zx, patch.zy, patch.delta, patch.draw,
+        none,     none,     none,        none,
+        none,     none,     none,        Residual<T, residual>(Lanes<T>(static_cast<T>(advance.residual)))};
     motion.p1x = Lanes<T>(static_cast<T>(displacement(advance.to[0], block.position[0])));
     motion.p1y = Lanes<T>(static_cast<T>(displacement(advance.to[1], block.position[1])));
+    if constexpr (ages)
+      return count_beyond(with_age(motion, b), extent);
+    else
+      return count_beyond(motion, extent);
+  }
+
+  static std::uint64_t count_beyond(const Motion& motion, const Extent& extent) {
+    const Lanes<T> none(T(0));
+    const Lanes<T> one(T(1));
     Lanes<T> sum = none;
     const std::uint32_t end = extent.start + extent.full_rows * lane_count;
     for (std::uint32_t i = extent.start; i < end; i += width)
@@ -204,6 +232,7 @@ class Stepper {
       Lanes<T>(T(0)).store_aligned(patch.zx + i);
       if constexpr (axes == 2) Lanes<T>(T(0)).store_aligned(patch.zy + i);
       if constexpr (redraw) load(patch.first + i).store_aligned(patch.delta + i);
+      if constexpr (ages) Lanes<T>(T(0)).store_aligned(patch.age + i);
     }
     block.zero = 0;
   }
@@ -211,7 +240,7 @@ class Stepper {
   /// Whether any bristle of the block snaps. If none does and bounds are kept, `margin` becomes the
   /// shortest distance from a deflection to its snap length.
   template <bool keep_margin>
-  static bool any_snap(const BlockMotion<T, axes, residual>& motion, const Extent& extent, T& margin) {
+  static bool any_snap(const Motion& motion, const Extent& extent, T& margin) {
     const std::uint32_t end = extent.start + extent.full_rows * lane_count;
     Lanes<T> shortest(margin);
     for (std::uint32_t i = extent.start; i < end; i += lane_count) {
@@ -268,6 +297,13 @@ class Stepper {
     if (extent.partial) advance_row(Flag<true>{}, at + extent.full_rows * lane_count, extent.weights + k);
   }
 
+  BlockSums rewrite_near(const Motion& motion, const Extent& extent) {
+    if constexpr (ages)
+      return rewrite_aged(motion, extent);
+    else
+      return rewrite(motion, extent);
+  }
+
   BlockSums rewrite(const BlockMotion<T, axes, residual>& block_motion, const Extent& extent) {
     const BlockMotion<T, axes, residual> motion =
         block_motion;  // whose address nobody takes: stays in registers
@@ -310,6 +346,76 @@ class Stepper {
       noise = rewrite_by_rounds(motion, output, extent, sums);
     }
     return total(motion, sums, noise);
+  }
+
+  BlockSums rewrite_aged(const Motion& block_motion, const Extent& extent) {
+    const Motion motion = block_motion;
+    Scratch scratch;
+    alignas(64) T scratch_age[block_size];
+    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.draw};
+    T* age = scratch_age;
+    if (advance.commit) {
+      output.zx = patch.zx + extent.start;
+      if constexpr (axes == 2) output.zy = patch.zy + extent.start;
+      output.delta = patch.delta + extent.start;
+      if constexpr (redraw) output.draw = patch.draw + extent.start;
+      age = patch.age + extent.start;
+    }
+    RowSums<T> sums[parts];
+    PlaceList<T> places;
+    const auto begin = [&](T* path) {
+      for (std::uint32_t part = 0; part < parts; ++part)
+        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+          places.add_if(begin_aged<T, axes, partial.value>(motion, i, weights, path), i % block_size);
+        });
+    };
+    if constexpr (!redraw) {
+      const double shortest =
+          static_cast<double>(patch.blocks[extent.start / block_size].shortest) - advance.residual;
+      const bool again = advance.length >= shortest;
+      AgedWays<T> ways;
+      begin(ways.path);
+      for (T& way : ways.way) way = T(1);  // of vectors in which none snaps
+      find_snaps<T, axes, true>(motion, extent.start, places, again, ways.path, ways.way);
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        RowSums<T> sum;
+        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+          end_keep_aged<T, axes, partial.value>(motion, output, age, i, weights, again, ways, sum);
+        });
+        sums[part] = sum;
+      }
+      return total(motion, sums, 0.0);
+    } else {
+      const bool jumps = advance.length > patch.law->jump_from;
+      const std::uint32_t key = jumps ? noise_key(patch.draw + extent.start) : 0u;
+      AgedWalk<T> walk;
+      walk.ageing = motion.ageing;
+      walk.largest_growth = static_cast<T>(advance.largest_growth);
+      begin(walk.path);
+      find_snaps<T, axes, false>(motion, extent.start, places, false, walk.path, nullptr);
+      const RedrawColumns<T> columns{patch.delta + extent.start, patch.draw + extent.start, output.delta,
+                                     output.draw};
+      walk_rounds<T, true, true>(*patch.law, static_cast<T>(advance.length), static_cast<T>(advance.residual),
+                                 columns, places, walk);
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        RowSums<T> sum;
+        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+          end_redraw_aged<T, axes, partial.value>(motion, output, age, i, weights, walk, sum);
+        });
+        sums[part] = sum;
+      }
+      return total(motion, sums, jumps ? open_noise(extent, walk, motion.length, key) : 0.0);
+    }
+  }
+
+  /// What jumps leave open of the sum of squares of a block, drawn.
+  static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
+    Row<T> squares, variance;
+    for (std::uint32_t part = 0; part < parts; ++part)
+      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+        add_jumped<T, partial.value>(i, weights, walk, length, squares.part[part], variance.part[part]);
+      });
+    return jump_noise(tree_sum(squares), tree_sum(variance), key);
   }
 
   template <std::uint32_t together>
@@ -407,8 +513,12 @@ class Stepper {
   }
 
   BlockSums rewrite_far(const Extent& extent, const double (&q0)[2], const double (&q1)[2]) {
-    const FarSums far =
-        far_block<T, axes, redraw, residual>(patch, advance, extent.start, extent.active, q0, q1);
+    const FarSums far = [&] {
+      if constexpr (ages)
+        return far_block_aged<T, axes, redraw>(patch, advance, extent.start, extent.active, q0, q1);
+      else
+        return far_block<T, axes, redraw, residual>(patch, advance, extent.start, extent.active, q0, q1);
+    }();
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) {
       block.stored[axis] = far.stored[axis];
@@ -450,21 +560,21 @@ class Stepper {
   }
 };
 
-template <class T, int axes, bool redraw>
+template <class T, int axes, bool redraw, bool ages>
 struct ForeseeOf {
   static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                            std::uint32_t last) {
     Totals unused{};
-    return Stepper < T, axes, redraw ? rule_redraw : rule_keep, false, true,
-           false > (patch, advance, unused).foresee(first, last);
+    constexpr Rule rule = redraw ? rule_redraw : rule_keep;
+    return Stepper<T, axes, rule, ages, true, ages, ages>(patch, advance, unused).foresee(first, last);
   }
 };
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual>
+template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
 struct StepOf {
   static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
                   Totals& totals) {
-    Stepper<T, axes, rule, mean, energy, residual>(patch, advance, totals).run(first, last);
+    Stepper<T, axes, rule, mean, energy, residual, ages>(patch, advance, totals).run(first, last);
   }
 };
 

@@ -7,22 +7,22 @@
 namespace bristle::detail {
 namespace {
 
-/// `StepOf<T, axes, rule, mean, energy, residual>::run` is the step of a variant.
-template <class T, template <class, int, Rule, bool, bool, bool> class StepOf, int axes, Rule rule,
+/// `StepOf<T, axes, rule, mean, energy, residual, ages>::run` is the step of a variant.
+template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf, int axes, Rule rule,
           bool residual>
 constexpr void fill_outputs(KernelSet<T>& set) {
   const auto fill = [&set](auto* step, bool mean, bool energy) {
     set.step[variant_index(axes, rule, mean, energy, residual)] = step;
   };
-  fill(&StepOf<T, axes, rule, false, false, residual>::run, false, false);
+  fill(&StepOf<T, axes, rule, false, false, residual, false>::run, false, false);
 #if !defined(BRISTLE_MINIMAL)
-  fill(&StepOf<T, axes, rule, true, false, residual>::run, true, false);
-  fill(&StepOf<T, axes, rule, false, true, residual>::run, false, true);
-  fill(&StepOf<T, axes, rule, true, true, residual>::run, true, true);
+  fill(&StepOf<T, axes, rule, true, false, residual, false>::run, true, false);
+  fill(&StepOf<T, axes, rule, false, true, residual, false>::run, false, true);
+  fill(&StepOf<T, axes, rule, true, true, residual, false>::run, true, true);
 #endif
 }
 
-template <class T, template <class, int, Rule, bool, bool, bool> class StepOf, int axes>
+template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf, int axes>
 constexpr void fill_axes(KernelSet<T>& set) {
   fill_outputs<T, StepOf, axes, rule_keep, false>(set);
 #if !defined(BRISTLE_MINIMAL)
@@ -30,33 +30,35 @@ constexpr void fill_axes(KernelSet<T>& set) {
   fill_outputs<T, StepOf, axes, rule_keep, true>(set);
   fill_outputs<T, StepOf, axes, rule_redraw, true>(set);
   set.step[variant_index(axes, rule_literal_keep, false, true, false)] =
-      &StepOf<T, axes, rule_literal_keep, false, true, false>::run;
+      &StepOf<T, axes, rule_literal_keep, false, true, false, false>::run;
   set.step[variant_index(axes, rule_literal_redraw, false, true, false)] =
-      &StepOf<T, axes, rule_literal_redraw, false, true, false>::run;
+      &StepOf<T, axes, rule_literal_redraw, false, true, false, false>::run;
+  set.step[aged_variant_index(axes, rule_keep)] = &StepOf<T, axes, rule_keep, true, true, true, true>::run;
+  set.step[aged_variant_index(axes, rule_redraw)] =
+      &StepOf<T, axes, rule_redraw, true, true, true, true>::run;
 #endif
 }
 
-template <class T, template <class, int, bool> class ForeseeOf>
-constexpr void fill_foresee(KernelSet<T>& set) {
-  set.foresee[0][0] = &ForeseeOf<T, 1, false>::run;
-  set.foresee[0][1] = &ForeseeOf<T, 1, true>::run;
-  set.foresee[1][0] = &ForeseeOf<T, 2, false>::run;
-  set.foresee[1][1] = &ForeseeOf<T, 2, true>::run;
+template <class T, int axes, bool redraw, template <class, int, bool, bool> class ForeseeOf, class Lengths>
+constexpr void fill_renewal(KernelSet<T>& set) {
+  set.foresee[axes - 1][redraw] = &ForeseeOf<T, axes, redraw, false>::run;
+  set.foresee_aged[axes - 1][redraw] = &ForeseeOf<T, axes, redraw, true>::run;
+  set.renew[axes - 1][redraw] = &renew_bristles<T, axes, redraw, false, Lengths>;
+  set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, Lengths>;
 }
 
-template <class T, template <class, int, Rule, bool, bool, bool> class StepOf,
-          template <class, int, bool> class ForeseeOf, class Lengths>
+template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf,
+          template <class, int, bool, bool> class ForeseeOf, class Lengths>
 constexpr KernelSet<T> make_kernel_set(decltype(KernelSet<T>::rewrite) rewrite,
                                        decltype(KernelSet<T>::squares) squares) {
   KernelSet<T> set{};
   fill_axes<T, StepOf, 1>(set);
 #if !defined(BRISTLE_MINIMAL)
   fill_axes<T, StepOf, 2>(set);
-  fill_foresee<T, ForeseeOf>(set);
-  set.renew[0][0] = &renew_bristles<T, 1, false, Lengths>;
-  set.renew[0][1] = &renew_bristles<T, 1, true, Lengths>;
-  set.renew[1][0] = &renew_bristles<T, 2, false, Lengths>;
-  set.renew[1][1] = &renew_bristles<T, 2, true, Lengths>;
+  fill_renewal<T, 1, false, ForeseeOf, Lengths>(set);
+  fill_renewal<T, 1, true, ForeseeOf, Lengths>(set);
+  fill_renewal<T, 2, false, ForeseeOf, Lengths>(set);
+  fill_renewal<T, 2, true, ForeseeOf, Lengths>(set);
 #endif
   set.rewrite = rewrite;
   set.squares = squares;

@@ -134,8 +134,54 @@ inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
   }
 }
 
+/// Representatives that age, for every combination of axes, rule, precision and law: both forms, with and
+/// without residual and shared renewal; some begin to age half-way, some cease to.
+inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
+  std::uint32_t seed = 1300;
+  for (int axes : {1, 2}) {
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (Precision precision : precisions()) {
+        for (const SnapLength& law : all_laws()) {
+          const unsigned kind = seed;
+          const bool refused = rule == SnapRule::keep && law.survival(dbar / 64.0) < 1.0 - 1e-4;
+          const double renewal = kind % 3 != 0 || refused ? 0.0 : 1.2;
+          const bristle::Ageing ageing = kind % 2 ? bristle::Ageing::logarithmic(0.1, 0.3 * tick)
+                                                  : bristle::Ageing::saturating(0.7, 20.0 * tick);
+          const Material plain = plain_material(law, rule)
+                                     .with_bristle_stiffness(80.0)
+                                     .with_residual_length(kind % 4 < 2 ? 0.3 * dbar : 0.0)
+                                     .with_shared_renewal(renewal);
+          const Material aged = Material(plain).with_ageing(ageing);
+          const Material other = Material(plain).with_ageing(bristle::Ageing::logarithmic(0.3, 5.0 * tick));
+          std::ostringstream name;
+          name << axes << " axes, " << table_name(rule) << ", " << name_of(precision)
+               << (renewal > 0.0 ? ", ageing, renewal, " : ", ageing, ") << to_string(law.law());
+          const PatchOptions options = PatchOptions{}
+                                           .with_max_normal_load(2.0)
+                                           .with_bristles(bristles + seed % 7)
+                                           .with_axes(axes)
+                                           .with_outputs(kind % 5 ? Outputs::all : Outputs::end)
+                                           .with_precision(precision)
+                                           .with_seed(seed);
+          cases.push_back({name.str(), kind % 7 == 0 ? plain : aged,
+                           kind % 11 == 0  ? plain
+                           : kind % 3 == 1 ? other
+                                           : aged,
+                           options});
+          ++seed;
+        }
+      }
+    }
+  }
+  PatchCase large = cases.back();
+  large.name = "large, ageing";
+  large.options = PatchOptions(large.options).with_bristles(40000).with_outputs(Outputs::all);
+  cases.push_back(large);
+}
+
 /// A patch for every combination of axes, rule, outputs, precision, step rule and law, large ones that are
-/// split over workers, infinite ones, and ones that can be rubbed.
+/// split over workers, infinite ones, ones that can be rubbed, and ones that
+/// age.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   std::vector<PatchCase> cases;
   std::uint32_t seed = 100;
@@ -186,6 +232,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   if (!BRISTLE_MINIMAL) add_infinite_variants(cases);
   if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
   if (!BRISTLE_MINIMAL) add_fluctuating_variants(cases);
+  if (!BRISTLE_MINIMAL) add_aged_variants(cases, bristles);
   return cases;
 }
 

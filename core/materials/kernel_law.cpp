@@ -53,43 +53,10 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   double m[6];
   double factor = 1.0;
   for (int k = 0; k <= 5; ++k, factor *= per_metre) m[k] = length.moment(k) * factor;
-  const double variance = std::max(m[2] - m[1] * m[1], 0.0);
-  law.mean = m[1];
-  law.inverse_mean = 1.0 / m[1];
-  law.count_offset = variance / (m[1] * m[1]);
-
-  // Sum of delta^2 over the renewals that make up a distance D, given a renewal at D: cumulants
-  // linear in D, from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
-  const double c = m[2] / m[1];
-  const double y2 = m[4] - 2.0 * c * m[3] + c * c * m[2];
-  const double dy = m[3] - c * m[2];
-  const double dy2 = m[5] - 2.0 * c * m[4] + c * c * m[3];
-  law.squares_per_length = c;
-  law.squares_offset = -dy / m[1];
-  law.variance_per_length = y2 / m[1];
-  law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
-
-  // k renewals at once.
+  fill_jump_sums(m, law);
   const double cv = length.cv();
-  law.deviation = std::sqrt(variance);
-  law.square_mean = m[2];
   if (cv < 0.2) {
-    const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
-    const double fourth =
-        m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-    // The differences above lose 1e-16 / cv^4: below this spread the sum is normal for all we can tell.
-    if (cv > 2e-3) {
-      law.skewness = third / (variance * law.deviation);
-      law.kurtosis = fourth / (variance * variance) - 3.0;
-    }
-    law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
-    law.square_residual =
-        cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-    // At least 3 renewals in a jump that overshoots three times in a million.
-    double from = 3.0 * m[1];
-    for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
-    law.jump_from = from;
-    law.stationary_from = std::max(0.5 / (cv * cv), 16.0) * m[1];
+    fill_narrow_jumps(m, cv, law);
   } else {
     // The exponential law has no memory: exact at any distance, and soon cheaper than drawing.
     const bool memoryless = length.law() == SnapLaw::exponential;
@@ -163,6 +130,57 @@ std::uint64_t hash_material(const Material& m) {
 
 }  // namespace
 
+double spread_share(int k) noexcept {
+  const double t = (k + 0.5) / spread_size;
+  return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+}
+
+double spread_weight(int k) noexcept {
+  const double t = (k + 0.5) / spread_size;
+  return 30.0 * t * t * (1.0 - t) * (1.0 - t) / spread_size;
+}
+
+void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
+  const double variance = std::max(m[2] - m[1] * m[1], 0.0);
+  law.mean = m[1];
+  law.inverse_mean = 1.0 / m[1];
+  law.count_offset = variance / (m[1] * m[1]);
+
+  // Sum of delta^2 over the renewals that make up a distance D, given a renewal at D: cumulants
+  // linear in D, from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
+  const double c = m[2] / m[1];
+  const double y2 = m[4] - 2.0 * c * m[3] + c * c * m[2];
+  const double dy = m[3] - c * m[2];
+  const double dy2 = m[5] - 2.0 * c * m[4] + c * c * m[3];
+  law.squares_per_length = c;
+  law.squares_offset = -dy / m[1];
+  law.variance_per_length = y2 / m[1];
+  law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
+
+  // k renewals at once.
+  law.deviation = std::sqrt(variance);
+  law.square_mean = m[2];
+}
+
+void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept {
+  const double variance = std::max(m[2] - m[1] * m[1], 0.0);
+  const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
+  const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
+  // The differences above lose 1e-16 / cv^4: below this spread the sum is normal for all we can tell.
+  if (cv > 2e-3) {
+    law.skewness = third / (variance * law.deviation);
+    law.kurtosis = fourth / (variance * variance) - 3.0;
+  }
+  law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
+  law.square_residual =
+      cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
+  // At least 3 renewals in a jump that overshoots three times in a million.
+  double from = 3.0 * m[1];
+  for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
+  law.jump_from = from;
+  law.stationary_from = std::max(0.5 / (cv * cv), 16.0) * m[1];
+}
+
 std::shared_ptr<const CompiledMaterial> compile_material(const Material& material) {
   material.validate();
   auto compiled = std::make_shared<CompiledMaterial>();
@@ -187,6 +205,9 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.hash = hash_material(material);
   // The laws' own limits (cv of the lognormal, largest over mean of a table) see to it.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
+  if (material.ageing_strength != 0.0)
+    for (int k = 0; k < spread_size; ++k)
+      c.spread.push_back(std::clamp(length.quantile(spread_share(k)) * per_metre, c.shortest, c.longest));
   if (!c.redraw) return compiled;
   // For Population::infinite alone (Material::validate_for_representatives).
   if (length.cv() > widest_redraw_cv) return compiled;

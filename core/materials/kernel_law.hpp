@@ -30,6 +30,7 @@ struct CompiledMaterial {
   KernelLaw law{};                ///< points into the tables below
 
   std::vector<double> table, biased_table;
+  std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
 
   /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
   const SurvivalTable& survival() const;
@@ -46,6 +47,17 @@ struct CompiledMaterial {
   mutable std::once_flag renewal_made_;
   mutable RenewalLaw renewal_;
 };
+
+/// Shares of the snap-length law for sums over it, close to each other towards both ends, and their weights:
+/// a midpoint rule in t with u = t^3 (10 - 15 t + 6 t^2).
+inline constexpr int spread_size = 128;
+double spread_share(int k) noexcept;
+double spread_weight(int k) noexcept;
+
+/// Constants of jumps over many renewals, from the moments of the way from one to the next; moment[0] = 1.
+void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
+/// The same of k renewals at once, for a way of little spread; also where such jumps begin and end.
+void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
 /// Throws bristle::Error when the material is out of range.
 std::shared_ptr<const CompiledMaterial> compile_material(const Material& material);

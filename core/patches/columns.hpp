@@ -16,6 +16,7 @@ namespace bristle::detail {
 /// makes of it.
 enum class Filler : unsigned char {
   zero,          ///< 0. State: saved; a length in the units of the material
+  age,           ///< 0. State: saved; a time in the units of the material's ageing
   first_length,  ///< the bristle's first snap length. State: saved; kept by a material of the same law
   draw_state,    ///< goes on, out of contact too. State: saved; filled from the seed
   from_seed,     ///< first snap lengths: a function of seed and material, never changed by a step

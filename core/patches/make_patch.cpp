@@ -29,9 +29,6 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
   if (options.bristles > max_bristles_per_patch)
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
-  // Not built yet.
-  if (material->material.ageing_strength != 0.0 && options.population != Population::infinite)
-    refuse("Material", "ageing_strength", material->material.ageing_strength, "0");
   if (options.population == Population::infinite)
     return make_cohorts(std::move(material), options, kernels, weight);
   return make_representatives(std::move(material), options, kernels, weight);

@@ -17,13 +17,16 @@ double tail_weight(const Representatives<T>& r) noexcept {
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept {
   const Representatives<T>& r = representatives<T>(p);
+  if (r.age != nullptr) write_ages<T>(p, b);
   r.kernels->rewrite(r.view(), b, p.position);
 }
 
 template <class T>
 void enter_block(const Patch& p, std::uint32_t b) noexcept {
-  Block& block = representatives<T>(p).blocks[b];
+  const Representatives<T>& r = representatives<T>(p);
+  Block& block = r.blocks[b];
   block.zero = 1;
+  if (r.since != nullptr) r.since[b] = time_of(p);
   // Straight bristles hold until the shortest of them is reached.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {

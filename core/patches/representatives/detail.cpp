@@ -17,7 +17,7 @@ struct Clipped {
   double weight = 0.0;
 };
 
-template <class T, int axes>
+template <class T, int axes, bool ages>
 class Shifter {
  public:
   Shifter(const Representatives<T>& its_record, std::uint32_t its_first)
@@ -64,6 +64,10 @@ class Shifter {
   static double size_of(const double (&lack)[2]) noexcept {
     return std::max(std::abs(lack[0]), std::abs(lack[1]));
   }
+  T limit_of(std::uint32_t i) const noexcept {
+    if constexpr (ages) return static_cast<T>(limit_now(r, i)) * inside;
+    return delta[i] * inside;
+  }
   double weight_of(std::uint32_t i) const noexcept {
     return i < r.whole ? 1.0 : static_cast<double>(fraction);
   }
@@ -79,7 +83,7 @@ class Shifter {
         y[k] = zy[at + k] + shift[1];
         squares += y[k] * y[k];
       }
-      const T limit = delta[at + k] * inside;
+      const T limit = limit_of(at + k);
       any |= squares > limit * limit;
     }
     if (any != 0) clip_row(at, count, x, y, clipped);
@@ -91,7 +95,7 @@ class Shifter {
   void clip_row(std::uint32_t at, std::uint32_t count, T (&x)[lane_count], T (&y)[lane_count],
                 Clipped& clipped) {
     for (std::uint32_t k = 0; k < count; ++k) {
-      const T limit = delta[at + k] * inside;
+      const T limit = limit_of(at + k);
       const T squares = x[k] * x[k] + y[k] * y[k];
       if (!(squares > limit * limit)) continue;
       const T shrink = limit / std::sqrt(squares);
@@ -107,7 +111,11 @@ class Shifter {
 
 template <class T>
 bool shift_bristles(const Representatives<T>& r, std::uint32_t first, double (&lack)[2]) noexcept {
-  return r.options.axes == 1 ? Shifter<T, 1>(r, first).run(lack) : Shifter<T, 2>(r, first).run(lack);
+  if (r.ages())
+    return r.options.axes == 1 ? Shifter<T, 1, true>(r, first).run(lack)
+                               : Shifter<T, 2, true>(r, first).run(lack);
+  return r.options.axes == 1 ? Shifter<T, 1, false>(r, first).run(lack)
+                             : Shifter<T, 2, false>(r, first).run(lack);
 }
 
 /// Writes every block in contact down anew and gives the sums over them.
@@ -178,6 +186,10 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
       // With a length of its own a bristle is as far on the way to its snap.
       z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
+  }
+  if (r.age != nullptr) {
+    const auto aged = static_cast<T>(aged_since<T>(p, from / block_size));
+    for (std::uint32_t k = 0; k < count; ++k) r.age[to + k] = (block.zero ? T(0) : r.age[from + k]) + aged;
   }
   if (!r.redraws() && residual)
     for (std::uint32_t k = 0; k < count; ++k) fit_to_length(r, from + k, to + k);

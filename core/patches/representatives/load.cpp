@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/common/assert.hpp"
-#include "core/materials/elementary.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
@@ -83,16 +82,6 @@ void scale_all(Patch& p, double factor) noexcept {
   }
 }
 
-/// Straight slide of a patch of which this share entered just now. Those that slide on are as steady as they
-/// were, within 1e-3 after `forget`; what is not steady about a patch falls exponentially.
-template <class T>
-double run_with(const Representatives<T>& r, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // log of 1000
-  if (r.shared->run == 0.0) return 0.0;
-  const double unsteady = std::min(exp(-per_forget * (r.shared->run / r.shared->forget)) + share, 1.0);
-  return std::clamp(r.shared->forget * (-log(unsteady) / per_forget), 0.0, r.shared->run);
-}
-
 }  // namespace
 
 ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept {
@@ -124,7 +113,8 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
   else if (now.active > r.active)
     loss = joules * admit_contacts<T>(p, now, energy);
   if (r.shared != nullptr) {
-    if (now.active > r.active) r.shared->run = run_with(r, 1.0 - r.active / now.active);
+    if (now.active > r.active)
+      r.shared->run = shortened_run(r.shared->run, r.shared->forget, 1.0 - r.active / now.active);
     if (now.overload != p.overload || now.active == 0.0) r.shared->run = 0.0;
   }
   r.active = now.active;

@@ -45,7 +45,8 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
 }
 
 /// Renewals are counted from snaps: the kernels with energy count them.
-int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews) noexcept {
+int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
+  if (ages) return aged_variant_index(options.axes, redraws ? rule_redraw : rule_keep);
   const bool literal = options.step_rule == StepRule::literal;
   const Rule rule =
       literal ? (redraws ? rule_literal_redraw : rule_literal_keep) : (redraws ? rule_redraw : rule_keep);
@@ -75,7 +76,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.first_seed = options.seed;
   made.full_weight = made.weight = weight > 0.0 ? weight : zeta_max / made.bristles;
   made.detail = made.bristles;
-  made.variant = find_variant(options, made.redraws(), material->residual > 0.0, made.renews());
+  made.variant = find_variant(options, made.redraws(), material->residual > 0.0, made.renews(), made.ages());
   made.kernels = &kernels;
   if (kernels.step[made.variant] == nullptr ||
       (made.renews() && kernels.renew[options.axes - 1][made.redraws() ? 1 : 0] == nullptr))
@@ -96,6 +97,10 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
     new (r->shared) SharedRenewal{};
     plan_pieces(*r);
   }
+  if (r->aged != nullptr) {
+    new (r->aged) AgedSliding{};
+    begin_ageing(*r);
+  }
   r->find_lengths();
   fill_first(*r);
   fill_columns(*r);
@@ -106,10 +111,10 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   return p;
 }
 
-/// Names of the variants: axes, rule, mean, energy, precision, step rule, residual, renewal.
-const std::array<std::string, 256>& kernel_names() {
-  static const std::array<std::string, 256> names = [] {
-    std::array<std::string, 256> all;
+/// Names of the variants: axes, rule, mean, energy, precision, step rule, residual, renewal, ageing.
+const std::array<std::string, 512>& kernel_names() {
+  static const std::array<std::string, 512> names = [] {
+    std::array<std::string, 512> all;
     for (unsigned i = 0; i < all.size(); ++i) {
       std::string& name = all[i];
       name = i & 1 ? "2 axes" : "1 axis";
@@ -117,6 +122,7 @@ const std::array<std::string, 256>& kernel_names() {
       if (i & 32) name += ", literal";
       if (i & 64) name += ", residual";
       if (i & 128) name += ", renewal";
+      if (i & 256) name += ", ageing";
       name += i & 4 ? ", end + mean" : ", end";
       if (i & 8) name += ", energy";
       name += i & 16 ? ", double" : ", single";
@@ -140,7 +146,7 @@ template <class T>
 void fill_columns(Representatives<T>& r) noexcept {
   Representatives<T>::columns(r, [&r](auto* column, const ColumnRule& rule) {
     if (rule.count == 0) return;
-    if (rule.filler == Filler::zero)
+    if (rule.filler == Filler::zero || rule.filler == Filler::age)
       std::fill_n(column, rule.count, std::remove_pointer_t<decltype(column)>{});
     if constexpr (std::is_same_v<decltype(column), T*>) {
       if (rule.filler == Filler::first_length) std::memcpy(column, r.first, rule.count * sizeof *column);
@@ -203,7 +209,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
       (p.axes == 2 ? 1u : 0u) | (r.redraws() ? 2u : 0u) | (has(p.outputs, Outputs::mean) ? 4u : 0u) |
       (has(p.outputs, Outputs::energy) ? 8u : 0u) | (sizeof(T) == sizeof(double) ? 16u : 0u) |
       (p.literal ? 32u : 0u) | (p.material().residual > 0.0 ? 64u : 0u) |
-      (p.material().material.shared_renewal > 0.0 ? 128u : 0u);
+      (p.material().material.shared_renewal > 0.0 ? 128u : 0u) | (r.ages() ? 256u : 0u);
   info.kernel = kernel_names()[index].c_str();
 }
 
@@ -211,6 +217,9 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
                            const KernelTable& kernels, double weight) {
   const Material& m = material->material;
   m.validate_for_representatives();
+  if (options.step_rule == StepRule::literal && m.ageing_strength != 0.0)
+    refuse("Material", "ageing_strength", m.ageing_strength,
+           "0 with StepRule::literal, the paper's loop; StepRule::exact takes it");
   if (options.step_rule == StepRule::literal && (m.residual_length != 0.0 || m.shared_renewal != 0.0))
     refuse("Material", m.residual_length != 0.0 ? "residual_length" : "shared_renewal",
            m.residual_length != 0.0 ? m.residual_length : m.shared_renewal,

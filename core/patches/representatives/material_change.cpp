@@ -1,4 +1,5 @@
 // A live change of material (core/MODEL.md, section 6).
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -16,6 +17,9 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   const bool same_residual = to.material->residual == from.material->residual;
   const bool both_draw = to.redraws() && from.redraws();
   const std::uint32_t contact = from.in_contact();
+  const double age_ratio = from.ages() && to.ages()
+                               ? from.material->material.ageing_time / to.material->material.ageing_time
+                               : 0.0;
   const auto take = [&](auto* column, const auto* old, const ColumnRule& rule) {
     using Entry = std::remove_pointer_t<decltype(column)>;
     if (rule.count == 0) return;
@@ -23,6 +27,10 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::zero)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
+      // A bristle keeps its age in seconds; where ageing is new it begins now.
+      if (rule.filler == Filler::age && age_ratio > 0.0)
+        for (std::uint32_t i = 0; i < contact; ++i)
+          column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
       if (rule.filler == Filler::first_length && both_draw && same_law && !same_residual) {
         const double less = static_cast<double>(static_cast<T>(from.material->residual));
         for (std::uint32_t i = 0; i < contact; ++i)
@@ -54,12 +62,13 @@ void snap_beyond(Patch& p) noexcept {
   for (std::uint32_t i = 0; i < r.in_contact(); ++i) {
     const auto x = static_cast<double>(r.zx[i]);
     const double y = r.zy == nullptr ? 0.0 : static_cast<double>(r.zy[i]);
-    const auto limit = static_cast<double>(r.delta[i]);
+    const double limit = limit_now(r, i);
     if (x * x + y * y > limit * limit) {
       const double w = i < r.whole ? 1.0 : r.fraction;
       const double share = left / std::sqrt(x * x + y * y);
       r.zx[i] = static_cast<T>(x * share + 0.0);  // no negative zero
       if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
+      if (r.age != nullptr) r.age[i] = T(0);
       p.pending_dissipated += joules * w * (x * x + y * y - left * left);
       ++p.pending_snaps;
     }
@@ -89,6 +98,7 @@ void take_over(Patch& to, Patch& from) noexcept {
     r.shared->run = 0.0;
   }
   take_over_columns(r, old);
+  for (std::uint32_t b = 0; r.since != nullptr && b < r.block_count; ++b) r.since[b] = time_of(to);
   snap_beyond<T>(to);
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {
     r.blocks[b].zero = 0;

@@ -55,11 +55,14 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   Representatives<T>& r = representatives<T>(p);
   const int axes = p.axes - 1;
   const int redraw = r.redraws() ? 1 : 0;
-  const std::uint64_t beyond = r.kernels->foresee[axes][redraw](r.view(), a, 0, r.active_blocks());
+  const auto foresee = r.ages() ? r.kernels->foresee_aged[axes][redraw] : r.kernels->foresee[axes][redraw];
+  const std::uint64_t beyond = foresee(r.view(), a, 0, r.active_blocks());
   if (beyond == 0) return 0;
   const double kappa = p.material().material.shared_renewal;
   const double count = r.in_contact();
-  const double again = share_again(p.material().renewal(), a.length * r.shared->inverse_mean);
+  double lengths = a.length * r.shared->inverse_mean;
+  if (r.ages()) lengths /= mean_growth(r, age_per_length(p.material().material, a));
+  const double again = share_again(p.material().renewal(), lengths);
   const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
   const double draws = std::floor(r.shared->due + foreseen);
   if (!(draws > 0.0)) return beyond;
@@ -73,8 +76,13 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   renewal.key = renewal_key(r);
   renewal.first_draw = r.shared->draws;
   renewal.draws = static_cast<std::uint64_t>(draws);
+  renewal.start = a.start;
+  renewal.duration = a.duration;
+  renewal.ageing_rate = a.ageing_rate;
+  renewal.ageing_strength = a.ageing_strength;
+  renewal.ageing_form = a.ageing_form;
   RenewalTotals totals{};
-  r.kernels->renew[axes][redraw](r.view(), renewal, totals);
+  (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[axes][redraw](r.view(), renewal, totals);
   r.shared->draws += renewal.draws;
   r.shared->due += kappa * static_cast<double>(totals.snaps) - draws;
   for (int axis = 0; axis < p.axes; ++axis) {
@@ -86,6 +94,22 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   r.shared->walked.snaps += totals.snaps;
   if (totals.tail_changed) note_tail<T>(p);
   return beyond;
+}
+
+/// Straight slide of bristles that age, at another speed or after a rest: its deflections are off by what
+/// either makes of friction.
+template <class T>
+double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const Material& m = p.material().material;
+  const double before = r.shared->run_ageing;
+  const double now = r.shared->walked.per_length;
+  if (run == 0.0) return 0.0;
+  if (!(before > 0.0 && now > 0.0)) return 0.0;
+  const double waited = (a.start - r.shared->run_until) / m.ageing_time - before * std::max(way, 0.0);
+  const double rest = log1p(std::max(waited, 0.0) * r.shared->inverse_mean / before);
+  const double change = m.ageing_strength * (rest + std::abs(log(now / before)));
+  return shortened_run(run, r.shared->walked.forget, change);
 }
 
 /// How far the straight slide has come that a step goes on with; 0 = it begins. Where the patch went since
@@ -100,14 +124,19 @@ double find_run(const Patch& p, const Advance& a) noexcept {
   const bool goes_on = std::abs(a.direction[0] * e[1] - a.direction[1] * e[0]) <= straight &&
                        a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0 &&
                        std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean <= straight;
-  return goes_on ? std::clamp(r.shared->run + (x * e[0] + y * e[1]), 0.0, r.shared->forget) : 0.0;
+  if (!goes_on) return 0.0;
+  const double way = x * e[0] + y * e[1];
+  const double run = std::clamp(r.shared->run + way, 0.0, r.shared->walked.forget);
+  return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
 /// The straight slide after a step in which something snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
-  r.shared->run = std::min(r.shared->walked.run + r.shared->walked.length, r.shared->forget);
+  r.shared->run = std::min(r.shared->walked.run + r.shared->walked.length, r.shared->walked.forget);
+  r.shared->run_ageing = r.shared->walked.per_length;
+  r.shared->run_until = r.shared->walked.until;
   for (int axis = 0; axis < 2; ++axis) {
     if (r.shared->walked.run == 0.0) r.shared->direction[axis] = direction[axis];
     r.shared->slid_to[axis] = p.position[axis];
@@ -119,10 +148,18 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
-  return std::min({length, r.shared->forget, std::max(r.shared->forget - r.shared->walked.run, some)});
+  const double forget = r.shared->walked.forget;
+  return std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
 }
 
 }  // namespace
+
+double shortened_run(double run, double forget, double share) noexcept {
+  constexpr double per_forget = 6.907755278982137;  // log of 1000
+  if (run == 0.0) return 0.0;
+  const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
+  return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
+}
 
 template <class T>
 void plan_pieces(Representatives<T>& r) noexcept {
@@ -145,7 +182,15 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   BRISTLE_ASSERT(whole.commit);
   r.shared->walked = PieceSums{};
   r.shared->walked.length = whole.length;
+  r.shared->walked.duration = whole.duration;
+  r.shared->walked.until = whole.start + whole.duration;
   for (int axis = 0; axis < 2; ++axis) r.shared->walked.from[axis] = whole.from[axis];
+  r.shared->walked.forget = r.shared->forget;
+  if (r.ages()) {
+    r.shared->walked.per_length = age_per_length(p.material().material, whole);
+    r.shared->walked.forget = std::min(r.shared->forget * mean_growth(r, r.shared->walked.per_length),
+                                       r.shared->forget * largest_ageing_factor(p.material().material));
+  }
   if (r.in_contact() == 0) {
     prepare_kernel<T>(p, step);
     return;
@@ -164,12 +209,14 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   for (int axis = 0; axis < 2; ++axis) a.to[axis] = whole.from[axis];
   double way = 0.0;
   for (double k = 1.0;; k += 1.0) {
+    const double before = way;
     way = k <= pieces ? followed * (k / pieces) : std::min(way + r.shared->piece, whole.length);
     const bool arrives = way >= whole.length;
     for (int axis = 0; axis < 2; ++axis) {
       a.from[axis] = a.to[axis];
       a.to[axis] = arrives ? whole.to[axis] : moved_by(whole.from[axis], whole.direction[axis] * way);
     }
+    a.duration = whole.duration * ((way - before) / whole.length);
     find_direction(a);
     prepare_kernel<T>(p, step);
     const std::uint64_t beyond = renew<T>(p, a);
@@ -181,6 +228,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     Totals totals{};
     run_blocks<T>(p, step, 0, r.active_blocks(), totals);
     finish_piece<T>(p, a, totals);
+    a.start += a.duration;
   }
 }
 
@@ -218,7 +266,8 @@ double held_mean(const Patch& p, int axis) noexcept {
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
-  const double snaps = std::floor(r.shared->walked.carried * r.shared->steady_snaps * r.in_contact() + share);
+  const double rate = r.ages() ? r.aged->steady_snaps : r.shared->steady_snaps;
+  const double snaps = std::floor(r.shared->walked.carried * rate * r.in_contact() + share);
   return snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u};
 }
 
@@ -229,10 +278,18 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   const Representatives<T>& r = representatives<T>(p);
   const PieceSums& walked = r.shared->walked;
   if (walked.changed) note_run<T>(p, direction);
+  double steady_bend = r.shared->steady_bend;
+  if (r.ages() && walked.carried > 0.0) {
+    find_steady_sliding(r, walked.per_length);
+    steady_bend = r.aged->steady_bend;
+    // Carried as it stands: no older.
+    for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
+      r.since[b] += walked.duration * (walked.carried / walked.length);
+  }
   // What the patch is carried along as it stands is steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = walked.carried / walked.length;
-  const double steady = 2.0 * weight * r.shared->steady_bend;
+  const double steady = 2.0 * weight * steady_bend;
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = deflection_sum(p, axis) * fixed_per_length;
     sums.twice_mean[axis] =

@@ -34,14 +34,31 @@ struct RenewalState {
   std::uint64_t draws = 0;  ///< made so far: numbers the next
   // The straight slide that the last step with a snap belongs to; steps in which nothing snaps change
   // nothing.
-  double run = 0.0;                  ///< its length, at most `forget`; 0 = none
+  double run = 0.0;  ///< its length, at most `forget`; 0 = none
+  // Of bristles that age, at its end:
+  double run_ageing = 0.0;           ///< AgedSliding::per_length
+  double run_until = 0.0;            ///< the patch's time, s
   double direction[2] = {0.0, 0.0};  ///< in which it began
   std::int64_t slid_to[2] = {0, 0};  ///< patch position at its end
+};
+
+/// Sliding at one speed of bristles that age, for long steps (ageing.cpp). A cache: what it holds follows
+/// from the material and `per_length`.
+struct AgedSliding {
+  KernelLaw law{};              ///< that of the fresh length, with the jumps of the way from snap to snap
+  double per_length = -1.0;     ///< age gained per length, in units of the ageing time; < 0: none yet
+  double largest_growth = 1.0;  ///< aged over fresh, of the longest snap length
+  double steady_at = -1.0;      ///< `per_length` of the two below
+  double steady_bend = 0.0;     ///< under shared renewal: mean deflection
+  double steady_snaps = 0.0;    ///< of a bristle, per length
 };
 
 /// Sums over the pieces of a step under shared renewal.
 struct PieceSums {
   double length = 0.0;                    ///< of the whole step, scaled
+  double until = 0.0, duration = 0.0;     ///< its end and its duration, s
+  double forget = 0.0;                    ///< way after which a straight slide is steady at its speed
+  double per_length = 0.0;                ///< with ageing: AgedSliding::per_length
   double carried = 0.0;                   ///< of it: the way along which the patch is carried as it stands
   double run = 0.0;                       ///< length of the straight slide that the step goes on with
   double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
@@ -85,6 +102,10 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* delta = nullptr;               ///< with the snap length now; == first with keep
   std::uint32_t* draw = nullptr;    ///< null with keep
   SharedRenewal* shared = nullptr;  ///< one, or null without
+  // Null without ageing (PatchView).
+  T* age = nullptr;
+  double* since = nullptr;
+  AgedSliding* aged = nullptr;  ///< one
 
   /// Every column, in the order in which it is laid out, saved and hashed.
   template <class Self, class Visit>
@@ -100,6 +121,9 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
     // Its state is saved and hashed by functions of its own.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
+    visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
+    visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
+    visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
   /// After the columns were placed: with keep the length now is the first one.
   void find_lengths() noexcept {
@@ -108,6 +132,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
 
   bool redraws() const noexcept { return material->redraw; }
   bool renews() const noexcept { return material->material.shared_renewal > 0.0; }
+  bool ages() const noexcept { return material->material.ageing_strength > 0.0; }
   std::uint32_t in_contact() const noexcept { return whole + (fraction > 0.0 ? 1u : 0u); }
   std::uint32_t full_blocks() const noexcept { return whole / block_size; }
   std::uint32_t active_blocks() const noexcept { return (in_contact() + block_size - 1) / block_size; }
@@ -125,7 +150,11 @@ struct Representatives : PatchRecord, RepresentativeCount {
             bristles,
             whole,
             static_cast<T>(fraction),
-            redraws() ? &material->law : nullptr};
+            !redraws()        ? nullptr
+            : aged != nullptr ? &aged->law
+                              : &material->law,
+            age,
+            since};
   }
 };
 
@@ -170,6 +199,35 @@ void note_count(Patch& p) noexcept;
 /// The sums over the tail block alone: it was rewritten.
 template <class T>
 void note_tail(Patch& p) noexcept;
+
+// ----------------------------------------------------------------------------- ageing (ageing.cpp)
+
+constexpr double oldest_bristle = 1e30;  ///< in units of the ageing time: no bristle becomes older
+/// Largest g of a bristle.
+double largest_ageing_factor(const Material& material) noexcept;
+/// What the bristles of block b have aged since its last rewrite.
+template <class T>
+double aged_since(const Patch& p, std::uint32_t b) noexcept;
+/// Ages of block b written down now. Bristles out of contact have none.
+template <class T>
+void write_ages(const Patch& p, std::uint32_t b) noexcept;
+/// How far bristle i bends before it snaps, its age being written down now.
+template <class T>
+double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
+/// AgedSliding of a patch that has not slid yet.
+template <class T>
+void begin_ageing(const Representatives<T>& r) noexcept;
+/// What kernels need to know of ageing in a step.
+template <class T>
+void prepare_ageing(const Patch& p, Advance& advance) noexcept;
+/// Age gained per length in a step, in units of the ageing time.
+double age_per_length(const Material& material, const Advance& advance) noexcept;
+/// Mean way from snap to snap in steady sliding without renewal, over that without ageing.
+template <class T>
+double mean_growth(const Representatives<T>& r, double per_length) noexcept;
+/// Steady sliding under shared renewal.
+template <class T>
+void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept;
 
 // ----------------------------------------------------- population, load, step, detail, material, state
 
@@ -216,6 +274,10 @@ template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
+/// A straight slide of this length after this share of its deflections has become what it is not in steady
+/// sliding. Those that slide on are as steady as they were, within 1e-3 after `forget`; what is not steady
+/// about a patch falls exponentially.
+double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
 template <class T>

@@ -22,7 +22,7 @@ constexpr std::size_t count_size = 3 * 8 + 2 * 4;
 
 /// The same, where the material has shared renewal.
 template <class Io, class State>
-void renewal_fields(Io& io, State& state) noexcept {
+void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.due);
   io(state.draws);
   io(state.run);
@@ -30,6 +30,9 @@ void renewal_fields(Io& io, State& state) noexcept {
     io(state.direction[axis]);
     io(state.slid_to[axis]);
   }
+  if (!ages) return;
+  io(state.run_ageing);
+  io(state.run_until);
 }
 constexpr std::size_t renewal_size = 7 * 8;
 
@@ -39,6 +42,11 @@ void block_fields(Io& io, AnyBlock& block) noexcept {
   for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
 }
 constexpr std::size_t block_fields_size = 4 * 8;
+/// With the patch's time at the block's last rewrite, where bristles age.
+template <class T>
+std::size_t block_size_of(const Representatives<T>& r) noexcept {
+  return block_fields_size + (r.ages() ? 8 : 0);
+}
 
 /// Bristles of block b, and how many of them have columns that are written down; the others read as their
 /// filler.
@@ -62,7 +70,8 @@ struct Reading {
   bool straight;
 
   void add(Hasher& hasher, const T* column, const ColumnRule& rule, std::uint32_t i) const noexcept {
-    const T filler = rule.filler == Filler::zero ? T(0) : r.first[i];
+    const T filler =
+        rule.filler == Filler::first_length || rule.filler == Filler::from_seed ? r.first[i] : T(0);
     hasher.add(straight ? filler : column[i]);
   }
   void add(Hasher& hasher, const std::uint32_t* column, const ColumnRule&, std::uint32_t i) const noexcept {
@@ -157,6 +166,10 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
     hasher.add(r.shared->due);
     hasher.add(r.shared->draws);
     hasher.add(r.shared->run);
+    if (r.ages() && r.shared->run > 0.0) {
+      hasher.add(r.shared->run_ageing);
+      hasher.add(time_of(p) - r.shared->run_until);
+    }
     for (int axis = 0; axis < 2 && r.shared->run > 0.0; ++axis) {
       hasher.add(r.shared->direction[axis]);
       hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.shared->slid_to[axis])));
@@ -168,6 +181,7 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
     if (i % block_size == 0 && i < contact)
       for (int axis = 0; axis < 2; ++axis)
         hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], block.position[axis])));
+    if (i % block_size == 0 && i < contact && r.ages()) hasher.add(time_of(p) - r.since[i / block_size]);
     const Reading<T> reading{r, i >= contact || block.zero};
     Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
       if (rule.hashed && rule.count > 0) reading.add(hasher, column, rule, i);
@@ -196,18 +210,21 @@ std::size_t saved_size(const Patch& p) noexcept {
   Representatives<T>::columns(r, [&bristle](const auto* column, const ColumnRule& rule) {
     if (is_saved(rule.filler) && rule.count > 0) bristle += sizeof *column;
   });
-  return count_size + (r.renews() ? renewal_size : 0) + r.block_count * block_fields_size +
-         r.bristles * bristle;
+  return count_size + (r.renews() ? renewal_size + (r.ages() ? 16 : 0) : 0) +
+         r.block_count * block_size_of(r) + r.bristles * bristle;
 }
 
 template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   count_fields(write, static_cast<const RepresentativeCount&>(r));
-  if (r.renews()) renewal_fields(write, static_cast<const RenewalState&>(*r.shared));
+  if (r.renews()) renewal_fields(write, static_cast<const RenewalState&>(*r.shared), r.ages());
   constexpr Block away{};
-  for (std::uint32_t b = 0; b < r.block_count; ++b)
-    block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
+  for (std::uint32_t b = 0; b < r.block_count; ++b) {
+    const bool active = b < r.active_blocks();
+    block_fields(write, active ? r.blocks[b] : away);
+    if (r.ages()) write(active ? r.since[b] : 0.0);
+  }
   Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
     using Entry = std::remove_cv_t<std::remove_pointer_t<decltype(column)>>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
@@ -218,7 +235,7 @@ void save(const Patch& p, ByteWriter& write) noexcept {
     for (std::uint32_t b = 0; b < r.block_count; ++b) {
       const Part part = part_of(r, b);
       write.column(column + part.first, part.bent);
-      if (rule.filler == Filler::zero)
+      if (rule.filler == Filler::zero || rule.filler == Filler::age)
         write.zeros<Entry>(part.size - part.bent);
       else
         write.column(r.first + part.first + part.bent, part.size - part.bent);
@@ -234,25 +251,32 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   if (const char* fault = find_count_fault(r, contact, count)) return fault;
   if (r.renews()) {
     RenewalState renewal;
-    renewal_fields(read, renewal);
+    renewal_fields(read, renewal, r.ages());
     const double most = most_snaps_of_piece * largest_renewal * r.bristles;
     if (!within(renewal.due, -most, most)) return "renewals due";
-    if (!within(renewal.run, 0.0, r.shared->forget)) return "run";
+    const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
+    if (!within(renewal.run, 0.0, r.shared->forget * growth)) return "run";
+    if (!within(renewal.run_ageing, 0.0, oldest_bristle)) return "run_ageing";
+    if (!within(renewal.run_until, 0.0, 1e18)) return "run_until";
     for (const double e : renewal.direction)
       if (!within(e, -1.0, 1.0)) return "direction";
   }
 
   // Rounding may carry a bristle a little over its length.
   const double residual = p.material().residual;
-  const double longest = (residual + p.material().longest) * (1.0 + 1e-3);
+  const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
+  const double longest = (residual + p.material().longest * growth) * (1.0 + 1e-3);
   const double shortest = (residual + p.material().shortest) * (1.0 - 1e-3);
   const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
   ByteReader blocks = read;
   ByteReader columns = read;
-  columns.skip(r.block_count * block_fields_size);
+  columns.skip(r.block_count * block_size_of(r));
   for (std::uint32_t b = 0; b * block_size < touching; ++b) {
     Block block{};
     block_fields(blocks, block);
+    double since = 0.0;
+    if (r.ages()) blocks(since);
+    if (!within(since, 0.0, 1e18)) return "a block's time";
     double moved[2];
     for (int axis = 0; axis < 2; ++axis)
       moved[axis] = to_lengths(difference(contact.position[axis], block.position[axis]));
@@ -273,6 +297,8 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
           entry(number);
           const auto x = static_cast<double>(number);
           if (rule.filler == Filler::first_length && !within(x, shortest, longest)) fault = "a snap length";
+          // A bristle that was renewed within a step has its age counted from before that.
+          if (rule.filler == Filler::age && !within(x, -oldest_bristle, oldest_bristle)) fault = "an age";
           if (rule.filler == Filler::zero &&
               (!within(x, -longest, longest) || !within(x + moved[axis], -longest, longest)))
             fault = "a deflection";
@@ -291,8 +317,11 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Representatives<T>& r = representatives<T>(p);
   change_seed(r, seed);
   count_fields(read, static_cast<RepresentativeCount&>(r));
-  if (r.renews()) renewal_fields(read, static_cast<RenewalState&>(*r.shared));
-  for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(read, r.blocks[b]);
+  if (r.renews()) renewal_fields(read, static_cast<RenewalState&>(*r.shared), r.ages());
+  for (std::uint32_t b = 0; b < r.block_count; ++b) {
+    block_fields(read, r.blocks[b]);
+    if (r.ages()) read(r.since[b]);
+  }
   Representatives<T>::columns(r, [&](auto* column, const ColumnRule& rule) {
     using Entry = std::remove_pointer_t<decltype(column)>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
@@ -300,7 +329,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     // Bristles out of contact read as their filler, whatever the bytes said.
     if constexpr (std::is_same_v<Entry, T>)
       for (std::uint32_t i = r.in_contact(); i < r.bristles; ++i)
-        column[i] = rule.filler == Filler::zero ? T(0) : r.first[i];
+        column[i] = rule.filler == Filler::first_length ? r.first[i] : T(0);
   });
   find_block_sums<T>(p);
   for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].reach = -1.0f;

@@ -84,8 +84,11 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
     a.in_double = 1;
   }
-  if (p.literal || p.renews || has(p.outputs, Outputs::energy))
-    a.energy_unit = energy_unit(a.length, m.longest + 2.0 * m.residual, p.literal);
+  if (p.ages) prepare_ageing<T>(p, a);
+  if (p.literal || p.renews || p.ages || has(p.outputs, Outputs::energy)) {
+    const double longest = p.ages ? m.longest * largest_ageing_factor(m.material) : m.longest;
+    a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual, p.literal);
+  }
   a.renews_bounds = a.skips_blocks && p.tracks ? 1 : 0;
 }
 

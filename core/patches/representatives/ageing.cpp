@@ -1,0 +1,216 @@
+// Bristles that age (core/patches/AGEING.md): ages written down between steps, and what long steps need to
+// know of sliding at their speed.
+#include <algorithm>
+#include <cmath>
+
+#include "core/materials/elementary.hpp"
+#include "core/patches/representatives/representatives.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Ageing along the path at one speed, ages in units of the ageing time (kernels/ageing.hpp for set-up).
+struct AgeingAlong {
+  double strength, per_length;
+  bool saturates;
+
+  AgeingAlong(const Material& m, double its_per_length)
+      : strength(m.ageing_strength),
+        per_length(its_per_length),
+        saturates(m.ageing_form == AgeingForm::saturating) {}
+
+  /// l = delta g(l / v), from above by Newton's steps: convex.
+  double length(double delta) const noexcept {
+    double l = delta * (1.0 + strength * (saturates ? 1.0 : log1p(per_length * delta * 1e3)));
+    for (int i = 0; i < 60; ++i) {
+      const double age = per_length * l;
+      const double missing = saturates ? exp(-age) : 0.0;
+      const double g = 1.0 + strength * (saturates ? 1.0 - missing : log1p(age));
+      const double rate = strength * (saturates ? missing : 1.0 / (1.0 + age));
+      const double fall = (l - delta * g) / (1.0 - std::min(delta * (per_length * rate), 0.75));
+      l -= std::max(fall, 0.0);
+      if (!(fall > 1e-14 * l)) break;
+    }
+    return l;
+  }
+};
+
+/// E[f(l)] over the snap lengths of the law: each is a node of CompiledMaterial::spread.
+template <class F>
+double expect(const CompiledMaterial& m, const AgeingAlong& ageing, const F& f) noexcept {
+  double sum = 0.0;
+  for (int k = 0; k < spread_size; ++k)
+    sum += spread_weight(k) * f(ageing.length(m.spread[static_cast<std::size_t>(k)]));
+  return sum;
+}
+
+/// From where on a redrawn population is steady within 1e-3, in mean ways from snap to snap.
+double ways_to_steady(const CompiledMaterial& m) noexcept {
+  constexpr double enough = 16.0;
+  const bool narrow = m.material.snap_length.cv() < 0.2;
+  // Ageing spreads the ways more than the lengths.
+  return narrow || m.law.kind == law_exponential
+             ? enough
+             : std::max(enough, 1.5 * m.law.jump_from * m.law.inverse_mean);
+}
+
+/// The jumps of AgedSliding::law.
+template <class T>
+void find_jumps(const Representatives<T>& r, double per_length) noexcept {
+  const CompiledMaterial& m = *r.material;
+  AgedSliding& aged = *r.aged;
+  if (aged.per_length == per_length) return;
+  aged.per_length = per_length;
+  const AgeingAlong ageing(m.material, per_length);
+  double moment[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  for (int k = 0; k < spread_size; ++k) {
+    const double l = ageing.length(m.spread[static_cast<std::size_t>(k)]);
+    double power = spread_weight(k);
+    for (int n = 1; n < 6; ++n) moment[n] += power *= l;
+  }
+  aged.law.skewness = aged.law.kurtosis = 0.0;  // nothing is left of another speed
+  fill_jump_sums(moment, aged.law);
+  const double cv = aged.law.deviation * aged.law.inverse_mean;
+  if (cv < 0.2) {
+    fill_narrow_jumps(moment, cv, aged.law);
+  } else {
+    aged.law.jump_from = aged.law.stationary_from = ways_to_steady(m) * aged.law.mean;
+  }
+  aged.largest_growth = ageing.length(m.longest) / m.longest * (1.0 + 1e-6);
+}
+
+/// Path beyond which a step of redraw asks for jumps.
+double jumps_from(const CompiledMaterial& m) noexcept {
+  return m.law.kind == law_exponential ? 16.0 * m.law.mean : m.law.jump_from;
+}
+
+}  // namespace
+
+double largest_ageing_factor(const Material& m) noexcept {
+  const double most = m.ageing_form == AgeingForm::saturating ? 1.0 : log1p(2.0 * oldest_bristle);
+  return 1.0 + m.ageing_strength * most;
+}
+
+template <class T>
+double aged_since(const Patch& p, std::uint32_t b) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const double aged = (time_of(p) - r.since[b]) / p.material().material.ageing_time;
+  return std::clamp(aged, 0.0, oldest_bristle);
+}
+
+template <class T>
+void write_ages(const Patch& p, std::uint32_t b) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const auto aged = static_cast<T>(aged_since<T>(p, b));
+  const std::uint32_t start = b * block_size;
+  const std::uint32_t end = std::min(start + block_size, r.padded());
+  const std::uint32_t contact = std::clamp(r.in_contact(), start, end);
+  const bool straight = r.blocks[b].zero != 0;
+  for (std::uint32_t i = start; i < contact; ++i)
+    r.age[i] = std::min((straight ? T(0) : r.age[i]) + aged, static_cast<T>(oldest_bristle));
+  std::fill(r.age + contact, r.age + end, T(0));
+  r.since[b] = time_of(p);
+}
+
+template <class T>
+double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept {
+  const auto fresh = static_cast<double>(r.delta[i]);
+  if (r.age == nullptr) return fresh;
+  const Material& m = r.material->material;
+  const auto left = static_cast<double>(static_cast<T>(r.material->residual));
+  return left + (fresh - left) * m.ageing_factor(static_cast<double>(r.age[i]) * m.ageing_time);
+}
+
+double age_per_length(const Material& m, const Advance& a) noexcept {
+  return std::min(std::min(a.duration / m.ageing_time, oldest_bristle) / a.length, oldest_bristle);
+}
+
+template <class T>
+void prepare_ageing(const Patch& p, Advance& a) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const Material& m = p.material().material;
+  a.ageing_rate = 1.0 / m.ageing_time;
+  a.ageing_strength = m.ageing_strength;
+  a.ageing_form = m.ageing_form == AgeingForm::saturating ? 1 : 0;
+  if (!r.redraws() || !(a.length > jumps_from(p.material()))) return;
+  find_jumps(r, age_per_length(m, a));
+  a.largest_growth = r.aged->largest_growth;
+  if (!a.snaps_all) return;
+  // In double too where a bristle may be so old that it holds through the step.
+  const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
+  a.in_double =
+      r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
+}
+
+template <class T>
+void begin_ageing(const Representatives<T>& r) noexcept {
+  AgedSliding& aged = *r.aged;
+  aged = AgedSliding{};
+  aged.law = r.material->law;
+  // No step shorter than this jumps, whatever speed the moments are of: ageing lengthens ways, and spreads
+  // them.
+  aged.law.jump_from = jumps_from(*r.material);
+  aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
+}
+
+template <class T>
+double mean_growth(const Representatives<T>& r, double per_length) noexcept {
+  const CompiledMaterial& m = *r.material;
+  const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
+  return AgeingAlong(m.material, per_length).length(mean) / mean;
+}
+
+/// In sliding a bristle is renewed at the rate lambda per length, so its deflections have the density
+/// exp(-lambda r) up to its way l from snap to snap: steady_sliding.cpp, with l in the place of the length.
+template <class T>
+void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept {
+  AgedSliding& aged = *r.aged;
+  if (aged.steady_at == per_length) return;
+  aged.steady_at = per_length;
+  const CompiledMaterial& m = *r.material;
+  const AgeingAlong ageing(m.material, per_length);
+  const double kappa = m.material.shared_renewal;
+  const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
+  double way[spread_size];
+  for (int k = 0; k < spread_size; ++k) way[k] = ageing.length(m.spread[static_cast<std::size_t>(k)]);
+  const auto sum = [&way](const auto& f) {
+    double total = 0.0;
+    for (int k = 0; k < spread_size; ++k) total += spread_weight(k) * f(way[k]);
+    return total;
+  };
+  const bool redraws = r.redraws();
+  // Falls as lambda grows: bisection, by ratios.
+  const auto excess = [&](double lambda) {
+    if (redraws) return sum([&](double l) { return exp(-lambda * l); }) - 1.0 / (1.0 + kappa);
+    return sum([&](double l) { return 1.0 / std::max(expm1(lambda * l), 1e-300); }) - 1.0 / kappa;
+  };
+  double low = 1e-9 / mean, high = 1e6 / mean;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = std::sqrt(low * high);
+    (excess(middle) > 0.0 ? low : high) = middle;
+  }
+  const double lambda = std::sqrt(low * high);
+  const auto w1 = [&](double l) { return -expm1(-lambda * l) / lambda; };
+  const auto w2 = [&](double l) {
+    const double x = lambda * l;
+    // 1 - (1 + x) exp(-x), without cancellation at small x.
+    const double share =
+        x < 1e-2 ? x * x * (0.5 - x * (1.0 / 3.0 - x * (0.125 - x / 30.0))) : 1.0 - (1.0 + x) * exp(-x);
+    return share / (lambda * lambda);
+  };
+  const double bend = redraws ? sum(w2) / sum(w1) : sum([&](double l) { return w2(l) / w1(l); });
+  aged.steady_bend = m.residual + bend;
+  aged.steady_snaps = lambda / kappa;
+}
+
+#define BRISTLE_AGEING(T)                                                          \
+  template double aged_since<T>(const Patch&, std::uint32_t) noexcept;             \
+  template void write_ages<T>(const Patch&, std::uint32_t) noexcept;               \
+  template double limit_now<T>(const Representatives<T>&, std::uint32_t) noexcept; \
+  template void begin_ageing<T>(const Representatives<T>&) noexcept;               \
+  template void prepare_ageing<T>(const Patch&, Advance&) noexcept;                \
+  template double mean_growth<T>(const Representatives<T>&, double) noexcept;      \
+  template void find_steady_sliding<T>(const Representatives<T>&, double) noexcept;
+BRISTLE_FOR_NUMBERS(BRISTLE_AGEING)
+
+}  // namespace bristle::detail

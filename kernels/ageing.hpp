@@ -1,0 +1,160 @@
+// Bristles that age: how the snap length grows, and where a bristle snaps whose limit grows while it bends.
+//
+// A bristle of age a snaps at |z| = residual + delta g(a), delta its fresh snap length; ages are in units of
+// Material::ageing_time. In a step the age grows along the path, by `per_length` per length. g is concave,
+// so what a bristle has left, as a function of the path, is convex and negative at the start: it snaps at one
+// place or not at all. The limit at the end of the step gives a place that is not before it; Newton's steps
+// from there fall onto it and never pass it (core/patches/AGEING.md).
+//
+// For vectors, bundles of them and plain numbers V.
+#pragma once
+
+#include <limits>
+
+#include "core/kernel_table.hpp"
+#include "elementary.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr double oldest = 1e30;  ///< no age, and no age per length, is larger
+
+template <class T>
+struct AgeingLaw {
+  T strength;
+  T per_length;  ///< age gained along the path
+  bool saturates;
+};
+
+/// g(a), its derivative, and how fast that falls: -g'' / g'.
+template <class V>
+struct Growth {
+  V factor, rate, turn;
+};
+
+template <class T, class V>
+inline V growth(const AgeingLaw<T>& law, V age) {
+  const V one(T(1));
+  const V strength(law.strength);
+  if (law.saturates) return one + strength * (one - exponential<T>(V(T(0)) - least(age, V(T(79)))));
+  return one + strength * natural_log<T>(one + age);
+}
+
+template <class T, class V>
+inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
+  const V one(T(1));
+  const V strength(law.strength);
+  if (law.saturates) {
+    const V missing = exponential<T>(V(T(0)) - least(age, V(T(79))));
+    return {one + strength * (one - missing), strength * missing, one};
+  }
+  const V grown = one + age;
+  const V turn = divide(one, grown);
+  return {one + strength * natural_log<T>(grown), strength * turn, turn};
+}
+
+constexpr int most_newton_steps = 60;
+
+/// Whether the place after a Newton step is not yet the root, to rounding. `slope` is that of the limit at
+/// its start, `curve` how it bends there: the step leaves half curve fall^2 / (1 - slope). A bristle whose
+/// way only just touches its limit halves its distance instead: it is as near then as the step was long.
+template <class T, class V>
+inline auto goes_on(V fall, V slope, V curve, V limit) {
+  constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
+  constexpr T touching = sizeof(T) == 4 ? T(0x1p-5) : T(0x1p-14);
+  const V rise = V(T(1)) - slope;
+  const V size = fall * curve;
+  const V left = select_lanes(size > V(T(0.25)) * rise, fall * (V(touching) * rise), fall * size);
+  return left > V(accuracy) * (limit * rise);
+}
+
+/// A bristle that was already bent: deflection along and aside of the motion at the start.
+template <class V>
+struct Bent {
+  V along, aside2;
+};
+
+/// From the start along the motion to the circle of this radius.
+template <class T, int axes, class V>
+inline V way_to_circle(const Bent<V>& bent, V radius) {
+  const V none(T(0));
+  if constexpr (axes == 1) return most(radius - bent.along, none);
+  return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
+}
+
+/// Way to the snap, for `open` bristles, from a place that is not before it. `delta`: fresh; `age`: at the
+/// start.
+template <class T, int axes, class V, class M>
+inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
+  const V none(T(0));
+  const V one(T(1));
+  const V per_length(law.per_length);
+  const V flattest(T(16) * std::numeric_limits<T>::epsilon());
+  for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
+    const Growth<V> now = growth_and_rate<T>(law, most(age + per_length * way, none));
+    const V limit = residual + delta * now.factor;
+    V reach = limit;
+    V slope = delta * (per_length * now.rate);
+    V curve = slope * (per_length * now.turn);
+    if constexpr (axes == 2) {
+      reach = root(most(limit * limit - bent.aside2, none));
+      const V inverse = divide(one, most(reach, flattest));
+      slope = slope * (limit * inverse);
+      curve = curve * (limit * inverse) + (slope * slope) * ((bent.aside2 * inverse) * (inverse * inverse));
+    }
+    slope = least(slope, one - flattest);
+    const V fall = most(divide(way - (reach - bent.along), one - slope), none);
+    way = select_lanes(open, most(way - fall, none), way);
+    open = open & goes_on<T>(fall, slope, curve, limit);
+  }
+  return way;
+}
+
+/// Way from one snap to the next, for a fresh length; if that is not within `rest`, some way not below it.
+template <class T, class V>
+inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
+  const V none(T(0));
+  const V one(T(1));
+  const V per_length(law.per_length);
+  V length = delta * growth<T>(law, per_length * most(rest, none));
+  auto open = rest > length;
+  for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
+    const Growth<V> now = growth_and_rate<T>(law, per_length * length);
+    // At the root and beyond it the slope is below 0.33 (AGEING.md): the bound is for lanes that are closed.
+    const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
+    const V fall = most(divide(length - delta * now.factor, one - slope), none);
+    length = select_lanes(open, length - fall, length);
+    open = open & goes_on<T>(fall, slope, slope * (per_length * now.turn), length);
+  }
+  return length;
+}
+
+/// Trials at a bristle met in a long slide; one in five is accepted at the least.
+constexpr int most_trials = 1000;
+
+template <class A>
+inline double age_per_length(const A& step) {
+  const double span = least(step.duration * step.ageing_rate, oldest);
+  return least(span / step.length, oldest);
+}
+
+/// Of a step or a renewal.
+template <class T, class A>
+inline AgeingLaw<T> ageing_of(const A& step) {
+  return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
+}
+
+/// What the bristles of a block have aged since its last rewrite: when the step begins, and when it ends.
+struct BlockAge {
+  double before, after;
+};
+template <class A>
+inline BlockAge age_since(const A& step, double since) {
+  const auto age_at = [&](double time) {
+    return least(most((time - since) * step.ageing_rate, 0.0), oldest);
+  };
+  return {age_at(step.start), age_at(step.start + step.duration)};
+}
+
+}  // namespace
+}  // namespace bristle::detail

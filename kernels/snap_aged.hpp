@@ -1,0 +1,189 @@
+// The snap of a bristle that ages, for a vector of them: snap.hpp with a limit that grows with the age
+// (ageing.hpp, core/patches/AGEING.md).
+#pragma once
+
+#include "ageing.hpp"
+#include "snap.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// What all bristles of a block share in a step.
+template <class T, int axes>
+struct AgedMotion : BlockMotion<T, axes, true> {
+  T* age;
+  Lanes<T> before, after;  ///< aged since the block's last rewrite: when the step begins, when it ends
+  AgeingLaw<T> ageing;
+
+  Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
+  /// How far the bristles at i bend before they snap, at the end of the step.
+  Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const {
+    return this->residual.left + fresh * growth<T>(ageing, positive_part(end_age(i)));
+  }
+
+  /// Which of the bristles at i are beyond their limit at the end of the step: not without being beyond the
+  /// fresh one, which costs no logarithm.
+  Mask<T> beyond_at(std::uint32_t i) const {
+    const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
+    if (!xsimd::any(beyond)) return beyond;
+    const Lanes<T> limit = end_limit(i, load(this->delta + i) - this->residual.left);
+    const Lanes<T> x = load(this->zx + i) + this->p1x;
+    if constexpr (axes == 1) {
+      return beyond & (xsimd::abs(x) > limit);
+    } else {
+      const Lanes<T> y = load(this->zy + i) + this->p1y;
+      return beyond & (x * x + y * y > limit * limit);
+    }
+  }
+
+  Lanes<T> margin_at(std::uint32_t i) const {
+    const Lanes<T> x = load(this->zx + i) + this->p1x;
+    const Lanes<T> limit = end_limit(i, load(this->delta + i) - this->residual.left) *
+                           Lanes<T>(T(1) - 16 * std::numeric_limits<T>::epsilon());
+    if constexpr (axes == 1) {
+      return limit - xsimd::abs(x);
+    } else {
+      const Lanes<T> y = load(this->zy + i) + this->p1y;
+      return limit - root(x * x + y * y);
+    }
+  }
+};
+
+/// Ways of a block's bristles: `path` that of the first pass, `way` (keep) from one snap to the next.
+template <class T>
+struct AgedWays {
+  alignas(64) T path[block_size];
+  alignas(64) T way[block_size];
+};
+
+/// Where the bristles at i are at the start.
+template <class T, int axes>
+struct AgedStart {
+  Lanes<T> x, y;
+  Bent<Lanes<T>> bent;
+
+  AgedStart(const AgedMotion<T, axes>& motion, std::uint32_t i) {
+    x = load(motion.zx + i) + motion.p0x;
+    y = bent.aside2 = Lanes<T>(T(0));
+    bent.along = x * motion.ex;
+    if constexpr (axes == 2) {
+      y = load(motion.zy + i) + motion.p0y;
+      bent.along = x * motion.ex + y * motion.ey;
+      const Lanes<T> aside = x * motion.ey - y * motion.ex;
+      bent.aside2 = aside * aside;
+    }
+  }
+};
+
+/// First of three rounds over a block: a path that is not shorter than that of the first pass. Returns
+/// whether any bristle snaps.
+template <class T, int axes, bool partial>
+[[gnu::always_inline]] inline bool begin_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
+                                              const T* row_weights, T* path) {
+  const AgedStart<T, axes> start(motion, i);
+  Lanes<T> way =
+      way_to_circle<T, axes>(start.bent, motion.end_limit(i, load(motion.delta + i) - motion.residual.left));
+  if constexpr (partial) way = select_lanes(load(row_weights) > Lanes<T>(T(0)), way, motion.length);
+  const Lanes<T> first = least(way, motion.length);
+  first.store_aligned(path + i % block_size);
+  return xsimd::any(first < motion.length);
+}
+
+/// Second: the snaps, eight vectors at once, because each of Newton's steps waits for the one before.
+template <class T, int axes, bool keep>
+[[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
+                                  const PlaceList<T>& places, bool again, T* path, T* ways) {
+  const auto same = [](Lanes<T> x) {
+    Bundle<T> all;
+    for (Lanes<T>& lanes : all.v) lanes = x;
+    return all;
+  };
+  const Bundle<T> left = same(motion.residual.left);
+  const Bundle<T> length = same(motion.length);
+  for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
+    Places<T> at;
+    for (std::uint32_t k = 0; k < bundle_size; ++k)
+      at.i[k] = places.place[n + k < places.size ? n + k : n];  // a vector twice, rather than none
+    Bent<Bundle<T>> bent;
+    for (std::uint32_t k = 0; k < bundle_size; ++k) {
+      const AgedStart<T, axes> from(motion, start + at.i[k]);
+      bent.along.v[k] = from.bent.along;
+      bent.aside2.v[k] = from.bent.aside2;
+    }
+    const Bundle<T> fresh = at.load_from(motion.delta + start) - left;
+    const Bundle<T> age = at.load_from(motion.age + start) + same(motion.before);
+    Bundle<T> way = at.load_from(path);
+    way = aged_way<T, axes>(motion.ageing, bent, left, fresh, age, way, length > way);
+    at.store_to(path, way);
+    if constexpr (keep)
+      if (again) at.store_to(ways, aged_length<T>(motion.ageing, fresh, length - way));
+  }
+}
+
+/// Third: books the first pass.
+template <class T, int axes, bool partial>
+inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> path,
+                          const Weights<T, partial>& weights, RowSums<T>& sums) {
+  const AgedStart<T, axes> start(motion, i);
+  weights.add(sums.passed[0], start.x * path);
+  if constexpr (axes == 2) weights.add(sums.passed[1], start.y * path);
+  const Lanes<T> reached = start.bent.along + path;
+  const Lanes<T> left2 = motion.residual.left * motion.residual.left;
+  weights.add(sums.squares, select_lanes(path < motion.length,
+                                         (reached * reached + start.bent.aside2) - left2, Lanes<T>(T(0))));
+}
+
+/// Books what came after the first pass and writes where the bristles at i have come to, and how old they
+/// are.
+template <class T, int axes, bool partial>
+inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& output, T* new_age,
+                     std::uint32_t i, Lanes<T> path, Mask<T> snapped, const AfterSnaps<T>& land,
+                     const Weights<T, partial>& weights, RowSums<T>& sums) {
+  put_snapped<T, axes, true, true>(motion, output, i, path, snapped, land, weights, sums);
+  Lanes<T> age =
+      select_lanes(snapped, Lanes<T>(motion.ageing.per_length) * land.deflection, motion.end_age(i));
+  age = least(age, Lanes<T>(static_cast<T>(oldest)));
+  if constexpr (partial) age = select_lanes(weights.weight > Lanes<T>(T(0)), age, Lanes<T>(T(0)));
+  age.store_aligned(new_age + i % block_size);
+}
+
+/// Keep: at constant velocity every way from snap to snap is alike.
+template <class T, int axes, bool partial>
+[[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
+                                                 const BlockOutput<T>& output, T* new_age, std::uint32_t i,
+                                                 const T* row_weights, bool again, const AgedWays<T>& ways,
+                                                 RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
+  const Lanes<T> path = load(ways.path + i % block_size);
+  const Lanes<T> rest = motion.length - path;
+  AfterSnaps<T> land{rest, none, none};
+  if (again) {
+    const Lanes<T> way = load(ways.way + i % block_size);
+    land.count = whole_part(divide(rest, way));
+    land.deflection = least(positive_part(rest - land.count * way), way);
+    land.squares = land.count * (way * way);
+  }
+  add_aged_pass<T, axes>(motion, i, path, weights, sums);
+  put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
+}
+
+/// Redraw, after the walk.
+template <class T, int axes, bool partial>
+[[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
+                                                   const BlockOutput<T>& output, T* new_age, std::uint32_t i,
+                                                   const T* row_weights, const Walk<T>& walk,
+                                                   RowSums<T>& sums) {
+  const Lanes<T> none(T(0));
+  const Weights<T, partial> weights(row_weights);
+  const std::uint32_t w = i % block_size;
+  const Lanes<T> path = load(walk.path + w);
+  const Mask<T> snapped = path < motion.length;
+  const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
+  const AfterSnaps<T> land{walked(walk.landed), walked(walk.squares), walked(walk.count)};
+  add_aged_pass<T, axes>(motion, i, path, weights, sums);
+  put_aged<T, axes>(motion, output, new_age, i, path, snapped, land, weights, sums);
+}
+
+}  // namespace
+}  // namespace bristle::detail

@@ -1,0 +1,667 @@
+// Representatives that age: a bristle snaps at residual + delta0 g(age). Judges: the tables of the reference
+// (closed forms and cohorts), and a brute force of bristles one by one in small steps.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "brute_force.hpp"
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Ageing;
+
+namespace {
+
+constexpr double tau = 0.01;  ///< s
+constexpr double sigmas = 4.5;
+
+const SnapLength& law_named(const std::string& name) {
+  static const std::vector<NamedLaw> laws = reference_laws();
+  for (const NamedLaw& law : laws)
+    if (law.name == name) return law.law;
+  throw std::runtime_error("no such law: " + name);
+}
+
+SnapRule rule_named(const std::string& name) { return name == "keep" ? SnapRule::keep : SnapRule::redraw; }
+
+Material ageing_material(const Row& row) {
+  return plain_material(law_named(row.at("dist")), rule_named(row.at("variant")))
+      .with_ageing(Ageing::logarithmic(number(row, "beta"), tau));
+}
+
+/// Deflections and speeds in mean snap lengths; speeds per tau.
+class AgeingBrush {
+ public:
+  AgeingBrush(const Material& material, std::uint32_t n, Precision precision = Precision::single,
+              int axes = 1, std::uint32_t seed = 1)
+      : bristles_(n), patch_(material, plain_options(n, axes, precision).with_seed(seed)) {}
+
+  /// Moves along x; the mean deflection at the end.
+  double slide(double length, double speed) {
+    const Response r = patch_.step(length * dbar, 0.0, bristles_, length / speed * tau);
+    return deflection(r.elastic[0]);
+  }
+  /// The same; the mean over the step.
+  double mean_over(double length, double speed) {
+    return deflection(patch_.step(length * dbar, 0.0, bristles_, length / speed * tau).mean[0]);
+  }
+  /// In steps of at most `piece`; the deflection at the end.
+  double slide_in_pieces(double length, double speed, double piece) {
+    const int steps = std::max(1, static_cast<int>(std::ceil(length / piece - 1e-9)));
+    double end = 0.0;
+    for (int k = 0; k < steps; ++k) end = slide(length / steps, speed);
+    return end;
+  }
+  /// Nobody names the patch; time goes on.
+  void wait(double taus) { patch_.batch.step(taus * tau, {}, {}); }
+
+  double deflection(double force) const { return -force / (bristles_ * dbar); }
+  /// Sampling error of the mean deflection now, as the bristles' own spread tells it.
+  double error() const {
+    const Bristles b = read(patch_, static_cast<std::size_t>(bristles_));
+    double sum = 0.0, squares = 0.0;
+    for (const double z : b.zx) {
+      sum += z / dbar;
+      squares += z / dbar * (z / dbar);
+    }
+    const double n = bristles_;
+    return std::sqrt((squares / n - sum / n * (sum / n)) / n);
+  }
+  double load() const { return bristles_; }
+  OnePatch& patch() { return patch_; }
+
+ private:
+  double bristles_;
+  OnePatch patch_;
+};
+
+struct Deflection {
+  double x = 0.0, y = 0.0;
+};
+
+/// Bristles that age, one by one, in small steps; snaps by bisection. Lengths in mean snap lengths, times in
+/// tau. Nothing here comes from bristle itself.
+class AgeingBrute {
+ public:
+  AgeingBrute(std::size_t n, Quantile quantile, bool redraw, double residual, bool saturating,
+              double strength, std::uint64_t seed)
+      : quantile_(std::move(quantile)),
+        redraw_(redraw),
+        saturating_(saturating),
+        residual_(residual),
+        strength_(strength),
+        generator_(seed),
+        bristles_(n) {
+    for (One& b : bristles_) b.length = draw();
+  }
+
+  /// The first bristles have these lengths.
+  void set_lengths(const std::vector<double>& lengths) {
+    for (std::size_t i = 0; i < lengths.size(); ++i) bristles_[i].length = lengths[i];
+  }
+  Deflection at(std::size_t i) const { return {bristles_[i].x, bristles_[i].y}; }
+
+  /// Along the unit vector (ex, ey).
+  void slide(double ex, double ey, double length, double speed) {
+    constexpr double small = 0.05;
+    for (One& b : bristles_) {
+      double left = length;
+      while (left > 0.0) left -= advance(b, ex, ey, std::min(left, small), speed);
+    }
+  }
+  void wait(double time) {
+    for (One& b : bristles_) b.age += time;
+  }
+  Deflection mean() const {
+    Deflection sum;
+    for (const One& b : bristles_) {
+      sum.x += b.x / static_cast<double>(bristles_.size());
+      sum.y += b.y / static_cast<double>(bristles_.size());
+    }
+    return sum;
+  }
+  double snaps_per_bristle() const {
+    return static_cast<double>(snaps_) / static_cast<double>(bristles_.size());
+  }
+
+ private:
+  struct One {
+    double x = 0.0, y = 0.0, age = 0.0, length = 0.0;
+  };
+
+  double draw() { return quantile_((static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53); }
+  bool holds(const One& b, double ex, double ey, double s, double speed) const {
+    const double age = b.age + s / speed;
+    const double g = 1.0 + strength_ * (saturating_ ? 1.0 - std::exp(-age) : std::log1p(age));
+    return std::hypot(b.x + ex * s, b.y + ey * s) <= residual_ + b.length * g;
+  }
+  /// Up to its snap or by s; returns how far.
+  double advance(One& b, double ex, double ey, double s, double speed) {
+    if (holds(b, ex, ey, s, speed)) {
+      b.x += ex * s;
+      b.y += ey * s;
+      b.age += s / speed;
+      return s;
+    }
+    double low = 0.0, high = s;
+    for (int i = 0; i < 40; ++i) {
+      const double middle = 0.5 * (low + high);
+      (holds(b, ex, ey, middle, speed) ? low : high) = middle;
+    }
+    b.x = residual_ * ex;
+    b.y = residual_ * ey;
+    b.age = 0.0;
+    if (redraw_) b.length = draw();
+    ++snaps_;
+    return high;
+  }
+
+  Quantile quantile_;
+  bool redraw_, saturating_;
+  double residual_, strength_;
+  std::mt19937_64 generator_;
+  std::vector<One> bristles_;
+  std::uint64_t snaps_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("steady sliding of bristles that age is that of the tables, at every speed", "[ageing]") {
+  for (const Row& row : read_table("ageing_steady.csv")) {
+    const double speed = number(row, "v_tau_over_dbar");
+    const double expected = number(row, "f_kinetic_ref");
+    const Material material = ageing_material(row);
+    const std::uint32_t n = test_size(2000);
+    INFO(row.at("dist") << " " << row.at("variant") << " beta " << row.at("beta") << " speed " << speed);
+    AgeingBrush brush(material, n);
+    if (rule_named(row.at("variant")) == SnapRule::keep) {
+      // Over many ways every bristle gives half its own: what is left is the spread of the first lengths.
+      brush.slide(50.37, speed);
+      expect_near(brush.mean_over(200.0, speed), expected, 2e-3, "keep");
+      continue;
+    }
+    brush.slide_in_pieces(8.0, speed, 0.9);
+    double sum = 0.0;
+    constexpr int steps = 16;
+    for (int k = 0; k < steps; ++k) sum += brush.mean_over(1.3, speed);
+    // Deflections of a bristle have a deviation of 0.36 or so and are independent after one way.
+    const double ways = n * steps * 1.3 / (2.0 * expected);
+    expect_near(sum / steps, expected, sigmas * 0.36 / std::sqrt(ways), "redraw, one by one");
+    const double many = brush.mean_over(300.0, speed);
+    expect_near(many, expected, sigmas * 0.36 / std::sqrt(n * 300.0 / (2.0 * expected)) + 1e-4,
+                "redraw, in law");
+    double end = 0.0;
+    for (int k = 0; k < steps; ++k) end += brush.slide(60.0, speed);
+    expect_near(end / steps, expected, sigmas * 0.36 / std::sqrt(double(n * steps)),
+                "redraw, end of long steps");
+  }
+}
+
+TEST_CASE("after a hold the peak of bristles that age is that of the table, whoever names the patch",
+          "[ageing]") {
+  const std::uint32_t n = test_size(20000);
+  for (const Row& row : read_table("ageing_hold.csv")) {
+    const double speed = number(row, "v_tau_over_dbar");
+    const double hold = number(row, "hold_over_tau");
+    const double place = number(row, "x_peak_over_dbar");
+    INFO(row.at("dist") << " beta " << row.at("beta") << " speed " << speed << " hold " << hold);
+    AgeingBrush brush(ageing_material(row), n);
+    const double kinetic = number(row, "kinetic");
+    double peak = brush.slide_in_pieces(8.0, speed, 0.9);
+    brush.wait(hold);
+    if (place > 0.0) peak = brush.slide_in_pieces(place, speed, 0.06);
+    expect_near(peak / kinetic, number(row, "peak_over_kinetic"), sigmas * brush.error() / kinetic,
+                "peak over kinetic");
+  }
+}
+
+TEST_CASE("after a jump in speed the force of bristles that age is that of the table", "[ageing]") {
+  const std::uint32_t n = test_size(20000);
+  double at = 0.0;
+  std::unique_ptr<AgeingBrush> brush;
+  for (const Row& row : read_table("ageing_velocity_step.csv")) {
+    const double x = number(row, "x_after_step_over_dbar");
+    const double speed = number(row, "v2_tau_over_dbar");
+    INFO(row.at("dist") << " beta " << row.at("beta") << " to speed " << speed << ", after " << x);
+    if (x == 0.0) {
+      brush = std::make_unique<AgeingBrush>(ageing_material(row), n);
+      at = 0.0;
+      const double before = brush->slide_in_pieces(8.3, number(row, "v1_tau_over_dbar"), 0.9);
+      expect_near(before, number(row, "f"), sigmas * brush->error(), "before the jump");
+      continue;
+    }
+    const double after = brush->slide_in_pieces(x - at, speed, 0.7);
+    expect_near(after, number(row, "f"), sigmas * brush->error(), "after the jump");
+    at = x;
+  }
+}
+
+TEST_CASE("friction of bristles that age lags behind the speed as the table says", "[ageing]") {
+  const std::uint32_t n = test_size(4000);
+  constexpr int steps = 100;  // of a period
+  for (const Row& row : read_table("ageing_lag.csv")) {
+    const double omega = number(row, "Omega_dbar_over_v0");
+    if (omega < 0.2) continue;  // long, and the lag is small
+    const double v0 = number(row, "v0_tau_over_dbar");
+    INFO(row.at("dist") << " beta " << row.at("beta") << " Omega " << omega);
+    AgeingBrush brush(ageing_material(row), n);
+    const double period = 2.0 * M_PI / (omega * v0);
+    const int periods = std::max(2, static_cast<int>(60.0 / (period * v0)));
+    const auto way = [&](double t) { return v0 * t - 0.9 / omega * std::cos(omega * v0 * t); };
+    double up = 0.0, down = 0.0;
+    brush.slide_in_pieces(8.0, v0, 0.9);
+    for (int k = -1; k < periods; ++k) {
+      for (int i = 0; i < steps; ++i) {
+        const double t = (i + 1.0) / steps * period;
+        const double length = way(t) - way(t - period / steps);
+        const double f = brush.slide(length, length / (period / steps));
+        if (k < 0) continue;
+        if (i + 1 == steps / 2) down += f / periods;
+        if (i + 1 == steps) up += f / periods;
+      }
+    }
+    // Of one period after the other where these are longer than the memory of a bristle.
+    const double independent = std::min<double>(periods, 60.0 / 2.0);
+    const double error = sigmas * 0.36 / std::sqrt(n * independent);
+    expect_near(up, number(row, "f_at_v0_accelerating"), error, "speeding up");
+    expect_near(down, number(row, "f_at_v0_decelerating"), error, "slowing down");
+  }
+}
+
+TEST_CASE("both forms of ageing, with a residual and round a corner, are those of bristles one by one",
+          "[ageing]") {
+  constexpr double corner = 1.9;  // radians
+  const std::uint32_t n = test_size(6000);
+  const double error = sigmas * 0.36 * 1.6 * std::sqrt(2.0 / n);
+  struct Leg {
+    double angle, length, speed, wait;
+  };
+  const Leg legs[] = {{0.3, 0.45, 2.0, 0.0},           {0.3, 0.8, 0.05, 3.0},
+                      {0.3 + corner, 0.25, 1.0, 40.0}, {0.3 + corner, 0.3, 0.2, 0.0},
+                      {0.3 + M_PI, 0.7, 30.0, 0.5},    {0.3 - corner, 2.3, 0.01, 0.0},
+                      {0.3 - corner, 0.4, 1.0, 1000.0}};
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const bool saturating : {false, true}) {
+      for (const double residual : {0.0, 0.4}) {
+        const double strength = saturating ? 0.8 : 0.15;
+        const Ageing ageing =
+            saturating ? Ageing::saturating(strength, tau) : Ageing::logarithmic(strength, tau);
+        const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule)
+                                      .with_residual_length(residual * dbar)
+                                      .with_ageing(ageing);
+        AgeingBrush brush(material, n, Precision::single, 2);
+        AgeingBrute brute(n, lognormal_quantile(1.0, 0.3), rule == SnapRule::redraw, residual, saturating,
+                          strength, 77);
+        double snaps = 0.0;
+        for (const Leg& leg : legs) {
+          INFO(table_name(rule) << (saturating ? ", saturating, residual " : ", logarithmic, residual ")
+                                << residual << ", leg of " << leg.length);
+          const double ex = std::cos(leg.angle), ey = std::sin(leg.angle);
+          brush.wait(leg.wait);
+          brute.wait(leg.wait);
+          brute.slide(ex, ey, leg.length, leg.speed);
+          Deflection end;
+          const int steps = leg.length > 2.0 ? 1 : 3;
+          for (int k = 0; k < steps; ++k) {
+            const double length = leg.length / steps;
+            const Response r = brush.patch().step(length * ex * dbar, length * ey * dbar, brush.load(),
+                                                  length / leg.speed * tau);
+            end = {brush.deflection(r.elastic[0]), brush.deflection(r.elastic[1])};
+            snaps += static_cast<double>(r.snaps) / n;
+          }
+          const Deflection expected = brute.mean();
+          expect_near(end.x, expected.x, error, "along x");
+          expect_near(end.y, expected.y, error, "along y");
+          expect_near(snaps, brute.snaps_per_bristle(), 4.0 * error, "snaps");
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("bristles that age do not see how a motion is cut into steps", "[ageing]") {
+  // 20 lengths a second: a step of 100 ms is two lengths, in which bristles are born and snap.
+  constexpr double speed = 20.0 * tau;
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const Precision precision : precisions()) {
+      const Material material = plain_material(uniform, rule).with_ageing(Ageing::logarithmic(0.2, tau));
+      const std::uint32_t n = test_size(300);
+      const double dt[3] = {1e-6, 1e-3, 0.1};
+      double force[3];
+      for (int k = 0; k < 3; ++k)
+        force[k] = AgeingBrush(material, n, precision).slide_in_pieces(4.0, speed, dt[k] / tau * speed);
+      INFO(table_name(rule) << ", " << name_of(precision));
+      // The same bristles with the same draws: but for one that snaps in one and not yet in another.
+      const double tie = 1.2 * 2.5 / n;
+      const double rounding = precision == Precision::single ? 1e-3 : 1e-9;
+      expect_near(force[1], force[0], tie + rounding, "1 ms against 1 us");
+      expect_near(force[2], force[0], tie + rounding, "100 ms against 1 us");
+    }
+  }
+}
+
+TEST_CASE("in double precision two halves of a step are the step, bristle by bristle, with ageing",
+          "[ageing]") {
+  if (!BRISTLE_WITH_DOUBLE) return;
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const bool saturating : {false, true}) {
+      const Material material =
+          plain_material(SnapLength::lognormal(dbar, 0.5), rule)
+              .with_residual_length(0.3 * dbar)
+              .with_ageing(saturating ? Ageing::saturating(0.7, tau) : Ageing::logarithmic(0.3, tau));
+      const std::uint32_t n = 400;
+      AgeingBrush whole(material, n, Precision::double_, 2), halves(material, n, Precision::double_, 2);
+      std::mt19937_64 random(5);
+      std::uniform_real_distribution<double> flat(0.0, 1.0);
+      for (int k = 0; k < 40; ++k) {
+        const double angle = 6.3 * flat(random), length = dbar * (k % 5 == 0 ? 2.5 : 0.6) * flat(random);
+        const double dt = tau * std::exp(8.0 * (flat(random) - 0.5));
+        const double x = length * std::cos(angle), y = length * std::sin(angle);
+        whole.patch().step(x, y, n, dt);
+        halves.patch().step(0.5 * x, 0.5 * y, n, 0.5 * dt);
+        halves.patch().step(0.5 * x, 0.5 * y, n, 0.5 * dt);
+        const Bristles a = read(whole.patch(), n), b = read(halves.patch(), n);
+        int apart = 0;
+        double farthest = 0.0;
+        for (std::size_t i = 0; i < n; ++i) {
+          const double off = std::hypot(a.zx[i] - b.zx[i], a.zy[i] - b.zy[i]) / dbar;
+          if (off > 1e-6)
+            ++apart;
+          else
+            farthest = std::max(farthest, off);
+        }
+        INFO(table_name(rule) << (saturating ? ", saturating" : ", logarithmic") << ", step " << k);
+        expect(apart == 0, "every bristle is where it would be");
+        expect_near(farthest, 0.0, 1e-9, "farthest apart, lengths");
+      }
+    }
+  }
+}
+
+TEST_CASE("the energy of bristles that age balances at every step", "[ageing]") {
+  for (const int axes : {1, 2}) {
+    for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+      for (const Precision precision : precisions()) {
+        for (const double kappa : {0.0, 1.0}) {
+          const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule)
+                                        .with_residual_length(0.2 * dbar)
+                                        .with_shared_renewal(kappa)
+                                        .with_ageing(Ageing::logarithmic(0.1, tau));
+          const std::uint32_t n = test_size(1500);
+          AgeingBrush brush(material, n, precision, axes);
+          OnePatch& patch = brush.patch();
+          std::mt19937_64 random(9);
+          std::uniform_real_distribution<double> flat(0.0, 1.0);
+          double stored = 0.0;
+          INFO(axes << " axes, " << table_name(rule) << ", " << name_of(precision) << ", kappa " << kappa);
+          for (int k = 0; k < 120; ++k) {
+            const double lengths[] = {0.01, 0.1, 0.7, 3.0, 40.0, 6000.0};
+            const double length = dbar * lengths[k % 6] * (0.5 + flat(random));
+            const double angle = axes == 1 ? 0.0 : 6.3 * flat(random);
+            const double x = (axes == 1 && k % 4 == 0 ? -length : length) * std::cos(angle);
+            const double y = axes == 1 ? 0.0 : length * std::sin(angle);
+            const double load = k % 7 == 0 ? 0.8 * n * flat(random) : n;
+            const Response r = patch.step(x, y, load, tau * std::exp(10.0 * (flat(random) - 0.5)));
+            const double now = patch.energy();
+            const double work = -(r.mean[0] * x + r.mean[1] * y);
+            const double scale = std::abs(work) + stored + n * dbar * dbar * 1e-3;
+            const double closed = precision == Precision::single ? 3e-6 : 1e-12;
+            expect_near((work - (now - stored) - r.dissipated - r.contact_loss) / scale, 0.0, closed,
+                        "work, stored, lost");
+            stored = now;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a long rest visits no bristle and ages them all", "[ageing]") {
+  const std::uint32_t n = test_size(3000);
+  const Material material =
+      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.1, tau));
+  AgeingBrush named(material, n), alone(material, n);
+  named.slide_in_pieces(5.0, 1.0, 0.4);
+  alone.slide_in_pieces(5.0, 1.0, 0.4);
+  for (int k = 0; k < 1000; ++k) {
+    named.patch().step(0.0, 0.0, n, 0.1 * tau);
+    if (named.patch().report.bristles_visited != 0) FAIL("a patch at rest was visited");
+  }
+  alone.wait(100.0);
+  const double rested = named.slide(0.2, 1.0);
+  expect_near(alone.slide(0.2, 1.0), rested, 1e-7, "rest in many steps or in none");
+  AgeingBrush fresh(material, n);
+  fresh.slide_in_pieces(5.0, 1.0, 0.4);
+  expect(rested > fresh.slide(0.2, 1.0) + 0.05, "what rested holds more");
+}
+
+TEST_CASE("bristles that age snap where they reach their limit, however slow, fast, old or tough",
+          "[ageing]") {
+  constexpr std::uint32_t n = 40;
+  const Precision precision = precisions().back();
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> flat(0.0, 1.0);
+  for (int k = 0; k < 60; ++k) {
+    const bool saturating = k % 2 == 1;
+    const int axes = k % 4 < 2 ? 1 : 2;
+    const double strength = k % 3 == 0 ? 1.0 : flat(random);
+    const double residual = k % 5 == 0 ? 0.0 : flat(random);
+    const Material material =
+        plain_material(SnapLength::lognormal(dbar, 0.5), SnapRule::keep)
+            .with_residual_length(residual * dbar)
+            .with_ageing(saturating ? Ageing::saturating(strength, tau) : Ageing::logarithmic(strength, tau));
+    AgeingBrush brush(material, n, precision, axes);
+    AgeingBrute brute(n, single_quantile(1.0), false, residual, saturating, strength, 1);
+    std::vector<double> lengths = read(brush.patch(), n).delta;
+    for (double& length : lengths) length /= dbar;
+    brute.set_lengths(lengths);
+    brush.patch().step(0.0, 0.0, n, tau);  // they enter at its beginning
+    brute.wait(1.0);
+    for (int step = 0; step < 12; ++step) {
+      const double angle = axes == 1 ? (step % 3 == 2 ? M_PI : 0.0) : 6.3 * flat(random);
+      const double length = 2.0 * flat(random) * flat(random);
+      // dbar / tau is 1 mm/s: from 1e-9 to 10 m/s.
+      const double speed = 1e-6 * std::pow(1e10, flat(random));
+      const double wait = step % 4 == 0 ? std::pow(1e9, flat(random)) : 0.0;
+      const double ex = std::cos(angle), ey = axes == 1 ? 0.0 : std::sin(angle);
+      brush.wait(wait);
+      brute.wait(wait);
+      brush.patch().step(length * ex * dbar, length * ey * dbar, n, length / speed * tau);
+      brute.slide(ex, ey, length, speed);
+      const Bristles b = read(brush.patch(), n);
+      INFO((saturating ? "saturating " : "logarithmic ")
+           << strength << ", " << axes << " axes, step " << step << " of " << length << " at " << speed);
+      double farthest = 0.0;
+      for (std::size_t i = 0; i < n; ++i)
+        farthest =
+            std::max(farthest, std::hypot(b.zx[i] / dbar - brute.at(i).x, b.zy[i] / dbar - brute.at(i).y));
+      expect_near(farthest, 0.0, precision == Precision::double_ ? 1e-8 : 1e-3, "farthest from one by one");
+    }
+  }
+}
+
+TEST_CASE("bristles that age and are renewed slide alike in short and in long steps", "[ageing]") {
+  // Steady sliding of the ways l = d g(l / v) between snaps, d lognormal: births lambda l per way.
+  constexpr double beta = 0.1, kappa = 1.0, residual = 0.3;
+  const std::uint32_t n = test_size(4000);
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const double speed : {0.02, 3.0}) {
+      std::vector<double> ways;
+      const Quantile quantile = lognormal_quantile(1.0, 0.3);
+      for (int k = 0; k < 2000; ++k) {
+        const double d = quantile((k + 0.5) / 2000.0);
+        double l = d;
+        for (int i = 0; i < 200; ++i) l = d * (1.0 + beta * std::log1p(l / speed));
+        ways.push_back(l);
+      }
+      double low = 1e-3, high = 10.0;
+      for (int i = 0; i < 60; ++i) {
+        const double lambda = 0.5 * (low + high);
+        double sum = 0.0;
+        for (const double l : ways)
+          sum += rule == SnapRule::redraw ? std::exp(-lambda * l) : 1.0 / std::expm1(lambda * l);
+        const double target = rule == SnapRule::redraw ? 1.0 / (1.0 + kappa) : 1.0 / kappa;
+        (sum / 2000.0 > target ? low : high) = lambda;
+      }
+      double bend = 0.0, count = 0.0, ratio = 0.0;
+      for (const double l : ways) {
+        const double w1 = -std::expm1(-low * l) / low;
+        const double w2 = (1.0 - (1.0 + low * l) * std::exp(-low * l)) / (low * low);
+        bend += w2;
+        count += w1;
+        ratio += w2 / w1 / 2000.0;
+      }
+      const double expected = residual + (rule == SnapRule::redraw ? bend / count : ratio);
+      const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule)
+                                    .with_residual_length(residual * dbar)
+                                    .with_shared_renewal(kappa)
+                                    .with_ageing(Ageing::logarithmic(beta, tau));
+      for (const double piece : {0.1, 1.0, 30.0}) {
+        INFO(table_name(rule) << ", speed " << speed << ", steps of " << piece);
+        AgeingBrush brush(material, n);
+        brush.slide_in_pieces(25.0, speed, std::min(piece, 1.0));
+        const int steps = piece < 0.5 ? 60 : 20;
+        double sum = 0.0, end = 0.0;
+        for (int k = 0; k < steps; ++k) {
+          sum += brush.mean_over(piece, speed) / steps;
+          end = brush.slide(piece, speed);
+        }
+        const double independent = std::max(2.0 * steps * std::min(piece, 1.0), 1.0);
+        expect_near(sum, expected, sigmas * 0.5 / std::sqrt(n * independent) + 1e-3, "mean");
+        expect_near(end, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "end");
+        // A patch that slid steadily and has rested is followed until it slides steadily again.
+        brush.wait(1e6);
+        const double after_rest = brush.slide(30.0, speed);
+        expect_near(after_rest, expected, sigmas * 0.5 / std::sqrt(double(n)) + 2e-3, "after a rest");
+      }
+    }
+  }
+}
+
+TEST_CASE("bristles that enter are born at the beginning of the step, those that stay go on ageing",
+          "[ageing]") {
+  const std::uint32_t n = 1000;
+  const SnapLength single = SnapLength::uniform(0.999 * dbar, 1.001 * dbar);
+  const Material material = plain_material(single, SnapRule::keep).with_ageing(Ageing::logarithmic(0.5, tau));
+  OnePatch patch(material, plain_options(n, 1));
+  patch.step(0.0, 0.0, 500.0, tau);
+  patch.batch.step(99.0 * tau, {}, {});
+  // 500 bristles of age 100 and 500 new ones. Within this step the new ones age by 1 and hold up to
+  // 1 + ln(2) / 2 lengths, the old ones up to 3.3.
+  const auto force = [&](double length, double taus) {
+    return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / dbar;
+  };
+  expect_near(force(1.3, 1.0), 1300.0, 1e-2, "all hold");
+  const double all = force(0.2, 1e-3);
+  expect(all < 0.5 * 1500.0 + 0.5 * 300.0, "the young have snapped, the old not");
+  expect(all > 0.5 * 1500.0, "the old have not snapped");
+  // The load falls: the young leave. It rises: others enter, straight and of no age.
+  patch.step(0.0, 0.0, 500.0, tau);
+  patch.step(0.0, 0.0, n, 1e-6 * tau);
+  const double old_and_new = force(1.05, 1e-6);
+  expect_near(old_and_new, 500.0 * (1.5 + 1.05) + 500.0 * 0.05, 500.0 * 2e-3, "the new ones had no age");
+}
+
+TEST_CASE("a material may begin to age, age otherwise and cease to while it slides", "[ageing]") {
+  const std::uint32_t n = 700;
+  const Material plain = plain_material(SnapLength::uniform(0.99 * dbar, 1.01 * dbar), SnapRule::redraw);
+  const Material ages = Material(plain).with_ageing(Ageing::logarithmic(0.5, tau));
+  for (const Precision precision : precisions()) {
+    OnePatch patch(plain, plain_options(n, 2, precision));
+    patch.step(0.9 * dbar, 0.0, n, tau);
+    patch.batch.step(1e3 * tau, {}, {});
+    patch.batch.set_material(patch.id, ages);
+    patch.step(0.0, 0.0, n, 1e-9 * tau);
+    const auto bend = [&](double length, double taus) {
+      return -patch.step(length * dbar, 0.0, n, taus * tau).elastic[0] / (n * dbar);
+    };
+    // Ages begin now, whatever went before: all snap at their fresh lengths.
+    expect(bend(0.15, 1e-6) < 0.1, "no age from before the change");
+    patch.batch.step(1e3 * tau, {}, {});
+    expect_near(bend(2.0, 1e-6), 2.05, 0.03, "ages count from the snap: up to 1 + ln(1001) / 2");
+    // Ages in seconds stay: a slower ageing makes them younger, in its units.
+    patch.batch.set_material(patch.id, Material(plain).with_ageing(Ageing::logarithmic(0.5, 1e3 * tau)));
+    const Response slipped = patch.step(0.0, 0.0, n, 1e-9 * tau);
+    // ln(1 + 1) / 2 + 1 = 1.35 is less than they are bent.
+    expect(slipped.snaps == n, "beyond the limit of their age all slip");
+    patch.batch.set_material(patch.id, ages);
+    patch.step(1.2 * dbar, 0.0, n, tau);
+    patch.batch.set_material(patch.id, plain);
+    const Response fell = patch.step(0.0, 0.0, n, tau);
+    expect_near(fell.elastic[0], 0.0, 1e-12, "lengths fall back");
+    expect(fell.snaps == n, "and what is beyond them slips");
+  }
+}
+
+TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
+  const std::uint32_t n = 1024;
+  const Material material =
+      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.3, tau));
+  AgeingBrush brush(material, n);
+  brush.slide_in_pieces(6.0, 1.0, 0.3);
+  brush.wait(1000.0);
+  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // well beyond the fresh limits
+  const double before = -brush.patch().step(0.0, 0.0, n, tau).elastic[0];
+  brush.patch().batch.set_detail(brush.patch().id, 300);
+  expect_near(-brush.patch().step(0.0, 0.0, n, tau).elastic[0], before, 1e-4 * before,
+              "fewer carry the same");
+  brush.patch().batch.set_detail(brush.patch().id, n);
+  const Response more = brush.patch().step(0.0, 0.0, n, tau);
+  expect_near(-more.elastic[0], before, 1e-4 * before, "and as many again");
+  // Young copies would snap at once.
+  const Response pulled = brush.patch().step(0.05 * dbar, 0.0, n, tau);
+  expect(static_cast<double>(pulled.snaps) < 0.1 * n, "copies are as old as what they copy");
+}
+
+TEST_CASE("a saved state keeps ages, and the same future", "[ageing]") {
+  for (const double kappa : {0.0, 1.0}) {
+    const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
+                                  .with_shared_renewal(kappa)
+                                  .with_ageing(Ageing::saturating(0.6, tau));
+    OnePatch patch(material, plain_options(600, 2)), other(material, plain_options(600, 2));
+    for (int k = 0; k < 30; ++k) patch.step(0.37 * dbar, 0.1 * dbar, 400.0 + 5.0 * k, 0.3 * tau);
+    std::vector<std::byte> bytes(patch.batch.state_size());
+    patch.batch.save_state(bytes);
+    other.step(0.2 * dbar, 0.0, 10.0, 17.0 * tau);
+    other.batch.restore_state(bytes);
+    CHECK(other.hash() == patch.hash());
+    patch.batch.step(2.0 * tau, {}, {});
+    other.batch.step(2.0 * tau, {}, {});
+    for (int k = 0; k < 20; ++k) {
+      const Response a = patch.step(0.21 * dbar, -0.3 * dbar, 500.0, tau);
+      const Response b = other.step(0.21 * dbar, -0.3 * dbar, 500.0, tau);
+      CHECK(first_difference(a, b) == "");
+    }
+    CHECK(other.hash() == patch.hash());
+  }
+}
+
+TEST_CASE("a trial step of bristles that age changes nothing", "[ageing]") {
+  const Material material =
+      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.2, tau));
+  OnePatch patch(material, plain_options(500, 2));
+  for (int k = 0; k < 20; ++k) patch.step(0.3 * dbar, 0.1 * dbar, 500.0, tau);
+  const std::uint64_t hash = patch.hash();
+  Motion motion;
+  motion.id = patch.id;
+  motion.displacement[0] = 1.7 * dbar;
+  motion.normal_load = 500.0;
+  const Response tried = patch.batch.find_force(0.7 * tau, motion);
+  CHECK(patch.hash() == hash);
+  CHECK(first_difference(tried, patch.step(motion, 0.7 * tau)) == "");
+}
+
+TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
+  const Material material =
+      plain_material(uniform, SnapRule::keep).with_ageing(Ageing::logarithmic(0.2, tau));
+  const std::string message = message_of([&] {
+    PatchBatch batch;
+    batch.add(material, plain_options(100).with_step_rule(StepRule::literal));
+  });
+  CHECK(names(message, {"ageing_strength", "0.2", "StepRule::exact"}));
+}
