@@ -1,6 +1,8 @@
-// The infinite brush beside 900 representatives of the same law: a step of 1, 100 and 10,000 patches in each
-// kind of motion, and a force that is asked for.
+// The infinite brush beside 900 and 10,000 representatives of the same law: a step of 1, 100 and 10,000
+// patches in each kind of motion, a force that is asked for, and the dearest step of a long walk.
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "measured_scene.hpp"
 #include "suites.hpp"
@@ -11,7 +13,14 @@ namespace {
 
 using bristle::Population;
 
-constexpr std::uint32_t representatives = 900;
+struct Subject {
+  const char* name;
+  Population population;
+  std::uint32_t bristles;  ///< of representatives
+};
+constexpr Subject subjects[] = {{"900", Population::representatives, 900},
+                                {"10000", Population::representatives, 10000},
+                                {"infinite", Population::infinite, 900}};
 constexpr double load_n = 900.0;
 constexpr double golden_turn = 2.399963229728653;  // rad
 
@@ -34,13 +43,14 @@ constexpr CohortMotion motions[] = {
 /// Patches that all slide to a steady state and then move as told, each in its own direction.
 class CohortScene {
  public:
-  CohortScene(Population population, std::uint32_t patches, const CohortMotion& motion) : motion_(motion) {
+  CohortScene(const Subject& subject, std::uint32_t patches, const CohortMotion& motion) : motion_(motion) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
     const PatchOptions options =
-        plain_options(representatives, 2, Precision::single, Outputs::end).with_max_normal_load(load_n);
+        plain_options(subject.bristles, 2, Precision::single, Outputs::end).with_max_normal_load(load_n);
     for (std::uint32_t i = 0; i < patches; ++i) {
       Motion moved;
-      moved.id = batch_.add(material, PatchOptions(options).with_population(population).with_seed(i + 1));
+      moved.id =
+          batch_.add(material, PatchOptions(options).with_population(subject.population).with_seed(i + 1));
       moved.normal_load = 0.9 * load_n;
       moved_.push_back(moved);
       angles_.push_back(golden_turn * i);
@@ -60,6 +70,13 @@ class CohortScene {
   bristle::StepReport step() {
     next();
     return batch_.step(tick, moved_, responses_);
+  }
+  /// Time of a step of so many lengths, in ns.
+  double time_step(double stroke, double angle) {
+    place(stroke, angle);
+    const auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(batch_.step(tick, moved_, responses_));
+    return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
   }
   void find_forces() {
     next();
@@ -96,11 +113,11 @@ class CohortScene {
   std::uint64_t count_ = 0;
 };
 
-void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, Population population,
+void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, const Subject& subject,
                           std::uint32_t patches, bool asks) {
   add_benchmark(name, [=](benchmark::State& state) {
     auto& scene = keep_while_named<CohortScene>(
-        name, [&] { return std::make_shared<CohortScene>(population, patches, motion); });
+        name, [&] { return std::make_shared<CohortScene>(subject, patches, motion); });
     const auto start = std::chrono::steady_clock::now();
     for (auto _ : state) {
       if (asks)
@@ -116,18 +133,48 @@ void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, P
   });
 }
 
+constexpr int walk_steps = 4000;
+constexpr int walk_passes = 7;
+
+/// A walk in directions at random. Every pass is the same walk: the least time of a
+/// step over the passes is its own, not that of what else the machine did.
+void add_walk_benchmark(const Subject& subject, double stroke) {
+  const std::string name = std::string("cohorts/walk/") + (stroke < 1.0 ? "short/" : "long/") + subject.name;
+  benchmark::RegisterBenchmark(
+      name.c_str(),
+      [=](benchmark::State& state) {
+        std::vector<double> least(walk_steps, 1e300);
+        for (auto _ : state) {
+          CohortScene scene(subject, 1, motions[0]);
+          std::mt19937 random(1);
+          for (double& ns : least)
+            ns = std::min(ns, scene.time_step(stroke, static_cast<double>(random()) * (2.0 * M_PI / 0x1p32)));
+        }
+        std::sort(least.begin(), least.end());
+        state.counters["median_ns"] = least[walk_steps / 2];
+        state.counters["p99_ns"] = least[walk_steps * 99 / 100];
+        state.counters["worst_ns"] = least.back();
+        state.SetLabel(stroke < 1.0 ? "0.1 dbar a step, any direction" : "1 dbar a step, any direction");
+      })
+      ->Iterations(walk_passes)
+      ->Unit(benchmark::kMillisecond);
+}
+
 }  // namespace
 
 void register_cohorts() {
   if (BRISTLE_MINIMAL) return;
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
-      for (Population population : {Population::representatives, Population::infinite}) {
-        const char* const who = population == Population::infinite ? "infinite" : "900";
-        const std::string name = std::string(motion.name) + '/' + std::to_string(patches) + '/' + who;
-        add_cohort_benchmark("cohorts/step/" + name, motion, population, patches, false);
-        add_cohort_benchmark("cohorts/find_force/" + name, motion, population, patches, true);
+      for (const Subject& subject : subjects) {
+        if (patches == 10000 && subject.bristles == 10000) continue;  // a gigabyte
+        const std::string name =
+            std::string(motion.name) + '/' + std::to_string(patches) + '/' + subject.name;
+        add_cohort_benchmark("cohorts/step/" + name, motion, subject, patches, false);
+        add_cohort_benchmark("cohorts/find_force/" + name, motion, subject, patches, true);
       }
+  for (double stroke : {0.1, 1.0})
+    for (const Subject& subject : subjects) add_walk_benchmark(subject, stroke);
 }
 
 }  // namespace bristle_bench

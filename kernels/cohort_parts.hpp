@@ -431,7 +431,7 @@ Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double pie
           most(fresh_length<ages>(law, times, mean_gap) + reach_margin, law.sure),
           p.ranks / p.lost,
           p.rank_squares / p.lost,
-          times.now - mean_gap * times.per_length};
+          ages ? times.now - mean_gap * times.per_length : 0.0};
 }
 
 /// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
@@ -527,22 +527,17 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   return lost;
 }
 
-/// Whether a newborn belongs to the path along which cohort i was born: not where the patch rested in
-/// between.
-inline bool in_step(const double* rows, std::uint32_t i, const Newborn& n, const CohortTimes& times) {
-  const double path =
-      root(square_of(n.x - cohort(rows, i, cohort_x)) + square_of(n.y - cohort(rows, i, cohort_y)));
-  return (n.birth - times.births[i]) * times.rate <= 1.0 + 4.0 * path * times.per_length * times.rate;
-}
-
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Deflections are convex along a line: what is not beyond its reach at the end never was.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
   // So they are over g, and what is within its reach stays so however long the patch waits.
-  CohortTimes times = a.times;
-  if (ages) times.now = a.times.now + a.length * times.per_length;
+  CohortTimes times{};
+  if (ages) {
+    times = a.times;
+    times.now = a.times.now + a.length * times.per_length;
+  }
   if (a.length > 1.2 * law.piece &&
       Engine::template find_slack<axes, ages>(law, s, rows, a.to, times) >= 0.0) {
     s.slack = Engine::template find_slack<axes, ages>(law, s, rows, middle, times);
@@ -593,8 +588,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         }
       const double bx = last_born[0] - s.begin[0][0];
       const double by = last_born[1] - s.begin[0][1];
-      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece &&
-          (!ages || in_step(rows, s.open[0], newborn, times))) {
+      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);

@@ -739,6 +739,15 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       CHECK(row["ns_per_patch"] > 0.0);
       CHECK(row["bytes_per_patch"] > 0);
     }
+    REQUIRE(report["contacts"].size() == 2);
+    CHECK(report["contacts"][0]["resolution"] == 4);
+    CHECK(report["contacts"][1]["resolution"] == 8);
+    for (const json& row : report["contacts"]) {
+      CHECK(row["motion"] == "zigzag");
+      CHECK(row["step_over_mean_snap_length"] == 0.1);
+      CHECK(row["threads"] == 1);
+      if (row["bristles"] > 0) CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
+    }
   }
   for (const json& row : report["comparisons"]) {
     CHECK(row["ns_per_bristle"] > 0.0);

@@ -159,7 +159,10 @@ void capacity_command(const CapacityOptions& options) {
     if (options.features || (everything && !options.quick))
       result.features = measure_features(options, report);
 #if !BRISTLE_MINIMAL
-    if (everything) result.infinite = measure_infinite(options, report);
+    if (everything) {
+      result.infinite = measure_infinite(options, report);
+      result.contacts = measure_contacts(options, threads, report);
+    }
 #endif
     if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);
     for (std::size_t i = 0; i < cases.size(); ++i) {

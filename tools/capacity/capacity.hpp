@@ -121,6 +121,7 @@ struct CapacityResult {
   std::vector<TargetRow> targets;
   std::vector<FeatureRow> features;
   std::vector<InfiniteRow> infinite;
+  std::vector<CapacityRow> contacts;  ///< infinite patches that fit; `bristles` is their number
 };
 
 /// One of the things that are run in turn, so that what the machine does meanwhile strikes all alike.
@@ -153,6 +154,13 @@ constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 100.0};
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {}, bool zigzag = false);
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
+/// Pieces with which that zigzag is within 1 % of the force at every step, and slides of 0.1 to 0.25 mean snap
+/// lengths within 1.04 % (core/patches/COHORTS.md).
+constexpr double within_a_percent = 4.0;
+/// Contacts that slide in zigzag of 0.1, at that resolution and at the library's choice.
+CapacityCase sliding_contacts(double resolution, int threads);
+std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,
+                                          const Report& report);
 
 /// Times so many steps of so many bristles.
 using MeasureSteps = std::function<StepTimes(std::uint64_t bristles, std::uint64_t steps)>;

@@ -8,6 +8,8 @@
 namespace cli {
 namespace {
 
+constexpr double default_resolution = 8.0;  // of PatchOptions
+
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
   const ComparisonRow time =
       compare({bristle_kernel(what, 1, options.isa)}, "", 1, options.quick ? 15 : 61).front();
@@ -66,6 +68,24 @@ std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const 
       rows.push_back(row);
     }
   }
+  return rows;
+}
+
+CapacityCase sliding_contacts(double resolution, int threads) {
+  CapacityCase what = infinite_case(Regime::sliding, 0.1, true);
+  what.resolution = resolution;
+  what.threads = threads;
+  return what;
+}
+
+std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,
+                                          const Report& report) {
+  std::vector<CapacityRow> rows;
+  for (const int count : threads)
+    for (const double resolution : {within_a_percent, default_resolution}) {
+      report(fmt::format("sliding contacts, resolution {:g}, threads: {}", resolution, count));
+      rows.push_back(find_capacity(sliding_contacts(resolution, count), options));
+    }
   return rows;
 }
 

@@ -88,6 +88,17 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                   {"ns_per_patch", row.ns_per_patch},
                                   {"quartiles", {row.ns_low, row.ns_high}}});
   }
+  report["contacts"] = Json::array();
+  for (const CapacityRow& row : result.contacts) {
+    report["contacts"].push_back({{"motion", row.what.zigzag ? "zigzag" : "straight"},
+                                  {"step_over_mean_snap_length", *row.what.step},
+                                  {"resolution", row.what.resolution},
+                                  {"threads", row.what.threads},
+                                  {"bristles", row.unconfirmed ? 0 : row.fits.bristles},
+                                  {"unconfirmed", row.unconfirmed},
+                                  {"more_would_fit", row.capped},
+                                  {"at_capacity", times_json(row.fits)}});
+  }
   report["comparisons"] = Json::array();
   for (const ComparisonRow& row : result.comparisons) {
     report["comparisons"].push_back({{"bristles", row.bristles},
@@ -138,6 +149,13 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         "Patches of infinitely many bristles, one thread: a step of each, alone (in cache) and among ten "
         "thousand.\n\n" +
         infinite_table(report, Medium::terminal).text() + '\n';
+  }
+  if (!result.contacts.empty()) {
+    text += fmt::format(
+        "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
+        "force is\nwithin 1 % at every step.\n\n",
+        time_text(options.deadline_s), within_a_percent);
+    text += contacts_table(report, Medium::terminal).text() + '\n';
   }
   if (!result.targets.empty()) {
     text +=

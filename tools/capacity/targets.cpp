@@ -32,8 +32,6 @@ constexpr std::uint64_t in_cache = 14'400;
 constexpr std::uint64_t a_million = 1'000'000;
 constexpr std::uint64_t out_of_cache = 4'000'000;
 constexpr std::uint64_t ten_thousand = 10'000;
-// Slides and fingertip.toml are within 1 % at every step with four pieces (core/patches/COHORTS.md).
-constexpr double within_a_percent = 4.0;
 
 class Targets {
  public:
@@ -342,9 +340,7 @@ class Targets {
     add("tick/patches/10000", patches, a_million,
         "10,000 patches of 100, keep, end + mean, all snap, two threads");
 #if !BRISTLE_MINIMAL
-    CapacityCase contacts = infinite_case(Regime::sliding, 0.1, true);
-    contacts.resolution = within_a_percent;
-    add("tick/infinite/10000", contacts, ten_thousand,
+    add("tick/infinite/10000", sliding_contacts(within_a_percent, 2), ten_thousand,
         "10,000 infinite patches within 1 % of the force, zigzag of 0.1 mean snap lengths a step, two "
         "threads");
 #endif

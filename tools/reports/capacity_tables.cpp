@@ -154,4 +154,19 @@ Table infinite_table(const Json& capacity, Medium medium) {
   return tabulate(capacity.at("infinite"), columns, medium, 0);
 }
 
+Table contacts_table(const Json& capacity, Medium medium) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<motion", "motion"),
+      number_column("step / mean length", "step_over_mean_snap_length"),
+      number_column("resolution", "resolution"),
+      number_column("threads", "threads"),
+      {"contacts that fit", [](const Json& row) { return Cell(bristles_that_fit(row)); }},
+      fit_column("ns per contact",
+                 [](const Json& row) { return ns_text(row.at("at_capacity").at("ns_per_bristle")); }),
+      fit_time_column("p50", "p50_s"),
+      fit_time_column("p99", "p99_s"),
+      fit_time_column("max", "max_s")};
+  return tabulate(capacity.at("contacts"), columns, medium, 2);
+}
+
 }  // namespace cli

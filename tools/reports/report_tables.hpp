@@ -24,6 +24,7 @@ Table capacities_table(const Json& capacity, Medium medium);
 Table comparisons_table(const Json& capacity, Medium medium);
 Table kernel_features_table(const Json& capacity, Medium medium);
 Table infinite_table(const Json& capacity, Medium medium);
+Table contacts_table(const Json& capacity, Medium medium);
 /// "> 1,234"; of a row that has none, why.
 std::string bristles_that_fit(const Json& row);
 

@@ -30,41 +30,41 @@ bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double dura
 }
 
 /// How far a straight slide has come that this step goes on with; 0 = it begins.
-double find_run(const Patch& p, const Cohorts& r, const Advance& a, const CohortTimes& times,
-                double duration) noexcept {
+double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
   const bool goes_on = std::abs(across) <= straight && along > 0.0 && p.position[0] == r.slid_to[0] &&
                        p.position[1] == r.slid_to[1];
-  if (r.ageing != nullptr && goes_on && !same_pace(*r.ageing, times, duration)) return 0.0;
   return goes_on ? r.run : 0.0;
 }
 
 /// A step along which bristles may snap: what it does to cohorts, and where it ends.
 struct Slide {
-  CohortMove move{};
+  CohortMove move;  ///< its times are filled where the material ages
   std::int64_t to[2];
   double run = 0.0;      ///< of the straight slide that it goes on with
   double carried = 0.0;  ///< path along which the patch is carried as it stands
   // Of a patch that ages:
-  double duration = 0.0;  ///< of the step, s
-  double oldest = 0.0;    ///< birth of the oldest cohort when the slide began
-  double growth = 1.0;    ///< g of such a one at the end: it takes that much longer to forget
+  double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
+  double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
 };
+
+/// What a patch that ages needs to know of a slide.
+[[gnu::noinline]] void age(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
+  CohortTimes& times = slide.move.times;
+  times = times_of(p);
+  const double duration = std::min(a.duration, longest_step);
+  times.per_length = duration / a.length;
+  if (!same_pace(*r.ageing, times, duration)) slide.run = 0.0;
+  slide.oldest = slide.run > 0.0 ? r.ageing->oldest : find_oldest(r);
+  if (slide.run < r.law.forget)
+    slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
+}
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
-  if (r.ageing != nullptr) {
-    slide.move.times = times_of(p);
-    slide.duration = std::min(a.duration, longest_step);
-    slide.move.times.per_length = slide.duration / a.length;
-  }
-  slide.run = find_run(p, r, a, slide.move.times, slide.duration);
-  if (r.ageing != nullptr) {
-    slide.oldest = slide.run > 0.0 ? r.ageing->oldest : find_oldest(r);
-    if (slide.run < r.law.forget)
-      slide.growth = r.material->material.ageing_factor(slide.move.times.now + slide.duration - slide.oldest);
-  }
+  slide.run = find_run(p, r, a);
+  if (r.ageing != nullptr) age(p, r, a, slide);
   const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0) * slide.growth);
   slide.carried = a.length - followed;
   slide.move.length = followed;
@@ -196,8 +196,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   }
   if (!commit) return;
   r.snap_rest = rest;
-  r.run = std::min(slide.run + a.length / slide.growth, r.law.forget);
   if (r.ageing != nullptr) note_pace(p, r, slide);
+  r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.law.forget);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
