@@ -443,16 +443,25 @@ std::map<std::string, std::vector<std::string>> page_cells() {
   return cells;
 }
 
-void check_page(const std::string& name) {
+// `left_out`: models that take too long for a test.
+void check_page(const std::string& name, const std::vector<std::string>& left_out = {}) {
   const cli::Experiment& experiment = cli::find_experiment(name);
   const std::vector<std::string> models(cli::model_names().begin(), cli::model_names().end());
-  const ExperimentResult result = run(name, {}, models);
+  const auto is_left_out = [&](const std::string& model) {
+    return std::find(left_out.begin(), left_out.end(), model) != left_out.end();
+  };
+  std::vector<std::string> some;
+  for (const std::string& model : models) {
+    if (!is_left_out(model)) some.push_back(model);
+  }
+  const ExperimentResult result = run(name, {}, some);
   const auto cells = page_cells();
   for (const cli::Phenomenon& p : experiment.phenomena) {
     INFO(name << ": " << p.title);
     const auto row = cells.find(name + ": " + p.title);
     REQUIRE(row != cells.end());
     for (std::size_t m = 0; m < models.size(); ++m) {
+      if (is_left_out(models[m])) continue;
       const auto found =
           std::find_if(result.findings.begin(), result.findings.end(),
                        [&](const cli::Finding& f) { return f.phenomenon == p.id && f.model == models[m]; });
@@ -488,7 +497,7 @@ TEST_CASE("The page of experiments says what the program finds: stick-slip", "[e
   check_page("stick-slip");
 }
 TEST_CASE("The page of experiments says what the program finds: critical stiffness", "[experiment]") {
-  check_page("critical-stiffness");
+  check_page("critical-stiffness", {"brush_redraw", "brush_keep"});
 }
 TEST_CASE("The page of experiments says what the program finds: rubbing", "[experiment]") {
   check_page("rubbing");

@@ -416,7 +416,7 @@ TEST_CASE("Critical stiffness: the brush that ages sticks and slips where linear
   for (const char* sets : {"damping=316", "damping=1000"}) {
     INFO(sets);
     const ExperimentResult result =
-        run("critical-stiffness", {sets, "speeds=5e-5", "steps_per_length=50"}, {"brush_aged"});
+        run("critical-stiffness", {sets, "speeds=6e-5", "settling=10", "response_way=10"}, {"brush_aged"});
     CHECK(finding(result, "critical_stiffness", "brush_aged") > 10.0);
     CHECK(finding(result, "linear_theory", "brush_aged") < 10.0);
   }

@@ -108,7 +108,7 @@ std::vector<CostRow> run_cost(const std::vector<std::string>& models) {
 
 std::string experiment_list() {
   std::string text = "Experiments: bristle experiment NAME; all of them: bristle experiment all\n";
-  for (const Experiment& e : experiments()) text += fmt::format("  {:<13} {}\n", e.name, e.title);
+  for (const Experiment& e : experiments()) text += fmt::format("  {:<18} {}\n", e.name, e.title);
   text += fmt::format(
       "\nModels (--models A,B): {}\n\nParameters (--set KEY=VALUE) of every experiment; some have "
       "other defaults for them, listed there\n",

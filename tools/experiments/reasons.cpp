@@ -484,7 +484,7 @@ const Reason reasons[] = {
     {"direct_effect",
      false,
      {lugre, plastic, gms},
-     "friction is on the Stribeck curve from below at once or on the way to it: never above"},
+     "friction comes down to the Stribeck curve of the new speed, from the old one: never above either"},
     {"direct_effect",
      false,
      {redraw, keep, infinite, rubbed},

@@ -25,7 +25,7 @@ unset key
 plot for [m in present] rows("peak", m) using 3:6 with linespoints linetype index_of(m) title name(m)
 set title "the force while it is held (longest hold)"
 set xlabel "time since it stopped  [s]"
-set key bottom right maxrows 4
+set key bottom right maxrows 6
 set yrange [0:*]
 longest = word(holds, words(holds))
 held(m) = sprintf("< awk -F, '$1 == \"trace\" && $2 == \"%s\" && $3 == %s && $5 == 0 && $4 > 0' '%s'", m, longest, csv)

@@ -6,7 +6,7 @@
 //   dz/dt     = v - V e,   F = sigma0 z,   e = z / |z|        (V: speed of the slider, along its spring)
 //
 // Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which makes V = 0 at F = 0 and
-// lets it reverse: Rice and Ben-Zion, PNAS 93, 1996, after Lapusta et al. 2000; stability of a slider: Rice
+// lets it reverse: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice
 // and Ruina, J. Appl. Mech. 50, 1983. Where V is far above v0 exp(-mu0/a), asinh is a logarithm and the law
 // the usual one, mu0 + a ln(V/v0) + b ln(v0 theta/Dc). The plane is an extension: the slider follows its
 // spring. A step solves the equations by Rodas4 (Hairer and Wanner, Solving ODEs II, IV.7: six linearly
