@@ -154,8 +154,8 @@ constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 100.0};
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {}, bool zigzag = false);
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
-/// Pieces with which that zigzag is within 1 % of the force at every step, and slides of 0.1 to 0.25 mean snap
-/// lengths within 1.04 % (core/patches/COHORTS.md).
+/// Pieces with which that zigzag is within 1 % of the force at every step, and slides of 0.1 to 0.25 mean
+/// snap lengths within 1.04 % (core/patches/COHORTS.md).
 constexpr double within_a_percent = 4.0;
 /// Contacts that slide in zigzag of 0.1, at that resolution and at the library's choice.
 CapacityCase sliding_contacts(double resolution, int threads);
