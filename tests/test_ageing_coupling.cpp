@@ -29,11 +29,13 @@ Material ageing_material() {
       .with_ageing(Ageing::logarithmic(beta, tau));
 }
 
-PatchOptions infinite() {
-  return PatchOptions{}
-      .with_max_normal_load(load)
-      .with_population(Population::infinite)
-      .with_outputs(Outputs::all);
+/// Of either population; representatives in double precision where there is one, for the energy.
+PatchOptions options_of(Population population) {
+  PatchOptions options =
+      PatchOptions{}.with_max_normal_load(load).with_population(population).with_outputs(Outputs::all);
+  if (population == Population::representatives)
+    options.with_bristles(4000).with_precision(precisions().back());
+  return options;
 }
 
 /// Slides a patch, in steps of a tenth of the presliding length.
@@ -47,8 +49,9 @@ Response slide(OnePatch& patch, double lengths, double speed) {
 
 TEST_CASE("The force limit of a contact that ages is that of the time that it can have held",
           "[ageing][limit]") {
+  const Population population = GENERATE(Population::infinite, Population::representatives);
   const Material m = ageing_material();
-  OnePatch patch(m, infinite());
+  OnePatch patch(m, options_of(population));
   double time = 0.0;
   for (const double dt : {1e-3, 1e-2, 1.0, 100.0, 1e4}) {
     time += dt;
@@ -58,7 +61,7 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
     CHECK(patch.step(0.0, 0.0, load, dt).force_limit == Approx(limit).epsilon(1e-12));
   }
   // A patch that is not named ages too.
-  const PatchId other = patch.batch.add(m, infinite());
+  const PatchId other = patch.batch.add(m, options_of(population));
   patch.batch.warm_up();
   Motion rest{other, {0.0, 0.0}, load};
   Response r;
@@ -83,7 +86,8 @@ TEST_CASE("The force limit of a contact that ages is that of the time that it ca
 
 TEST_CASE("The force of a contact that ages keeps to its limit as one without ageing does",
           "[ageing][limit]") {
-  OnePatch patch(ageing_material(), infinite().with_axes(2));
+  const Population population = GENERATE(Population::infinite, Population::representatives);
+  OnePatch patch(ageing_material(), options_of(population).with_axes(2));
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform_share(0.0, 1.0);
   double highest = 0.0;
@@ -107,14 +111,15 @@ TEST_CASE("The force of a contact that ages keeps to its limit as one without ag
 
 TEST_CASE("What a contact can have held is saved, restored and kept under another material",
           "[ageing][limit][state]") {
+  const Population population = GENERATE(Population::infinite, Population::representatives);
   const Material m = ageing_material();
-  OnePatch patch(m, infinite());
+  OnePatch patch(m, options_of(population));
   patch.step(0.0, 0.0, load, 3.0);
   slide(patch, 40.0, 1e-4);
   patch.step(0.0, 0.0, load, 0.3);
   std::vector<std::byte> saved(patch.batch.state_size());
   REQUIRE(patch.batch.save_state({saved.data(), saved.size()}) == saved.size());
-  OnePatch other(m, infinite());
+  OnePatch other(m, options_of(population));
   other.step(0.0, 0.0, load, 1e3);
   other.batch.restore_state({saved.data(), saved.size()});
   for (int i = 0; i < 50; ++i) {
@@ -133,9 +138,10 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
 
 namespace {
 
-/// A mass on a rail over an infinite brush that ages.
+/// A mass on a rail over a brush that ages.
 struct Sled {
-  explicit Sled(bool midpoint_) : midpoint(midpoint_), patch(ageing_material(), infinite().with_axes(1)) {
+  Sled(bool midpoint_, Population population)
+      : midpoint(midpoint_), patch(ageing_material(), options_of(population).with_axes(1)) {
     body.mass(0, 0) = 0.2;
     contact.axes = 1;
     motion.id = patch.id;
@@ -169,9 +175,10 @@ struct Sled {
 
 TEST_CASE("A body on a contact that ages stops where friction stops it, settles and does not creep",
           "[ageing][coupling]") {
+  const Population population = GENERATE(Population::infinite, Population::representatives);
   for (const bool midpoint : {false, true}) {
     CAPTURE(midpoint);
-    Sled sled(midpoint);
+    Sled sled(midpoint, population);
     slide(sled.patch, 60.0, 0.05);
     sled.body.velocity[0] = 0.1;
     double before = sled.energy();
@@ -201,13 +208,14 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
 
 TEST_CASE("A contact that has held for long bears a push under which a younger one slides",
           "[ageing][coupling]") {
+  const Population population = GENERATE(Population::infinite, Population::representatives);
   const Material m = ageing_material();
   // Between the peak of a contact a tick old and that of one that held for an hour.
   const double push = 0.5 * (m.peak_coefficient(1e-2) + m.peak_coefficient(3600.0)) * load;
   for (const bool midpoint : {false, true}) {
     for (const double held : {1e-2, 3600.0}) {
       CAPTURE(midpoint, held);
-      Sled sled(midpoint);
+      Sled sled(midpoint, population);
       sled.patch.step(0.0, 0.0, load, held);
       for (int i = 0; i < 200; ++i) sled.step(push * std::min(1.0, 0.01 * i));
       if (held < 1.0)

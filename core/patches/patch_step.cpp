@@ -22,8 +22,8 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
 }
 
 /// How much longer than fresh ones the snap lengths of a patch that ages can be at the end of a step.
-double longest_growth(const Patch& p, const Advance& a) noexcept {
-  return p.material().material.ageing_factor(a.start + a.duration - p.record->hold.oldest);
+double longest_growth(const Patch& p, const PatchStep& step) noexcept {
+  return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
 /// Of a patch that ages: no bristle follows the patch farther than twice its snap length. Left out are those
@@ -31,18 +31,17 @@ double longest_growth(const Patch& p, const Advance& a) noexcept {
 /// % of 1.
 void note_slide(Patch& p, const PatchStep& step) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
-  const Advance& a = step.advance;
-  const double now = a.start + a.duration;
-  if (a.snaps_all) {
-    hold = {a.start, now, {0, 0}};
+  const double now = step.ends;
+  const CompiledMaterial& m = p.material();
+  const SnapLength& law = m.material.snap_length;
+  const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
+  const double reach = 2.0 * (m.residual + long_one * longest_growth(p, step));
+  if (step.advance.snaps_all || square(step.scaled[0]) + square(step.scaled[1]) > square(reach)) {
+    hold = {step.begins, now, {0, 0}};
     return;
   }
   // A way of its own: a contact model may carry the patch's position along.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] += std::llrint(step.scaled[axis] * fixed_per_length);
-  const CompiledMaterial& m = p.material();
-  const SnapLength& law = m.material.snap_length;
-  const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
-  const double reach = 2.0 * (m.residual + long_one * longest_growth(p, a));
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
   // Within this of its anchor the patch is as good as there: after a rest the slide alone counts.
@@ -55,12 +54,12 @@ void note_slide(Patch& p, const PatchStep& step) noexcept {
 }
 
 /// Response::force_limit.
-double find_force_limit(const Patch& p, const Advance& a) noexcept {
+double find_force_limit(const Patch& p, const PatchStep& step) noexcept {
   if (!p.ages) return p.force_limit;
   const Material& m = p.material().material;
   const double residual =
       p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness * m.residual_length;
-  return residual + longest_growth(p, a) * (p.force_limit - residual);
+  return residual + longest_growth(p, step) * (p.force_limit - residual);
 }
 
 /// Where the motion leads, in scaled lengths.
@@ -135,7 +134,10 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   step.advance.commit = commit ? 1 : 0;
   step.advance.energy_unit = 1.0;
   step.advance.duration = dt_s;
-  if (p.ages) step.advance.start = time_of(p);
+  if (p.ages) {
+    step.advance.start = step.begins = time_of(p);
+    step.ends = step.begins + dt_s;
+  }
   find_way(p, step.displacement, step);
   step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;
   return step;
@@ -181,7 +183,7 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   }
   out.stiffness = p.stiffness;
   out.damping = damping;
-  out.force_limit = find_force_limit(p, step.advance);
+  out.force_limit = find_force_limit(p, step);
   if (energy) {
     out.dissipated = sums.dissipated + p.pending_dissipated;
     out.contact_loss = step.contact_loss + p.pending_loss;

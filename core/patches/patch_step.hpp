@@ -10,10 +10,11 @@ struct PatchStep {
   Advance advance;     ///< what kernels need; `in_double`, `energy_unit`, `phase_key` and `renews_bounds` are
                        ///< the model's part
   bool moves = false;  ///< false: nothing can snap
-  double contact_loss = 0.0;  ///< J
-  double displacement[2];     ///< m
-  double velocity[2];         ///< m/s, for dampers
-  double scaled[2];           ///< the displacement in scaled lengths
+  double contact_loss = 0.0;        ///< J
+  double begins = 0.0, ends = 0.0;  ///< time_of the patch, s; 0 without ageing. A model may cut `advance`
+  double displacement[2];           ///< m
+  double velocity[2];               ///< m/s, for dampers
+  double scaled[2];                 ///< the displacement in scaled lengths
 };
 
 /// What a step did to the contact.

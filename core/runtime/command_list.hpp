@@ -15,8 +15,8 @@ namespace bristle::detail {
 /// Memory for copies of patches: trial loads.
 struct Scratch {
   struct Free {
-    void operator()(std::byte* memory) const noexcept {
-      ::operator delete (memory, std::align_val_t{column_alignment});
+    void operator()(std::byte* freed) const noexcept {
+      ::operator delete (freed, std::align_val_t{column_alignment});
     }
   };
   std::unique_ptr<std::byte, Free> memory;

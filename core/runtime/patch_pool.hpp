@@ -48,7 +48,7 @@ class PatchPool {
   static constexpr int most_chunks = 27;
 
   static constexpr int chunk_of(std::uint32_t slot) noexcept {
-    return slot < first_slots ? 0 : std::bit_width(slot) - 6;
+    return slot < first_slots ? 0 : static_cast<int>(std::bit_width(slot)) - 6;
   }
   static constexpr std::uint32_t first_of(int chunk) noexcept {
     return chunk == 0 ? 0 : first_slots << (chunk - 1);
