@@ -8,15 +8,6 @@
 namespace bristle::detail {
 namespace {
 
-/// SplitMix64's finaliser.
-inline std::uint64_t mix64(std::uint64_t x) {
-  x ^= x >> 30;
-  x *= 0xBF58476D1CE4E5B9u;
-  x ^= x >> 27;
-  x *= 0x94D049BB133111EBu;
-  x ^= x >> 31;
-  return x;
-}
 constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // 2^64 / golden ratio
 
 /// The whole part of a number from 0 to 2^63. (floor is a call where the baseline has no instruction for it.)

@@ -19,15 +19,6 @@ namespace {
 
 constexpr std::uint32_t draws_together = 64;  ///< so that snap lengths are drawn in vectors
 
-inline std::uint64_t mix64(std::uint64_t x) {
-  x ^= x >> 30;
-  x *= 0xBF58476D1CE4E5B9u;
-  x ^= x >> 27;
-  x *= 0x94D049BB133111EBu;
-  x ^= x >> 31;
-  return x;
-}
-
 template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
  public:

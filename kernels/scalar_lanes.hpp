@@ -91,6 +91,16 @@ inline T look_up(const double* table, std::int32_t last, T share) {
   return low + (high - low) * (x - k);
 }
 
+/// SplitMix64's finaliser.
+inline std::uint64_t mix64(std::uint64_t x) {
+  x ^= x >> 30;
+  x *= 0xBF58476D1CE4E5B9u;
+  x ^= x >> 27;
+  x *= 0x94D049BB133111EBu;
+  x ^= x >> 31;
+  return x;
+}
+
 /// 32-bit mixer: two multiplications, a bijection. Its high bits are the random ones: share_of takes 23 of
 /// them, so there is no last shift to mix the low.
 inline std::uint32_t mix(std::uint32_t x) {

@@ -8,12 +8,11 @@
 #include <random>
 #include <vector>
 
-#if BRISTLE_HAS_EIGEN
-#include <bristle/coupling.hpp>
-#endif
-
 #include "expect.hpp"
 #include "scenes.hpp"
+#if BRISTLE_HAS_EIGEN
+#include "rail_body.hpp"
+#endif
 
 using namespace bristle_test;
 using bristle::Ageing;
@@ -139,36 +138,9 @@ TEST_CASE("What a contact can have held is saved, restored and kept under anothe
 namespace {
 
 /// A mass on a rail over a brush that ages.
-struct Sled {
-  Sled(bool midpoint_, Population population)
-      : midpoint(midpoint_), patch(ageing_material(), options_of(population).with_axes(1)) {
-    body.mass(0, 0) = 0.2;
-    contact.axes = 1;
-    motion.id = patch.id;
-    motion.normal_load = load;
-  }
-  void step(double push_n) {
-    const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
-    if (midpoint)
-      bristle::solve_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
-    else
-      bristle::predict_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
-    response = patch.step(motion);
-    if (midpoint)
-      bristle::apply_mean_forces(tick, body, force, {&contact, 1}, {&response, 1});
-    else
-      bristle::apply_end_forces(tick, body, force, {&contact, 1}, {&response, 1});
-    x += motion.displacement[0];
-  }
-  double energy() const { return 0.1 * body.velocity[0] * body.velocity[0] + patch.energy(); }
-
-  bool midpoint;
-  OnePatch patch;
-  bristle::MovingBody<1> body;
-  bristle::BodyContact<1> contact;
-  Motion motion;
-  Response response;
-  double x = 0.0;
+struct Sled : RailBody {
+  Sled(bool by_midpoint, Population population)
+      : RailBody(by_midpoint, 0.2, load, ageing_material(), options_of(population)) {}
 };
 
 }  // namespace

@@ -172,6 +172,21 @@ TEST_CASE("Kinetic friction at a speed with shared renewal follows bristles one 
   }
 }
 
+TEST_CASE(
+    "A single length that ages snaps where it is as long as its age makes it, at any speed and strength",
+    "[ageing]") {
+  for (const double strength : {1e-3, 0.5, bristle::largest_ageing})
+    for (const double tau : {bristle::shortest_ageing_time, 1e-4, 1.0, bristle::longest_ageing_time})
+      for (const Ageing& ageing : {Ageing::logarithmic(strength, tau), Ageing::saturating(strength, tau)})
+        for (double v = bristle::slowest_sliding; v < 1e3; v *= 100.0) {
+          CAPTURE(strength, tau, v);
+          // The mean deflection of a single length l is l / 2.
+          const double l =
+              2.0 * dbar * ageing_material(SnapLength::single(dbar), ageing).kinetic_coefficient(v);
+          REQUIRE(l == Approx(dbar * growth(ageing, l / v)).epsilon(1e-11));
+        }
+}
+
 TEST_CASE("Friction that ages lies between fast sliding and the limit of slow sliding", "[ageing]") {
   const SnapLength law = law_of("lognormal_cv0.3");
   for (const double kappa : {0.0, 1.0}) {

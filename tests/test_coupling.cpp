@@ -6,10 +6,9 @@
 #include <iterator>
 #include <string>
 
-#include <bristle/coupling.hpp>
-
 #include "coupling_example.hpp"
 #include "expect.hpp"
+#include "rail_body.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
@@ -22,63 +21,26 @@ enum class Way { predictor, midpoint };
 constexpr double mass = 0.1;
 
 /// A mass on a rail over one patch, with k = K T^2/m and c = C T/m at T = tick.
-class Rail {
- public:
+struct Rail : RailBody {
   Rail(Way way, double k, double c, std::uint32_t bristles, SnapRule rule = SnapRule::redraw)
-      : stiffness(k * mass / (tick * tick)),
-        way_(way),
-        patch_(Material{}
-                   .with_bristle_stiffness(stiffness / 1000.0)
-                   .with_bristle_damping(c * mass / tick / 1000.0)
-                   .with_stribeck_velocity(1e12)
-                   .with_normal_stiffness(1000.0)
-                   .with_snap_length(uniform)
-                   .with_snap_rule(rule),
-               PatchOptions{}
-                   .with_max_normal_load(1.0)
-                   .with_bristles(bristles)
-                   .with_axes(1)
-                   .with_outputs(Outputs::all)
-                   .with_precision(precisions().back())) {
-    body.mass(0, 0) = mass;
-    contact_.axes = 1;
-    motion_.id = patch_.id;
-    motion_.normal_load = 1.0;
-  }
+      : RailBody(way == Way::midpoint, mass, 1.0,
+                 Material{}
+                     .with_bristle_stiffness(k * mass / (tick * tick) / 1000.0)
+                     .with_bristle_damping(c * mass / tick / 1000.0)
+                     .with_stribeck_velocity(1e12)
+                     .with_normal_stiffness(1000.0)
+                     .with_snap_length(uniform)
+                     .with_snap_rule(rule),
+                 PatchOptions{}.with_max_normal_load(1.0).with_bristles(bristles).with_precision(
+                     precisions().back())),
+        stiffness(k * mass / (tick * tick)) {}
 
   /// Steady sliding, thirty mean snap lengths in.
   void slide_in() {
-    for (int i = 0; i < 400; ++i) patch_.step(0.0731 * dbar, 0.0, 1.0);
+    for (int i = 0; i < 400; ++i) patch.step(0.0731 * dbar, 0.0, 1.0);
   }
-  void step(double push_n = 0.0) {
-    const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
-    if (way_ == Way::predictor) {
-      bristle::predict_displacements(patch_.batch, tick, body, force, {&contact_, 1}, {&motion_, 1});
-    } else {
-      report = bristle::solve_displacements(patch_.batch, tick, body, force, {&contact_, 1}, {&motion_, 1});
-    }
-    response = patch_.step(motion_);
-    if (way_ == Way::predictor) {
-      bristle::apply_end_forces(tick, body, force, {&contact_, 1}, {&response, 1});
-    } else {
-      bristle::apply_mean_forces(tick, body, force, {&contact_, 1}, {&response, 1});
-    }
-    x += motion_.displacement[0];
-  }
-  double kinetic_energy() const { return 0.5 * mass * body.velocity[0] * body.velocity[0]; }
-  double stored_energy() const { return patch_.energy(); }
 
   double stiffness;
-  double x = 0.0;
-  bristle::MovingBody<1> body;
-  bristle::SolveReport report;
-  Response response;
-
- private:
-  Way way_;
-  OnePatch patch_;
-  bristle::BodyContact<1> contact_;
-  Motion motion_;
 };
 
 double stopping_ratio(Way way, double k, double way_in_dbar) {

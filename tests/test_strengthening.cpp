@@ -7,12 +7,11 @@
 #include <cmath>
 #include <string>
 
-#if BRISTLE_HAS_EIGEN
-#include <bristle/coupling.hpp>
-#endif
-
 #include "expect.hpp"
 #include "scenes.hpp"
+#if BRISTLE_HAS_EIGEN
+#include "rail_body.hpp"
+#endif
 
 using namespace bristle_test;
 using bristle::Population;
@@ -98,43 +97,16 @@ namespace {
 constexpr double mass = 0.1, load = 1.0;
 
 /// A mass on a rail over a patch whose bristles are almost without force: friction is the strengthening.
-struct Glider {
-  Glider(bool midpoint_, double v0, double bristle_stiffness = 1e-9)
-      : midpoint(midpoint_),
-        patch(Material{}
-                  .with_bristle_stiffness(bristle_stiffness)
-                  .with_snap_length(uniform)
-                  .with_speed_strengthening(a, slow),
-              PatchOptions{}.with_max_normal_load(load).with_bristles(64).with_axes(1).with_outputs(
-                  Outputs::all)) {
-    body.mass(0, 0) = mass;
+struct Glider : RailBody {
+  Glider(bool by_midpoint, double v0, double bristle_stiffness = 1e-9)
+      : RailBody(by_midpoint, mass, load,
+                 Material{}
+                     .with_bristle_stiffness(bristle_stiffness)
+                     .with_snap_length(uniform)
+                     .with_speed_strengthening(a, slow),
+                 PatchOptions{}.with_max_normal_load(load).with_bristles(64)) {
     body.velocity[0] = v0;
-    contact.axes = 1;
-    motion.id = patch.id;
-    motion.normal_load = load;
   }
-  void step(double push_n) {
-    const bristle::BodyVector<1> force = Eigen::Matrix<double, 1, 1>(push_n);
-    if (midpoint)
-      report = bristle::solve_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
-    else
-      bristle::predict_displacements(patch.batch, tick, body, force, {&contact, 1}, {&motion, 1});
-    response = patch.step(motion);
-    if (midpoint)
-      bristle::apply_mean_forces(tick, body, force, {&contact, 1}, {&response, 1});
-    else
-      bristle::apply_end_forces(tick, body, force, {&contact, 1}, {&response, 1});
-    x += motion.displacement[0];
-  }
-
-  bool midpoint;
-  OnePatch patch;
-  bristle::MovingBody<1> body;
-  bristle::BodyContact<1> contact;
-  Motion motion;
-  Response response;
-  bristle::SolveReport report;
-  double x = 0.0;
 };
 
 /// m v' = push - a N asinh(v / (2 v*)), by Runge and Kutta's rule in a thousandth of the tick.

@@ -17,10 +17,7 @@
 namespace bristle::detail {
 namespace {
 
-/// A snap length, in mean lengths, as drawn; its share of the bristles; and where it snaps.
-struct Node {
-  double length, share, aged = 0.0;
-};
+using Node = AgedNode;
 
 /// Gauss's rule of eight points on `low` to `high`; `density` of the bristles over the length.
 template <class Density>
@@ -110,7 +107,7 @@ std::vector<Node> spread_nodes(const SnapLength& law) {
 
 /// Of a function of where the bristles snap.
 template <class Function>
-double expectation(const std::vector<Node>& nodes, const Function& f) {
+double expectation(Span<const Node> nodes, const Function& f) {
   double sum = 0.0;
   for (const Node& node : nodes) sum += node.share * f(node.aged);
   return sum;
@@ -122,7 +119,7 @@ struct LogValue {
 };
 
 /// log(E[exp(-growth d)]).
-LogValue log_transform(const std::vector<Node>& nodes, double growth) {
+LogValue log_transform(Span<const Node> nodes, double growth) {
   double lost = 0.0, moment = 0.0;
   for (const Node& node : nodes) {
     const double snapped = expm1(-growth * node.aged);
@@ -133,7 +130,7 @@ LogValue log_transform(const std::vector<Node>& nodes, double growth) {
 }
 
 /// log(E[1 / (exp(growth d) - 1)]).
-LogValue log_revolutions(const std::vector<Node>& nodes, double growth) {
+LogValue log_revolutions(Span<const Node> nodes, double growth) {
   double sum = 0.0, slope = 0.0;
   for (const Node& node : nodes) {
     const double rate = 1.0 / expm1(growth * node.aged);
@@ -145,7 +142,7 @@ LogValue log_revolutions(const std::vector<Node>& nodes, double growth) {
 
 /// The growth at which the expectation is 1 / (1 + kappa), or 1 / kappa with keep; `mean` of where bristles
 /// snap.
-double solve_growth(const std::vector<Node>& nodes, SnapRule rule, double kappa, double mean) {
+double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double mean) {
   // Both logarithms are convex in the growth and, by Jensen's inequality, above their target at that of a
   // single length: Newton's steps rise to the root and never pass it.
   const double target = rule == SnapRule::keep ? -log(kappa) : -log1p(kappa);
@@ -201,19 +198,24 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
-  // l - length g(l) is convex and rises from `length` on, where it is at most 0: the first of Newton's steps
-  // ends at the root or beyond it, the others fall onto it.
-  double l = length;
+  // l - length g(l) is convex: Newton's steps fall from beyond the root onto it. No strength reaches a
+  // thousandfold length. From the length itself, where a path near 0 has nearly the slope 1, they would fly
+  // off.
+  constexpr double farthest = 1e3;
+  const bool saturates = ageing.form == AgeingForm::saturating;
+  double l = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));
   for (int i = 0; i < 60; ++i) {
     const double step = (length * ageing.factor(l) - l) / (1.0 - length * ageing.slope(l));
+    if (!(step < 0.0)) break;
     l += step;
-    if (i > 0 && !(step < -1e-15 * l)) break;
+    if (!(step < -1e-15 * l)) break;
   }
   return l;
 }
 
 AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing) {
-  const std::vector<Node> nodes = aged_nodes(law, SnapRule::redraw, ageing);
+  const std::vector<Node> list = aged_nodes(law, SnapRule::redraw, ageing);
+  const Span<const Node> nodes{list.data(), list.size()};
   const double mean = expectation(nodes, [](double l) { return l; });
   const double variance = expectation(nodes, [mean](double l) { return square(l - mean); });
   return {mean, square_root(variance) / mean};
@@ -223,7 +225,13 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
                                   const WayAgeing& ageing) {
   BRISTLE_ASSERT(shared_renewal >= 0.0 && ageing.path > 0.0);
   const std::vector<Node> nodes = aged_nodes(law, rule, ageing);
-  const double mean = ageing.strength == 0.0 ? 1.0 : expectation(nodes, [](double l) { return l; });
+  const Span<const Node> span{nodes.data(), nodes.size()};
+  const double mean = ageing.strength == 0.0 ? 1.0 : expectation(span, [](double l) { return l; });
+  return find_steady_sliding(span, mean, rule, shared_renewal);
+}
+
+SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
+                                  double shared_renewal) noexcept {
   const double growth = shared_renewal == 0.0 ? 0.0 : solve_growth(nodes, rule, shared_renewal, mean);
   const auto path = [&](double l) { return path_share(growth, l); };
   const auto bend = [&](double l) { return deflection_share(growth, l); };

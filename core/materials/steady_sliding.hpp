@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bristle/material.hpp"
+#include "bristle/span.hpp"
 
 namespace bristle::detail {
 
@@ -35,6 +36,11 @@ struct AgedMoments {
 };
 AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing);
 
+/// A snap length as drawn; its share of the bristles; and the length at which it snaps.
+struct AgedNode {
+  double length, share, aged = 0.0;
+};
+
 struct SteadySliding {
   double snap_rate;   ///< nu: snaps per bristle in contact and mean length
   double growth;      ///< lambda = kappa nu: renewals per bristle and mean length
@@ -45,6 +51,10 @@ struct SteadySliding {
 /// `shared_renewal` >= 0. Some ten microseconds, with ageing some thirty; more for long tables.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
+/// The same of a law given by its nodes, and the mean length at which they snap, in their unit of length.
+/// Allocates nothing.
+SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
+                                  double shared_renewal) noexcept;
 /// Snaps per bristle and mean length without shared renewal: 1, or E[1/delta] with keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 

@@ -4,44 +4,15 @@
 #include <cmath>
 
 #include "core/materials/elementary.hpp"
+#include "core/materials/steady_sliding.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// Ageing along the path at one speed, ages in units of the ageing time (kernels/ageing.hpp for set-up).
-struct AgeingAlong {
-  double strength, per_length;
-  bool saturates;
-
-  AgeingAlong(const Material& m, double its_per_length)
-      : strength(m.ageing_strength),
-        per_length(its_per_length),
-        saturates(m.ageing_form == AgeingForm::saturating) {}
-
-  /// l = delta g(l / v), from above by Newton's steps: convex.
-  double length(double delta) const noexcept {
-    double l = delta * (1.0 + strength * (saturates ? 1.0 : log1p(per_length * delta * 1e3)));
-    for (int i = 0; i < 60; ++i) {
-      const double age = per_length * l;
-      const double missing = saturates ? exp(-age) : 0.0;
-      const double g = 1.0 + strength * (saturates ? 1.0 - missing : log1p(age));
-      const double rate = strength * (saturates ? missing : 1.0 / (1.0 + age));
-      const double fall = (l - delta * g) / (1.0 - std::min(delta * (per_length * rate), 0.75));
-      l -= std::max(fall, 0.0);
-      if (!(fall > 1e-14 * l)) break;
-    }
-    return l;
-  }
-};
-
-/// E[f(l)] over the snap lengths of the law: each is a node of CompiledMaterial::spread.
-template <class F>
-double expect(const CompiledMaterial& m, const AgeingAlong& ageing, const F& f) noexcept {
-  double sum = 0.0;
-  for (int k = 0; k < spread_size; ++k)
-    sum += spread_weight(k) * f(ageing.length(m.spread[static_cast<std::size_t>(k)]));
-  return sum;
+/// Ageing at one speed over scaled lengths.
+WayAgeing ageing_along(const Material& m, double per_length) noexcept {
+  return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
 /// From where on a redrawn population is steady within 1e-3, in mean ways from snap to snap.
@@ -61,10 +32,10 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   AgedSliding& aged = *r.aged;
   if (aged.per_length == per_length) return;
   aged.per_length = per_length;
-  const AgeingAlong ageing(m.material, per_length);
+  const WayAgeing ageing = ageing_along(m.material, per_length);
   double moment[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   for (int k = 0; k < spread_size; ++k) {
-    const double l = ageing.length(m.spread[static_cast<std::size_t>(k)]);
+    const double l = aged_length(m.spread[static_cast<std::size_t>(k)], ageing);
     double power = spread_weight(k);
     for (int n = 1; n < 6; ++n) moment[n] += power *= l;
   }
@@ -76,7 +47,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   } else {
     aged.law.jump_from = aged.law.stationary_from = ways_to_steady(m) * aged.law.mean;
   }
-  aged.largest_growth = ageing.length(m.longest) / m.longest * (1.0 + 1e-6);
+  aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
 
 /// Path beyond which a step of redraw asks for jumps.
@@ -157,50 +128,27 @@ template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept {
   const CompiledMaterial& m = *r.material;
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
-  return AgeingAlong(m.material, per_length).length(mean) / mean;
+  return aged_length(mean, ageing_along(m.material, per_length)) / mean;
 }
 
-/// In sliding a bristle is renewed at the rate lambda per length, so its deflections have the density
-/// exp(-lambda r) up to its way l from snap to snap: steady_sliding.cpp, with l in the place of the length.
 template <class T>
 void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept {
   AgedSliding& aged = *r.aged;
   if (aged.steady_at == per_length) return;
   aged.steady_at = per_length;
   const CompiledMaterial& m = *r.material;
-  const AgeingAlong ageing(m.material, per_length);
-  const double kappa = m.material.shared_renewal;
-  const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
-  double way[spread_size];
-  for (int k = 0; k < spread_size; ++k) way[k] = ageing.length(m.spread[static_cast<std::size_t>(k)]);
-  const auto sum = [&way](const auto& f) {
-    double total = 0.0;
-    for (int k = 0; k < spread_size; ++k) total += spread_weight(k) * f(way[k]);
-    return total;
-  };
-  const bool redraws = r.redraws();
-  // Falls as lambda grows: bisection, by ratios.
-  const auto excess = [&](double lambda) {
-    if (redraws) return sum([&](double l) { return exp(-lambda * l); }) - 1.0 / (1.0 + kappa);
-    return sum([&](double l) { return 1.0 / std::max(expm1(lambda * l), 1e-300); }) - 1.0 / kappa;
-  };
-  double low = 1e-9 / mean, high = 1e6 / mean;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(low * high);
-    (excess(middle) > 0.0 ? low : high) = middle;
+  const WayAgeing ageing = ageing_along(m.material, per_length);
+  AgedNode nodes[spread_size];
+  double mean = 0.0;
+  for (int k = 0; k < spread_size; ++k) {
+    const double length = m.spread[static_cast<std::size_t>(k)];
+    nodes[k] = {length, spread_weight(k), aged_length(length, ageing)};
+    mean += nodes[k].share * nodes[k].aged;
   }
-  const double lambda = std::sqrt(low * high);
-  const auto w1 = [&](double l) { return -expm1(-lambda * l) / lambda; };
-  const auto w2 = [&](double l) {
-    const double x = lambda * l;
-    // 1 - (1 + x) exp(-x), without cancellation at small x.
-    const double share =
-        x < 1e-2 ? x * x * (0.5 - x * (1.0 / 3.0 - x * (0.125 - x / 30.0))) : 1.0 - (1.0 + x) * exp(-x);
-    return share / (lambda * lambda);
-  };
-  const double bend = redraws ? sum(w2) / sum(w1) : sum([&](double l) { return w2(l) / w1(l); });
-  aged.steady_bend = m.residual + bend;
-  aged.steady_snaps = lambda / kappa;
+  const SteadySliding steady = find_steady_sliding(
+      {nodes, spread_size}, mean, r.redraws() ? SnapRule::redraw : SnapRule::keep, m.material.shared_renewal);
+  aged.steady_bend = m.residual + steady.deflection;
+  aged.steady_snaps = steady.snap_rate;
 }
 
 #define BRISTLE_AGEING(T)                                                          \
