@@ -125,7 +125,7 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
                "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law");
   s.residual_share = 0.01 * percent;
   panel.slider(
-      "renewed by a snap", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
+      "others renewed", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
       "other bristles that re-form with each snap: rubbed contacts do not harden; 0: the paper's law");
   double growth = 100.0 * s.growth_per_decade;
   panel.slider("grows at rest", growth, 1, 0.0, 20.0, "%.1f %%", false,
