@@ -206,13 +206,22 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   return changed;
 }
 
+// Contacts that stay where they are in a step, whatever the velocity.
+struct FixedPlaces {
+  template <class Vector>
+  bool operator()(const Vector&) const noexcept {
+    return false;
+  }
+};
+
 // The predictor of coupling.hpp: the velocity (1 - theta) u0 + theta u1. `motions` contains ids and loads.
-template <int Dof>
-Eigen::Matrix<double, Dof, 1> predict_mean_velocity(PatchBatch& batch, double dt_s,
-                                                    const MovingBody<Dof>& body,
-                                                    const BodyVector<Dof>& external,
-                                                    Span<BodyContact<Dof>> contacts,
-                                                    Span<const Motion> motions) noexcept {
+// `follow` sets J and g of all contacts at a velocity, where they depend on it, and returns whether that
+// changed them by much.
+template <int Dof, class Follow = FixedPlaces>
+Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
+    PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
+    Span<BodyContact<Dof>> contacts, Span<const Motion> motions, const Follow& follow = {}) noexcept {
+  follow(Eigen::Matrix<double, Dof, 1>(body.velocity));
   bool strengthens = false, ages = false;
   for (BodyContact<Dof>& c : contacts) {
     Motion rest = motions[c.place];
@@ -241,7 +250,8 @@ Eigen::Matrix<double, Dof, 1> predict_mean_velocity(PatchBatch& batch, double dt
     return predict_velocity<Dof>(dt_s, body, external, contacts);
   };
   Eigen::Matrix<double, Dof, 1> mean = predict();
-  constexpr int most_trials = 4, most_solves = 60;
+  constexpr int most_turns = 4, most_trials = 4, most_solves = 60;
+  for (int i = 0; i < most_turns && follow(mean); ++i) mean = predict();
   for (int i = 0; ages && i < most_trials; ++i) {
     if (!try_forces<Dof>(batch, dt_s, mean, contacts, motions)) break;
     mean = predict();
@@ -267,6 +277,8 @@ class Effort {
     return thorough() ? residual > single_tolerance * force_scale_ && evaluations_ < most_evaluations
                       : residual > tolerance * force_scale_;
   }
+  void begin_again() noexcept { evaluations_ = 0; }
+  void add(const Effort& before) noexcept { evaluations_ += before.evaluations_; }
   SolveReport report(double residual) const noexcept {
     return {evaluations_, force_scale_ > 0.0 ? residual / force_scale_ : 0.0};
   }
@@ -317,12 +329,6 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   }
   return best.x;
 }
-
-/// Contacts that stay where they are in a step, whatever the velocity.
-struct FixedPlaces {
-  template <class Vector>
-  void operator()(const Vector&) const noexcept {}
-};
 
 /// M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the midpoint velocity
 /// (u0 + u1) / 2. `Follow` sets J and g of all contacts at a midpoint velocity, where they depend on it.
@@ -478,10 +484,34 @@ class MidpointSolver {
     return a;
   }
 
+  // From the velocity before the step. Should stiff bristles stop a body there that would have come a hundred
+  // lengths far, that is out of reach; then from the velocity at which they hold it.
+  double solve_all(Vector& u) noexcept {
+    const double norm = solve_from(u);
+    if (!(effort_.report(norm).residual > 0.05)) return norm;
+    Vector held = held_velocity();
+    const Effort spent = effort_;
+    effort_.begin_again();
+    const double its_norm = solve_from(held);
+    effort_.add(spent);
+    if (!(its_norm < norm)) return norm;
+    u = held;
+    return its_norm;
+  }
+
+  // The velocity that bristles at their bounds of the slope would leave.
+  Vector held_velocity() noexcept {
+    bound_slopes(1.0);
+    Vector pull = Vector::Zero();
+    for (const BodyContact<Dof>& c : contacts_)
+      pull.noalias() -= c.jacobian.transpose() * (c.slope * slip_of<Dof>(c, start_));
+    return start_ + slope_of_residual().partialPivLu().solve(pull);
+  }
+
   // Broyden's method contact by contact. It starts with the bounds on the slopes and restarts from the best
   // point whenever the residual does not shrink; a second restart in a row means that the friction jumps
   // there.
-  double solve_all(Vector& u) noexcept {
+  double solve_from(Vector& u) noexcept {
     forget_damping();
     Vector r = residual(u);
     double norm = weight_of(r);

@@ -11,8 +11,8 @@
 // so the rim may slip while the middle sticks. What is found is one displacement and one spin for each patch,
 // and the patches step by these: deflections follow the pose of the body, and what returns has not crept. The
 // midpoint rule takes a cell where the outline stands half-way through the turn, at any trial velocity, and
-// so keeps its energy balance however fast the body spins; the predictor takes it where the present spin
-// would bring it.
+// so keeps its energy balance however fast the body spins; the predictor takes it where the mean spin
+// of the step brings it.
 //
 // A body may rest on points as well: an extended patch whose only cell is its centre is one.
 //
@@ -22,6 +22,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -110,18 +111,25 @@ void lay_out_cells(const ExtendedPatches& patches, Span<const ExtendedContact<Do
 }
 
 /// Sets the cells' Jacobians for a step at the velocity u: with them a cell's displacement is that of the
-/// centre and the chord of its turn, and its force acts where the cell is half-way through.
+/// centre and the chord of its turn, and its force acts where the cell is half-way through. Returns whether
+/// a spin changed since the last call so much that a prediction with the old places is not to be trusted.
 template <int Dof>
 class FollowTurn {
  public:
   FollowTurn(const ExtendedPatches& patches, double dt_s, Span<const ExtendedContact<Dof>> contacts,
-             Span<const ExtendedMotion> motions, CellContacts<Dof>& cells) noexcept
+             Span<ExtendedMotion> motions, CellContacts<Dof>& cells) noexcept
       : patches_(&patches), dt_s_(dt_s), contacts_(contacts), motions_(motions), cells_(&cells) {}
 
-  void operator()(const Eigen::Matrix<double, Dof, 1>& u) const noexcept {
+  bool operator()(const Eigen::Matrix<double, Dof, 1>& u) const noexcept {
+    constexpr double much = 1e-3;  // rad
+    bool changed = false;
     std::size_t k = 0;
     for (const ExtendedContact<Dof>& c : contacts_) {
-      const HalfTurn turn = half_turn(dt_s_ * (c.jacobian.row(2).dot(u) - c.ground_velocity[2]));
+      const double spin = dt_s_ * (c.jacobian.row(2).dot(u) - c.ground_velocity[2]);
+      ExtendedMotion& motion = motions_[c.place];
+      changed = changed || std::fabs(spin - motion.displacement[2]) > much;
+      motion.displacement[2] = spin;
+      const HalfTurn turn = half_turn(spin);
       const std::size_t end = k + patches_->cell_count(motions_[c.place].id);
       for (; k < end; ++k) {
         const double(&at)[2] = cells_->places[k].position;
@@ -132,13 +140,14 @@ class FollowTurn {
         cell.ground_velocity = c.ground_velocity.template head<2>() + per_spin * c.ground_velocity[2];
       }
     }
+    return changed;
   }
 
  private:
   const ExtendedPatches* patches_;
   double dt_s_;
   Span<const ExtendedContact<Dof>> contacts_;
-  Span<const ExtendedMotion> motions_;
+  Span<ExtendedMotion> motions_;
   CellContacts<Dof>* cells_;
 };
 
@@ -176,9 +185,10 @@ void predict_displacements(ExtendedPatches& patches, CellContacts<Dof>& cells, d
                            const MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                            Given<Span<const ExtendedContact<Dof>>> contacts, Span<ExtendedMotion> motions) {
   detail::lay_out_cells<Dof>(patches, contacts, motions, cells);
-  detail::FollowTurn<Dof>(patches, dt_s, contacts, motions, cells)(body.velocity);
-  const Eigen::Matrix<double, Dof, 1> mean = detail::predict_mean_velocity<Dof>(
-      patches.batch(), dt_s, body, external, cells.contacts, cells.motions);
+  using Follow = detail::FollowTurn<Dof>;
+  const Eigen::Matrix<double, Dof, 1> mean = detail::predict_mean_velocity<Dof, Follow>(
+      patches.batch(), dt_s, body, external, cells.contacts, cells.motions,
+      Follow(patches, dt_s, contacts, motions, cells));
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 
