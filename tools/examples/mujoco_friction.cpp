@@ -23,10 +23,11 @@ ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_ou
   if (leave_out_rolling) return dims;
   const auto refuse = [&](int object, const char* kind, int id) {
     const char* name = mj_id2name(&model, object, id);
-    throw bristle::Error(std::string(kind) + " " + std::to_string(id) +
-                         (name != nullptr && *name != 0 ? " (\"" + std::string(name) + "\")" : "") +
-                         " has condim 6: bristles resist slip and spin (condim 3 and 4), not rolling. Give it "
-                         "condim 4, or set FrictionOptions::leave_out_rolling");
+    throw bristle::Error(
+        std::string(kind) + " " + std::to_string(id) +
+        (name != nullptr && *name != 0 ? " (\"" + std::string(name) + "\")" : "") +
+        " has condim 6: bristles resist slip and spin (condim 3 and 4), not rolling. Give it "
+        "condim 4, or set FrictionOptions::leave_out_rolling");
   };
   for (std::size_t i = 0; i < dims.geom.size(); ++i)
     if (dims.geom[i] > 4) refuse(mjOBJ_GEOM, "geom", static_cast<int>(i));
@@ -173,7 +174,8 @@ BristleFriction::Contact BristleFriction::take_over(const mjModel& model, const 
   contact.patch = {};
   if (disc) {
     contact.patch = discs_->find_or_add(key);
-    patches_.set_scale(contact.patch, found.friction[0] > 0.0 ? 1.5 * found.friction[2] / found.friction[0] : 0.0);
+    patches_.set_scale(contact.patch,
+                       found.friction[0] > 0.0 ? 1.5 * found.friction[2] / found.friction[0] : 0.0);
   } else if (dim == 3) {
     contact.patch = points_.find_or_add(key);
   }
@@ -326,7 +328,8 @@ void BristleFriction::find_forces(double dt_s) {
   for (Contact& contact : contacts_) {
     contact.force.setZero();
     if (!contact.patch) continue;
-    const bristle::ExtendedResponse trial = patches_.find_force(dt_s, motion_of(contact, dt_s * contact.slip));
+    const bristle::ExtendedResponse trial =
+        patches_.find_force(dt_s, motion_of(contact, dt_s * contact.slip));
     contact.force = contact.scale * Vector3d(trial.end[0], trial.end[1], trial.end[2]);
   }
 }

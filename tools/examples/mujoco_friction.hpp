@@ -52,10 +52,10 @@ struct FrictionOptions {
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  int rings = 1;                     ///< of the discs of condim 4: 4, 12, 27 cells
-  bool leave_out_rolling = false;    ///< serve condim 6 as condim 4
-  double reach = 0.01;           ///< m: a contact point that moves farther in one step is a new one
-  std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
+  int rings = 1;                   ///< of the discs of condim 4: 4, 12, 27 cells
+  bool leave_out_rolling = false;  ///< serve condim 6 as condim 4
+  double reach = 0.01;             ///< m: a contact point that moves farther in one step is a new one
+  std::uint32_t contacts = 256;    ///< at once; contacts beyond have no friction
 };
 
 class BristleFriction {
@@ -79,17 +79,19 @@ class BristleFriction {
     Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    double normal_load = 0.0;           ///< N, of MuJoCo's solver in this step
-    double scale = 1.0;                 ///< the contact's coefficient over the material's
-    Eigen::Vector3d slip = {0, 0, 0};   ///< m/s, m/s, rad/s, predicted
-    int bodies[2] = {0, 0};             ///< of geom1 and geom2
-    int row = -1;                       ///< of its normal force among MuJoCo's constraints
-    Eigen::Index first_row = 0, rows = 2;         ///< of the Jacobian: slip, and spin if it is a disc
+    double normal_load = 0.0;              ///< N, of MuJoCo's solver in this step
+    double scale = 1.0;                    ///< the contact's coefficient over the material's
+    Eigen::Vector3d slip = {0, 0, 0};      ///< m/s, m/s, rad/s, predicted
+    int bodies[2] = {0, 0};                ///< of geom1 and geom2
+    int row = -1;                          ///< of its normal force among MuJoCo's constraints
+    Eigen::Index first_row = 0, rows = 2;  ///< of the Jacobian: slip, and spin if it is a disc
     std::size_t first_cell = 0, cells = 0;
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
-  const bristle::KeyedPatches* discs() const { return discs_ ? &*discs_ : nullptr; }  ///< null: none asked for
+  const bristle::KeyedPatches* discs() const {
+    return discs_ ? &*discs_ : nullptr;
+  }  ///< null: none asked for
 
  private:
   /// Of a patch: one of a point, several of a disc.
@@ -130,10 +132,10 @@ class BristleFriction {
   std::vector<bristle::Response> cell_responses_;
   std::vector<bristle::PatchCell> places_;
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  RowMatrix jacobian_, normal_jacobian_;         // 2 or 3 rows a contact; 1
+  RowMatrix jacobian_, normal_jacobian_;            // 2 or 3 rows a contact; 1
   RowMatrix point_jacobian_[2], turn_jacobian_[2];  // 3 rows a body
-  RowMatrix fixed_, system_;                     // nv x nv: without patches; with them
-  RowMatrix gain_;                               // of every contact, times its rows of the Jacobian
+  RowMatrix fixed_, system_;                        // nv x nv: without patches; with them
+  RowMatrix gain_;                                  // of every contact, times its rows of the Jacobian
   Eigen::LLT<RowMatrix> factor_;
   Eigen::VectorXd fixed_right_, fixed_gain_, right_, slip_, start_slip_, pull_, other_constraints_;
   std::vector<double> applied_;
