@@ -176,13 +176,20 @@ TEST_CASE(
     "[mujoco]") {
   Scene scene = held_off_centre();
   scene.seconds = 4.0;
-  const std::vector<Run> runs = run(scene, {Friction::stock, Friction::noslip, Friction::bristle});
-  for (const Run& r : runs)
-    WARN(to_string(r.friction) << " " << r.samples.back().turn * 57.3 << " deg "
-                               << 1e6 * r.samples.back().travel << " um at "
-                               << 1e6 * r.samples[r.samples.size() / 2].travel << " creep " << 1e6 * r.creep
-                               << " step " << r.step_us << " contacts " << r.contacts << " half "
-                               << r.samples[r.samples.size() / 2].turn * 57.3);
+  const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+  const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
+  const auto slip = [](const Run& r) {  // of the box in the fingers, once these have closed
+    return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
+  };
+  CHECK(turn(runs[0]) > 5.0);
+  CHECK(std::fabs(turn(runs[1])) < 0.02);
+  CHECK(slip(runs[0]) > 100e-6);
+  CHECK(slip(runs[1]) < 0.01e-6);
+
+  // Points would let it turn: it hangs below the fingers.
+  scene.seconds = 0.5;
+  scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
+  CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
 }
 
 TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coefficient times weight",
@@ -200,13 +207,13 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.2 == Approx(loss).epsilon(0.01));
   world.run(1.0);
-  CHECK(std::fabs(world.data->qvel[5]) < 1e-9);
+  CHECK(std::fabs(world.data->qvel[5]) < 1e-6);
   // Held against half of that torque, it stays.
   world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
   world.run(0.2);
   const double held = world.data->qpos[6];
   world.run(1.0);
-  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-9);
+  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);  // bent by 4e-4
   CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
 }
 
