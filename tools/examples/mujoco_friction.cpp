@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace mujoco_example {
 
-using bristle::Motion;
-using bristle::Response;
 using Eigen::Map;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -18,34 +17,77 @@ std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 bool by_key(const BristleFriction::Contact& a, const BristleFriction::Contact& b) { return a.key < b.key; }
-Eigen::Index row_of(std::size_t contact) { return 3 * static_cast<Eigen::Index>(contact); }
 
-/// Adds weight * row' row to the lower triangle.
+/// Refuses what bristles cannot do.
+ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
+  if (leave_out_rolling) return dims;
+  const auto refuse = [&](int object, const char* kind, int id) {
+    const char* name = mj_id2name(&model, object, id);
+    throw bristle::Error(
+        std::string(kind) + " " + std::to_string(id) +
+        (name != nullptr && *name != 0 ? " (\"" + std::string(name) + "\")" : "") +
+        " has condim 6: bristles resist slip and spin (condim 3 and 4), not rolling. Give it "
+        "condim 4, or set FrictionOptions::leave_out_rolling");
+  };
+  for (std::size_t i = 0; i < dims.geom.size(); ++i)
+    if (dims.geom[i] > 4) refuse(mjOBJ_GEOM, "geom", static_cast<int>(i));
+  for (std::size_t i = 0; i < dims.pair.size(); ++i)
+    if (dims.pair[i] > 4) refuse(mjOBJ_UNKNOWN, "contact pair", static_cast<int>(i));
+  return dims;
+}
+bristle::Motion point_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
+  return {contact.first_patch, {moved[0], moved[1]}, contact.normal_load};
+}
+bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
+  bristle::ExtendedMotion motion;
+  motion.id = contact.patch;
+  for (int a = 0; a < 3; ++a) motion.displacement[a] = moved[a];
+  motion.normal_load = contact.normal_load;
+  return motion;
+}
+/// Adds weight * a' b of two rows to the lower triangle.
 template <class Matrix>
-void add_square(const Matrix& rows, Eigen::Index row, double weight, Matrix& to) {
-  const double* const a = &rows(row, 0);
-  for (Eigen::Index i = 0; i < rows.cols(); ++i) {
-    const double share = weight * a[i];
+void add_product(double weight, const Matrix& a, const Matrix& b, Eigen::Index row, Matrix& to) {
+  const double* const left = &a(row, 0);
+  const double* const right = &b(row, 0);
+  for (Eigen::Index i = 0; i < a.cols(); ++i) {
+    const double share = weight * left[i];
     double* const line = &to(i, 0);
-    for (Eigen::Index j = 0; j <= i; ++j) line[j] += share * a[j];
+    for (Eigen::Index j = 0; j <= i; ++j) line[j] += share * right[j];
   }
+}
+
+bool has_spin(const ContactDims& dims) {
+  const auto spins = [](int dim) { return dim >= 4; };
+  return std::any_of(dims.geom.begin(), dims.geom.end(), spins) ||
+         std::any_of(dims.pair.begin(), dims.pair.end(), spins);
 }
 
 }  // namespace
 
-void remove_friction(mjModel& model) {
+ContactDims remove_friction(mjModel& model) {
+  ContactDims dims{{model.geom_condim, model.geom_condim + model.ngeom},
+                   {model.pair_dim, model.pair_dim + model.npair}};
   std::fill_n(model.geom_condim, model.ngeom, 1);
   std::fill_n(model.pair_dim, model.npair, 1);
+  return dims;
 }
 
-BristleFriction::BristleFriction(const mjModel& model, const bristle::Coefficients& law,
-                                 const FrictionOptions& options)
+BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
+                                 const bristle::Coefficients& law, const FrictionOptions& options)
     : kinetic_(law.kinetic),
-      patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
-               bristle::KeyedOptions{}.with_capacity(options.contacts)),
+      dims_(checked(model, dims, options.leave_out_rolling)),
+      patches_(batch_),
+      points_(patches_, bristle::Material::from_coefficients(law), options.patch, bristle::Outline{},
+              bristle::KeyedOptions{}.with_capacity(options.contacts)),
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
       other_constraints_(VectorXd::Zero(model.nv)),
       applied_(static_cast<std::size_t>(model.nv)) {
+  if (has_spin(dims_)) {
+    discs_.emplace(patches_, bristle::Material::from_coefficients(law), options.patch,
+                   bristle::Outline::disc(1.0, bristle::Pressure::uniform, options.rings),
+                   bristle::KeyedOptions{}.with_capacity(options.contacts));
+  }
   batch_.warm_up();
 }
 
@@ -58,20 +100,12 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
   for (std::size_t i = 0; i < island_count_; ++i) {
     set_jacobian(model, data, islands_[i]);
     set_equation(model, data, islands_[i]);
-    predict(model, data, islands_[i]);
+    predict(model.opt.timestep, islands_[i]);
   }
   find_forces(model.opt.timestep);
 
   std::copy_n(data.qfrc_applied, model.nv, applied_.begin());
-  for (std::size_t i = 0; i < island_count_; ++i) {
-    const Island& island = islands_[i];
-    right_.setZero(island.jacobian.cols());
-    for (std::size_t c = 0; c < island.contacts.size(); ++c)
-      right_.noalias() +=
-          island.jacobian.middleRows<2>(row_of(c)).transpose() * contacts_[island.contacts[c]].force;
-    for (std::size_t d = 0; d < island.dofs.size(); ++d)
-      data.qfrc_applied[island.dofs[d]] += right_[static_cast<Eigen::Index>(d)];
-  }
+  apply_forces(data);
   mj_step2(&model, &data);
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
   move_patches(model, data);
@@ -79,53 +113,94 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
 
 void BristleFriction::forget_contacts() {
   matcher_.clear();
-  patches_.clear();
+  points_.clear();
+  if (discs_) discs_->clear();
   contacts_.clear();
+  cells_.clear();
   other_constraints_.setZero();
+}
+
+/// By MuJoCo's rules: that of the pair if the model lists it, else that of the geom with the higher priority,
+/// else the larger one.
+int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
+  const int a = contact.geom1, b = contact.geom2;
+  for (int p = 0; p < model.npair; ++p) {
+    const int of[2] = {model.pair_geom1[p], model.pair_geom2[p]};
+    if ((of[0] == a && of[1] == b) || (of[0] == b && of[1] == a))
+      return dims_.pair[static_cast<std::size_t>(p)];
+  }
+  const int dim_a = dims_.geom[static_cast<std::size_t>(a)], dim_b = dims_.geom[static_cast<std::size_t>(b)];
+  const int priority = model.geom_priority[a] - model.geom_priority[b];
+  return priority > 0 ? dim_a : priority < 0 ? dim_b : std::max(dim_a, dim_b);
 }
 
 /// Contacts of this step, each with what was known of it a step ago.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
+  cells_before_.swap(cells_);
   if (!std::is_sorted(before_.begin(), before_.end(), by_key))
     std::sort(before_.begin(), before_.end(), by_key);
   contacts_.clear();
+  cells_.clear();
   found_.clear();
-  points_.clear();
+  found_points_.clear();
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
     if (c->efc_address < 0) continue;
     found_.push_back(c);
-    points_.push_back({pair_of(*c), {c->pos[0], c->pos[1], c->pos[2]}});
+    found_points_.push_back({pair_of(*c), {c->pos[0], c->pos[1], c->pos[2]}});
   }
-  keys_.resize(points_.size());
-  matcher_.match(points_, keys_);
+  keys_.resize(found_points_.size());
+  matcher_.match(found_points_, keys_);
   for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (keys_[i] != bristle::no_contact_key) take_over(model, data, *found_[i], keys_[i]);
+    if (keys_[i] != bristle::no_contact_key)
+      take_over(model, data, *found_[i], keys_[i], dim_of(model, *found_[i]));
   }
-  patches_.end_step();
+  points_.end_step();
+  if (discs_) discs_->end_step();
 }
 
 void BristleFriction::take_over(const mjModel& model, const mjData& data, const mjContact& found,
-                                std::uint64_t key) {
+                                std::uint64_t key, int dim) {
   Contact& contact = contacts_.emplace_back();
   contact.key = key;
+  const bool disc = dim >= 4;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
   const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
+  const bool known = old != before_.end() && old->key == key;
   contact.bodies[0] = model.geom_bodyid[found.geom1];
   contact.bodies[1] = model.geom_bodyid[found.geom2];
-  if (old != before_.end() && old->key == key) {
+  if (known) {
     contact = *old;
     const auto turn = [&](int body) -> Vector3d {
       return model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * body);
     };
-    contact.frame.carry(normal, turn(contact.bodies[1]), turn(contact.bodies[0]));
+    if (disc) {
+      contact.frame.carry_with_surface(normal, turn(contact.bodies[0]));
+    } else {
+      contact.frame.carry(normal, turn(contact.bodies[1]), turn(contact.bodies[0]));
+    }
   } else {
     contact.frame = bristle::ContactFrame(normal, along);
   }
-  contact.patch = patches_.find_or_add(key);
   contact.point = Map<const Vector3d>(found.pos);
   contact.scale = found.friction[0] / kinetic_;
   contact.row = found.efc_address;
+  contact.patch = {};
+  if (disc) {
+    contact.patch = discs_->find_or_add(key);
+    patches_.set_scale(contact.patch,
+                       found.friction[0] > 0.0 ? 1.5 * found.friction[2] / found.friction[0] : 0.0);
+  } else if (dim == 3) {
+    contact.patch = points_.find_or_add(key);
+  }
+  contact.rows = disc ? 3 : 2;
+  const std::size_t first = cells_.size();
+  const bristle::Span<const bristle::PatchId> of_cells = patches_.cell_patches(contact.patch);
+  contact.cells = of_cells.size();
+  contact.first_patch = contact.cells > 0 ? of_cells[0] : bristle::PatchId{};
+  for (std::size_t k = 0; k < contact.cells; ++k)
+    cells_.push_back(known && k < old->cells ? cells_before_[old->first_cell + k] : Cell{});
+  contact.first_cell = first;
 }
 
 /// The tree at the top of those that touch this one.
@@ -172,44 +247,58 @@ void BristleFriction::find_islands(const mjModel& model) {
   }
 }
 
-/// Three rows a contact: velocity of geom2's body against geom1's at the point, along the tangent axes and
-/// the normal.
+/// Velocity of geom2's body against geom1's at the contact point: rows of slip along the tangent axes and of
+/// spin; and along the normal.
 void BristleFriction::set_jacobian(const mjModel& model, const mjData& data, Island& island) {
-  island.jacobian.setZero(row_of(island.contacts.size()), static_cast<Eigen::Index>(island.dofs.size()));
+  Eigen::Index rows = 0;
+  island.cells = 0;
+  for (const std::size_t i : island.contacts) {
+    contacts_[i].first_row = rows;
+    rows += contacts_[i].rows;
+    island.cells += contacts_[i].cells;
+  }
+  const auto columns = static_cast<Eigen::Index>(island.dofs.size());
+  island.jacobian.setZero(rows, columns);
+  island.normal_jacobian.setZero(static_cast<Eigen::Index>(island.contacts.size()), columns);
   for (std::size_t c = 0; c < island.contacts.size(); ++c) {
     const Contact& contact = contacts_[island.contacts[c]];
-    Eigen::Matrix3d axes;
-    axes << contact.frame.along().transpose(), contact.frame.aside().transpose(),
-        contact.frame.normal().transpose();
-    for (int k = 0; k < 2; ++k) {
-      int body = contact.bodies[k];
-      while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
-      if (body == 0) continue;
-      const Vector3d arm =
-          contact.point - Map<const Vector3d>(data.subtree_com + 3 * model.body_rootid[body]);
-      // As mj_jac, without the columns that are zero.
-      for (int dof = model.body_dofadr[body] + model.body_dofnum[body] - 1; dof >= 0;
-           dof = model.dof_parentid[dof]) {
-        const Map<const Vector3d> turn(data.cdof + 6 * dof), shift(data.cdof + 6 * dof + 3);
-        const Vector3d moved = axes * (shift + turn.cross(arm));
-        island.jacobian.block<3, 1>(row_of(c), column_[static_cast<std::size_t>(dof)]) +=
-            k == 0 ? -moved : moved;
-      }
-    }
+    add_body(model, data, contact, contact.bodies[0], -1.0, static_cast<Eigen::Index>(c), island);
+    add_body(model, data, contact, contact.bodies[1], 1.0, static_cast<Eigen::Index>(c), island);
   }
-  island.velocity.resize(static_cast<Eigen::Index>(island.dofs.size()));
+  island.velocity.resize(columns);
   for (std::size_t d = 0; d < island.dofs.size(); ++d)
     island.velocity[static_cast<Eigen::Index>(d)] = data.qvel[island.dofs[d]];
 }
 
-/// The slip of every contact at the end of the step: one linear solve for the change of velocity, in which
-/// the patches' stiffness and damping G act at the end of the step,
+/// As mj_jac, without the columns that are zero.
+void BristleFriction::add_body(const mjModel& model, const mjData& data, const Contact& contact, int body,
+                               double sign, Eigen::Index normal_row, Island& island) {
+  while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
+  if (body == 0) return;
+  Eigen::Matrix<double, 2, 3> axes;
+  axes << contact.frame.along().transpose(), contact.frame.aside().transpose();
+  const Vector3d normal = contact.frame.normal();
+  const Vector3d arm = contact.point - Map<const Vector3d>(data.subtree_com + 3 * model.body_rootid[body]);
+  for (int dof = model.body_dofadr[body] + model.body_dofnum[body] - 1; dof >= 0;
+       dof = model.dof_parentid[dof]) {
+    const Map<const Vector3d> turn(data.cdof + 6 * dof), shift(data.cdof + 6 * dof + 3);
+    const Vector3d moved = sign * (shift + turn.cross(arm));
+    const Eigen::Index column = column_[static_cast<std::size_t>(dof)];
+    island.jacobian.block<2, 1>(contact.first_row, column) += axes * moved;
+    island.normal_jacobian(normal_row, column) += normal.dot(moved);
+    if (contact.rows == 3) island.jacobian(contact.first_row + 2, column) += sign * normal.dot(turn);
+  }
+}
+
+/// The slip and spin of every contact at the end of the step: one linear solve for the change of velocity, in
+/// which the patches' stiffness and damping G act at the end of the step,
 ///
 ///   (M + Jn' Jn / R + T Jt' G Jt) (u1 - u0) = T (f + Jn' aref / R + Jt' (E - G Jt u0))
 ///
 /// f: all free forces, and constraints other than contacts as they were a step ago. R, aref: MuJoCo's soft
 /// normal force (aref - a) / R of the contacts that carried load. Without it a held body would seem free to
-/// turn under friction, which the normal forces forbid: that rings.
+/// turn under friction, which the normal forces forbid: that rings. The cells of a disc are summed up before
+/// they meet the Jacobian: their number costs the solve nothing.
 void BristleFriction::set_equation(const mjModel& model, const mjData& data, const Island& island) {
   const double dt_s = model.opt.timestep;
   const auto size = static_cast<Eigen::Index>(island.dofs.size());
@@ -220,65 +309,105 @@ void BristleFriction::set_equation(const mjModel& model, const mjData& data, con
     fixed_right_[d] = dt_s * (data.qfrc_smooth[dof] + other_constraints_[dof]);
     const double* mass = data.qM + model.dof_Madr[dof];
     for (int above = dof; above >= 0; above = model.dof_parentid[above])
-      fixed_(d, column_[static_cast<std::size_t>(above)]) = *mass++;  // the lower triangle
+      fixed_(d, column_[static_cast<std::size_t>(above)]) = *mass++;
   }
-  const Eigen::Index rows = row_of(island.contacts.size());
-  gain_.setZero(rows);
-  elastic_.setZero(rows);
-  stiffness_.resize(island.contacts.size());
   for (std::size_t c = 0; c < island.contacts.size(); ++c) {
     const Contact& contact = contacts_[island.contacts[c]];
-    const Response& now = contact.response;
-    stiffness_[c] = contact.scale * now.stiffness;
-    gain_.segment<2>(row_of(c)).setConstant(dt_s * stiffness_[c] + contact.scale * now.damping);
-    elastic_.segment<2>(row_of(c)) << contact.scale * now.elastic[0], contact.scale * now.elastic[1];
-    if (contact.normal_load > 0.0) {
-      const double softness = data.efc_R[contact.row];
-      const auto normal = island.jacobian.row(row_of(c) + 2);
-      add_square(island.jacobian, row_of(c) + 2, 1.0 / softness, fixed_);
-      fixed_right_ += (dt_s * data.efc_aref[contact.row] / softness) * normal.transpose();
-    }
+    if (!(contact.normal_load > 0.0)) continue;
+    const double softness = data.efc_R[contact.row];
+    const auto row = static_cast<Eigen::Index>(c);
+    add_product(1.0 / softness, island.normal_jacobian, island.normal_jacobian, row, fixed_);
+    fixed_right_ +=
+        (dt_s * data.efc_aref[contact.row] / softness) * island.normal_jacobian.row(row).transpose();
   }
 }
 
-void BristleFriction::predict(const mjModel& model, const mjData&, const Island& island) {
-  const double dt_s = model.opt.timestep;
+void BristleFriction::predict(double dt_s, const Island& island) {
   const RowMatrix& jacobian = island.jacobian;
+  start_slip_.noalias() = jacobian * island.velocity;
+  gain_.resize(jacobian.rows(), jacobian.cols());
+  pull_.resize(jacobian.rows());
+  begin_prediction(dt_s, island);
+
   // What lets go in a pass stays so.
-  for (std::size_t pass = 0; pass <= island.contacts.size(); ++pass) {
+  for (std::size_t pass = 0; pass <= island.cells; ++pass) {
     system_ = fixed_;
     right_ = fixed_right_;
-    slip_.noalias() = jacobian * island.velocity;
     for (Eigen::Index row = 0; row < jacobian.rows(); ++row) {
-      if (row % 3 == 2) continue;  // normals are in fixed_
-      const auto along = jacobian.row(row);
-      add_square(jacobian, row, dt_s * gain_[row], system_);
-      right_ += (dt_s * (elastic_[row] - gain_[row] * slip_[row])) * along.transpose();
+      add_product(dt_s, jacobian, gain_, row, system_);
+      right_ += (dt_s * pull_[row]) * jacobian.row(row).transpose();
     }
     factor_.compute(system_);
     factor_.solveInPlace(right_);
+    slip_ = start_slip_;
     slip_.noalias() += jacobian * right_;
     if (!clip(dt_s, island)) break;
   }
-  for (std::size_t c = 0; c < island.contacts.size(); ++c)
-    contacts_[island.contacts[c]].slip = slip_.segment<2>(row_of(c));
+  for (const std::size_t i : island.contacts) {
+    Contact& c = contacts_[i];
+    c.slip.head(c.rows) = slip_.segment(c.first_row, c.rows);
+  }
 }
 
-/// Patches beyond their limit pull with the limit instead, and without stiffness. False when there is none.
+/// Every cell with the force, stiffness and damping that it has now.
+void BristleFriction::begin_prediction(double dt_s, const Island& island) {
+  for (const std::size_t i : island.contacts) {
+    const Contact& contact = contacts_[i];
+    for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
+      Cell& cell = cells_[k];
+      cell.stiffness = contact.scale * cell.response.stiffness;
+      cell.gain = dt_s * cell.stiffness + contact.scale * cell.response.damping;
+      cell.elastic = contact.scale * Vector2d(cell.response.elastic[0], cell.response.elastic[1]);
+    }
+    sum_cells(contact, island);
+  }
+}
+
+/// Sets a contact's rows of G Jt and of E - G Jt u0.
+void BristleFriction::sum_cells(const Contact& contact, const Island& island) {
+  Eigen::Matrix3d gain = Eigen::Matrix3d::Zero();
+  Vector3d pull = Vector3d::Zero();
+  for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
+    const Cell& cell = cells_[k];
+    gain(0, 0) += cell.gain;
+    gain(2, 2) += cell.gain * cell.at.squaredNorm();
+    gain(0, 2) -= cell.gain * cell.at[1];
+    gain(1, 2) += cell.gain * cell.at[0];
+    pull.head<2>() += cell.elastic;
+    pull[2] += cell.at[0] * cell.elastic[1] - cell.at[1] * cell.elastic[0];
+  }
+  gain(1, 1) = gain(0, 0);
+  gain(2, 0) = gain(0, 2);
+  gain(2, 1) = gain(1, 2);
+  const Eigen::Index row = contact.first_row, rows = contact.rows;
+  gain_.middleRows(row, rows).noalias() =
+      gain.topLeftCorner(rows, rows).lazyProduct(island.jacobian.middleRows(row, rows));
+  pull_.segment(row, rows) =
+      pull.head(rows) - gain.topLeftCorner(rows, rows) * start_slip_.segment(row, rows);
+}
+
+/// Cells beyond their limit pull with the limit instead, and without stiffness. False when there is none.
 bool BristleFriction::clip(double dt_s, const Island& island) {
   bool clipped = false;
-  for (std::size_t c = 0; c < island.contacts.size(); ++c) {
-    if (stiffness_[c] == 0.0) continue;
-    const Contact& contact = contacts_[island.contacts[c]];
-    const Vector2d force =
-        elastic_.segment<2>(row_of(c)) - dt_s * stiffness_[c] * slip_.segment<2>(row_of(c));
-    const double limit = contact.scale * contact.response.force_limit;
-    if (force.norm() <= limit) continue;
-    elastic_.segment<2>(row_of(c)) = limit * force.normalized();
-    gain_.segment<2>(row_of(c)).array() -= dt_s * stiffness_[c];
-    gain_.segment<2>(row_of(c)) = gain_.segment<2>(row_of(c)).cwiseMax(0.0);
-    stiffness_[c] = 0.0;
-    clipped = true;
+  for (const std::size_t i : island.contacts) {
+    const Contact& contact = contacts_[i];
+    const Vector2d slip = slip_.segment<2>(contact.first_row);
+    const double spin = contact.rows == 3 ? slip_[contact.first_row + 2] : 0.0;
+    bool here = false;
+    for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
+      Cell& cell = cells_[k];
+      if (cell.stiffness == 0.0) continue;
+      const Vector2d of_cell = slip + spin * Vector2d(-cell.at[1], cell.at[0]);
+      const Vector2d force = cell.elastic - dt_s * cell.stiffness * of_cell;
+      const double limit = contact.scale * cell.response.force_limit;
+      if (force.norm() <= limit) continue;
+      cell.elastic = limit * force.normalized();
+      cell.gain = std::max(cell.gain - dt_s * cell.stiffness, 0.0);
+      cell.stiffness = 0.0;
+      here = true;
+    }
+    if (here) sum_cells(contact, island);
+    clipped = clipped || here;
   }
   return clipped;
 }
@@ -286,9 +415,29 @@ bool BristleFriction::clip(double dt_s, const Island& island) {
 /// What the patches will answer to the slip predicted.
 void BristleFriction::find_forces(double dt_s) {
   for (Contact& contact : contacts_) {
-    const Vector2d d = dt_s * contact.slip;
-    const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, contact.normal_load});
-    contact.force = contact.scale * Vector2d(trial.end[0], trial.end[1]);
+    contact.force.setZero();
+    const Vector3d moved = dt_s * contact.slip;
+    if (contact.rows == 3) {
+      const bristle::ExtendedResponse trial = patches_.find_force(dt_s, disc_motion(contact, moved));
+      contact.force = contact.scale * Vector3d(trial.end[0], trial.end[1], trial.end[2]);
+    } else if (contact.patch) {
+      const bristle::Response trial = batch_.find_force(dt_s, point_motion(contact, moved));
+      contact.force.head<2>() = contact.scale * Vector2d(trial.end[0], trial.end[1]);
+    }
+  }
+}
+
+void BristleFriction::apply_forces(mjData& data) {
+  for (std::size_t i = 0; i < island_count_; ++i) {
+    const Island& island = islands_[i];
+    right_.setZero(island.jacobian.cols());
+    for (const std::size_t k : island.contacts) {
+      const Contact& c = contacts_[k];
+      right_.noalias() +=
+          island.jacobian.middleRows(c.first_row, c.rows).transpose().lazyProduct(c.force.head(c.rows));
+    }
+    for (std::size_t d = 0; d < island.dofs.size(); ++d)
+      data.qfrc_applied[island.dofs[d]] += right_[static_cast<Eigen::Index>(d)];
   }
 }
 
@@ -296,28 +445,46 @@ void BristleFriction::find_forces(double dt_s) {
 void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
-  motions_.resize(contacts_.size());
-  for (std::size_t k = 0; k < contacts_.size(); ++k)
-    motions_[k] = Motion{contacts_[k].patch, {0.0, 0.0}, 0.0};
+  cell_motions_.assign(cells_.size(), bristle::Motion{});
+  cell_responses_.resize(cells_.size());
+  discs_moved_.clear();
   for (std::size_t i = 0; i < island_count_; ++i) {
     Island& island = islands_[i];
     for (std::size_t d = 0; d < island.dofs.size(); ++d)
       island.velocity[static_cast<Eigen::Index>(d)] = data.qvel[island.dofs[d]];
+    slip_.noalias() = island.jacobian * island.velocity;
     for (std::size_t c = 0; c < island.contacts.size(); ++c) {
       Contact& contact = contacts_[island.contacts[c]];
       const double load = data.efc_force[contact.row];
       for (std::size_t d = 0; d < island.dofs.size(); ++d)
         other_constraints_[island.dofs[d]] -=
-            load * island.jacobian(row_of(c) + 2, static_cast<Eigen::Index>(d));
+            load * island.normal_jacobian(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(d));
       // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
       if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
-      const Vector2d d = dt_s * island.jacobian.middleRows<2>(row_of(c)) * island.velocity;
-      motions_[island.contacts[c]] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
+      if (contact.cells == 0) continue;
+      Vector3d moved = Vector3d::Zero();
+      moved.head(contact.rows) = dt_s * slip_.segment(contact.first_row, contact.rows);
+      if (contact.rows == 2) {
+        cell_motions_[contact.first_cell] = point_motion(contact, moved);
+        continue;
+      }
+      discs_moved_.push_back({island.contacts[c], disc_motion(contact, moved)});
+      patches_.write_motions({&discs_moved_.back().motion, 1},
+                             {&cell_motions_[contact.first_cell], contact.cells});
     }
   }
-  responses_.resize(motions_.size());
-  batch_.step(dt_s, motions_, responses_);
-  for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].response = responses_[i];
+  batch_.step(dt_s, cell_motions_, cell_responses_);
+  for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = cell_responses_[k];
+  for (const MovedDisc& disc : discs_moved_) {
+    const Contact& contact = contacts_[disc.contact];
+    bristle::ExtendedResponse sum;
+    patches_.read_responses({&disc.motion, 1}, {&cell_responses_[contact.first_cell], contact.cells},
+                            {&sum, 1});
+    places_.resize(contact.cells);
+    patches_.read_cells(contact.patch, 0.0, contact.normal_load, places_);
+    for (std::size_t k = 0; k < contact.cells; ++k)
+      cells_[contact.first_cell + k].at = Vector2d(places_[k].position[0], places_[k].position[1]);
+  }
 }
 
 }  // namespace mujoco_example

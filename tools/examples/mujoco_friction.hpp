@@ -2,13 +2,19 @@
 // at each contact point takes its place. An adapter to copy and to change; MuJoCo 2.2.
 //
 //   mjModel* model = mj_loadXML(...);
-//   mujoco_example::remove_friction(*model);
-//   mujoco_example::BristleFriction friction(*model, bristle::Coefficients{}.with_presliding_length(20e-6));
+//   const auto dims = mujoco_example::remove_friction(*model);
+//   mujoco_example::BristleFriction friction(*model, dims,
+//                                            bristle::Coefficients{}.with_presliding_length(20e-6));
 //   while (...) friction.step(*model, *data);          // in place of mj_step(model, data)
 //
 // A patch belongs to a pair of geoms and to a point: contacts are made anew in every step, and each takes
 // over the patch of the nearest point of the step before. Coefficients of friction stay those of the model
 // (mjContact::friction[0]); the shape of the law is that of the material.
+//
+// The model's condim says what a contact resists. 1: nothing; 3: slip, a patch without extent; 4: slip and
+// spin, a disc with an even pressure. MuJoCo's torsional coefficient, a length, is the highest torque over
+// the normal force. A disc that spins resists with 2/3 mu N R: so R = 3/2 torsional / sliding coefficient.
+// Bristles do not resist rolling: condim 6 is refused, or served as 4 if the options say so.
 //
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
 // contact will slip (one linear solve for each group of bodies that touch), and PatchBatch::find_force how
@@ -16,10 +22,11 @@
 // the contacts really slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step
 // before.
 //
-// Not covered: friction about the normal and rolling friction (condim 4 and 6), RK4 (mj_step2 has none).
+// Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <mujoco/mujoco.h>
@@ -30,8 +37,13 @@
 
 namespace mujoco_example {
 
-/// Makes every contact of the model frictionless (condim 1). Coefficients stay where they are.
-void remove_friction(mjModel& model);
+/// What contacts of a model resist: the condim of its geoms and pairs.
+struct ContactDims {
+  std::vector<int> geom, pair;
+};
+/// Makes every contact of the model frictionless (condim 1). Coefficients stay where they are. Returns what
+/// the condims were.
+ContactDims remove_friction(mjModel& model);
 
 struct FrictionOptions {
   /// Of each contact point. The infinite brush has no noise and costs less; a law with SnapRule::keep needs
@@ -41,15 +53,17 @@ struct FrictionOptions {
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  double reach = 0.01;           ///< m: a contact point that moves farther in one step is a new one
-  std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
+  int rings = 1;                   ///< of the discs of condim 4: 4, 12, 27 cells
+  bool leave_out_rolling = false;  ///< serve condim 6 as condim 4
+  double reach = 0.01;             ///< m: a contact point that moves farther in one step is a new one
+  std::uint32_t contacts = 256;    ///< at once; contacts beyond have no friction
 };
 
 class BristleFriction {
  public:
   /// `law`: its kinetic coefficient is replaced by that of each contact, peak over kinetic stays. Throws
-  /// bristle::Error.
-  BristleFriction(const mjModel& model, const bristle::Coefficients& law,
+  /// bristle::Error, for condim 6 among others.
+  BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
   /// One step of the model's timestep, in place of mj_step. What stands in qfrc_applied counts and is left as
@@ -64,57 +78,91 @@ class BristleFriction {
     bristle::PatchId patch;
     bristle::ContactFrame frame;        ///< normal from geom1 to geom2
     Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
-    Eigen::Vector2d force = {0, 0};     ///< N along frame.along() and aside(), on geom2's body
-    double normal_load = 0.0;           ///< N, of MuJoCo's solver in this step
-    double scale = 1.0;                 ///< the contact's coefficient over the material's
-    Eigen::Vector2d slip = {0, 0};      ///< m/s, predicted
-    bristle::Response response;         ///< of its patch, where the bodies are now
-    int bodies[2] = {0, 0};             ///< of geom1 and geom2
-    int row = -1;                       ///< of its normal force among MuJoCo's constraints
+    /// N along frame.along() and aside(), N m about the normal, on geom2's body
+    Eigen::Vector3d force = {0, 0, 0};
+    double normal_load = 0.0;              ///< N, of MuJoCo's solver in this step
+    double scale = 1.0;                    ///< the contact's coefficient over the material's
+    Eigen::Vector3d slip = {0, 0, 0};      ///< m/s, m/s, rad/s, predicted
+    int bodies[2] = {0, 0};                ///< of geom1 and geom2
+    int row = -1;                          ///< of its normal force among MuJoCo's constraints
+    Eigen::Index first_row = 0, rows = 2;  ///< of its island's Jacobian: slip, and spin if it is a disc
+    std::size_t first_cell = 0, cells = 0;
+    bristle::PatchId first_patch;  ///< of the batch: of a point the only one
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
-  const bristle::KeyedPatches& patches() const { return patches_; }
+  const bristle::KeyedPatches& points() const { return points_; }
+  const bristle::KeyedPatches* discs() const {
+    return discs_ ? &*discs_ : nullptr;
+  }  ///< null: none asked for
 
  private:
+  /// Of a patch: one of a point, several of a disc.
+  struct Cell {
+    bristle::Response response;          ///< where the bodies are now
+    Eigen::Vector2d at = {0, 0};         ///< m, from the contact point
+    double stiffness = 0.0, gain = 0.0;  ///< in the prediction: N/m; N s/m with the damper's
+    Eigen::Vector2d elastic = {0, 0};    ///< N, likewise
+  };
+
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   /// Bodies that touch, directly or over others: what moves them, and their contacts. The equations of one
   /// island know nothing of the others, so each is solved by itself.
   struct Island {
-    std::vector<int> dofs;              // of the model, ascending
-    std::vector<std::size_t> contacts;  // places in contacts_
-    RowMatrix jacobian;                 // 3 rows a contact, a column for each of `dofs`
-    Eigen::VectorXd velocity;           // of `dofs`
+    std::vector<int> dofs;                // of the model, ascending
+    std::vector<std::size_t> contacts;    // places in contacts_
+    std::size_t cells = 0;                // of these
+    RowMatrix jacobian, normal_jacobian;  // 2 or 3 rows a contact, and 1; a column for each of `dofs`
+    Eigen::VectorXd velocity;             // of `dofs`
+  };
+
+  struct MovedDisc {
+    std::size_t contact;  // place in contacts_
+    bristle::ExtendedMotion motion;
   };
 
   void match(const mjModel& model, const mjData& data);
-  void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key);
+  void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
+                 int dim);
+  int dim_of(const mjModel& model, const mjContact& contact) const;
   void find_islands(const mjModel& model);
   int top_of(int tree);
   void set_jacobian(const mjModel& model, const mjData& data, Island& island);
+  void add_body(const mjModel& model, const mjData& data, const Contact& contact, int body, double sign,
+                Eigen::Index normal_row, Island& island);
   void set_equation(const mjModel& model, const mjData& data, const Island& island);
-  void predict(const mjModel& model, const mjData& data, const Island& island);
+  void predict(double dt_s, const Island& island);
+  void begin_prediction(double dt_s, const Island& island);
+  void sum_cells(const Contact& contact, const Island& island);
   bool clip(double dt_s, const Island& island);
   void find_forces(double dt_s);
+  void apply_forces(mjData& data);
   void move_patches(const mjModel& model, const mjData& data);
 
   double kinetic_;
+  ContactDims dims_;
   bristle::PatchBatch batch_;
-  bristle::KeyedPatches patches_;
+  bristle::ExtendedPatches patches_;
+  bristle::KeyedPatches points_;
+  std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;  // before_: by key
+  std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
-  std::vector<bristle::ContactPoint> points_;
+  std::vector<bristle::ContactPoint> found_points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<bristle::Motion> motions_;
-  std::vector<bristle::Response> responses_;
+  std::vector<MovedDisc> discs_moved_;
+  std::vector<bristle::Motion> cell_motions_;
+  std::vector<bristle::Response> cell_responses_;
+  std::vector<bristle::PatchCell> places_;
   std::vector<Island> islands_;  // the first island_count_ are in use
   std::size_t island_count_ = 0;
-  std::vector<int> tree_, island_of_;  // by body: what it hangs on; its island. -1: none
+  std::vector<int> tree_, island_of_;  // by body: what it hangs on; its island, or -1
   std::vector<int> column_;            // by degree of freedom: its column in its island
-  RowMatrix fixed_, system_;           // of an island: without patches; with them
+  RowMatrix fixed_, system_;           // of an island, lower triangles: without patches; with them
+  RowMatrix gain_;                     // of every contact, times its rows of the Jacobian
   Eigen::LLT<RowMatrix> factor_;
-  Eigen::VectorXd fixed_right_, right_, slip_, elastic_, gain_, other_constraints_;
-  std::vector<double> stiffness_, applied_;
+  Eigen::VectorXd fixed_right_, right_, slip_, start_slip_, pull_, other_constraints_;
+  std::vector<double> applied_;
 };
 
 }  // namespace mujoco_example
