@@ -14,9 +14,17 @@ LuGreGrid::LuGreGrid(const Surface& surface, PressedCells cells, StepRule rule)
       zx_(cells_.size(), 0.0),
       zy_(cells_.size(), 0.0) {}
 
+double LuGreGrid::steady_deflection(double speed, double load_n) const noexcept {
+  // Half the time of a cell is the exponential of the Stribeck curve.
+  const double force = surface_.static_coefficient == surface_.kinetic_coefficient
+                           ? surface_.kinetic_coefficient * load_n
+                           : surface_.stribeck_force(speed, load_n);
+  return force / surface_.stiffness;
+}
+
 LuGreGrid::Moved LuGreGrid::move_exactly(Pair z, Pair way, double dt_s, double load_n) const noexcept {
   const double length_m = std::sqrt(dot(way, way)), speed = length_m / dt_s;
-  const double zss = surface_.stribeck_force(speed, load_n) / surface_.stiffness;
+  const double zss = steady_deflection(speed, load_n);
   Relaxed r{z, z};
   if (length_m > 0.0) r = relax(z, (zss / length_m) * way, length_m / zss);
   const Pair v = (1.0 / dt_s) * way;
@@ -29,7 +37,7 @@ LuGreGrid::Moved LuGreGrid::move_exactly(Pair z, Pair way, double dt_s, double l
 
 LuGreGrid::Moved LuGreGrid::move_by_euler(Pair z, Pair way, double dt_s, double load_n) const noexcept {
   const double speed = std::sqrt(dot(way, way)) / dt_s;
-  const double zss = surface_.stribeck_force(speed, load_n) / surface_.stiffness;
+  const double zss = steady_deflection(speed, load_n);
   const Pair v = (1.0 / dt_s) * way;
   const Pair rate = v - (speed / zss) * z;
   const Pair end = z + dt_s * rate;

@@ -36,11 +36,12 @@ class LuGreGrid {
   std::size_t cells() const noexcept { return cells_.size(); }
 
  private:
-  /// The deflections after the step, and the force of both ends over the cell's share.
+  /// The deflection after the step, and the force, over the cell's share.
   struct Moved {
     Pair z;
     Force force;
   };
+  double steady_deflection(double speed, double load_n) const noexcept;
   Moved move_exactly(Pair z, Pair way, double dt_s, double load_n) const noexcept;
   Moved move_by_euler(Pair z, Pair way, double dt_s, double load_n) const noexcept;
   template <class Move>
