@@ -21,6 +21,17 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
+/// Whose patches the pool has.
+struct Owner {
+  PatchBatch* batch = nullptr;
+  ExtendedPatches* extended = nullptr;
+
+  void remove(PatchId id) const { extended != nullptr ? extended->remove(id) : batch->remove(id); }
+  void reset(PatchId id, std::uint32_t seed, std::uint64_t key) const noexcept {
+    extended != nullptr ? extended->reset(id, seed, key) : batch->reset(id, seed, key);
+  }
+};
+
 }  // namespace
 
 struct KeyedPatches::Impl {
@@ -32,9 +43,10 @@ struct KeyedPatches::Impl {
     std::uint32_t before = none, after = none;
   };
 
-  Impl(PatchBatch& its_batch, const Material& material, const PatchOptions& patch,
-       const KeyedOptions& its_options)
-      : batch(its_batch),
+  /// `add` makes one patch in the owner.
+  template <class Add>
+  Impl(const Owner& its_owner, const PatchOptions& patch, const KeyedOptions& its_options, Add&& add)
+      : owner(its_owner),
         options(its_options),
         seed(patch.seed),
         table(check_capacity("KeyedOptions", its_options.capacity)) {
@@ -43,7 +55,7 @@ struct KeyedPatches::Impl {
     try {
       for (std::uint32_t i = 0; i < options.capacity; ++i) {
         pool.emplace_back();
-        pool.back().id = batch.add(material, patch);
+        pool.back().id = add();
       }
     } catch (...) {
       pool.pop_back();
@@ -59,7 +71,7 @@ struct KeyedPatches::Impl {
   void remove_patches() noexcept {
     for (const Held& held : pool) {
       try {
-        batch.remove(held.id);
+        owner.remove(held.id);
       } catch (...) {  // somebody else removed it, or there is no memory for the command
       }
     }
@@ -91,7 +103,7 @@ struct KeyedPatches::Impl {
     return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
   }
 
-  PatchBatch& batch;
+  const Owner owner;
   const KeyedOptions options;
   const std::uint32_t seed;
   std::vector<Held> pool;
@@ -104,7 +116,12 @@ struct KeyedPatches::Impl {
 
 KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                            const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>(batch, material, patch, options)) {}
+    : impl_(std::make_unique<Impl>(Owner{&batch, nullptr}, patch, options,
+                                   [&] { return batch.add(material, patch); })) {}
+KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
+                           const Outline& outline, const KeyedOptions& options)
+    : impl_(std::make_unique<Impl>(Owner{nullptr, &patches}, patch, options,
+                                   [&] { return patches.add(material, patch, outline); })) {}
 KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
@@ -124,7 +141,7 @@ PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
     impl.free.pop_back();
     impl.pool[i].key = key;
     impl.table.insert(key, i);
-    impl.batch.reset(impl.pool[i].id, impl.seed_of(key), key);
+    impl.owner.reset(impl.pool[i].id, impl.seed_of(key), key);
   }
   impl.append(i);
   impl.pool[i].seen = impl.step;

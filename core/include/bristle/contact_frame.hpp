@@ -21,8 +21,13 @@
 //   together, nothing changes.
 // - Deflections never change: they are two numbers in these axes, so their lengths, the stored energy and
 //   the magnitude of the force stay the same to the bit under any motion of the frame.
-// A single patch has no resistance to spin (a moment about the normal): use several patches at a distance
-// from each other.
+// A single patch has no resistance to spin (a moment about the normal). An extended patch has
+// (extended_patches.hpp). Its axes ride on body B, whose surface they describe, and its outline turns with A:
+//
+//   frame.carry_with_surface(normal, turn_b);
+//   frame.set_displacement(dt * (velocity_a - velocity_b), turn_a - turn_b, motion);  // an ExtendedMotion
+//   patches.step(dt, {&motion, 1}, {&response, 1});
+//   wrench_on_a += frame.spin_wrench(response.end, centre_of_outline - centre_of_a);
 //
 // Order of error: displacements are taken in the axes half-way through the last carry. Compared with the
 // integral of the velocity along a smooth path, this is an error of order dt^2 over a given time (an arc of
@@ -38,6 +43,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "bristle/extended_patches.hpp"
 #include "bristle/patch.hpp"
 
 namespace bristle {
@@ -122,6 +128,11 @@ class ContactFrame {
     return true;
   }
 
+  /// The same for an extended patch: the axes ride on body B, which turned by `turn_b` (rad).
+  bool carry_with_surface(const Eigen::Vector3d& normal, const Eigen::Vector3d& turn_b) noexcept {
+    return carry(normal, turn_b, turn_b);
+  }
+
   /// The tangential displacement of A relative to B in this step, from the displacement in space (m), both
   /// taken at the contact point; the same for velocities. The part along the normal is left out. Call it
   /// after carry().
@@ -131,6 +142,13 @@ class ContactFrame {
   void set_displacement(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
     motion.displacement[0] = midway_.along.dot(relative);
     motion.displacement[1] = midway_.aside.dot(relative);
+  }
+  /// Of an extended patch: also the spin, from the turn of A relative to B in this step (rad).
+  void set_displacement(const Eigen::Vector3d& relative, const Eigen::Vector3d& turn,
+                        ExtendedMotion& motion) const noexcept {
+    motion.displacement[0] = midway_.along.dot(relative);
+    motion.displacement[1] = midway_.aside.dot(relative);
+    motion.displacement[2] = midway_.normal.dot(turn);
   }
   /// A separate velocity for the damper (m/s, of A relative to B).
   void set_velocity(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
@@ -146,6 +164,20 @@ class ContactFrame {
   /// Response::mean in space: its product with the displacement in space is the work of the step.
   Eigen::Vector3d mean_force(const double (&tangential)[2]) const noexcept {
     return tangential[0] * midway_.along + tangential[1] * midway_.aside;
+  }
+
+  /// ExtendedResponse::end, elastic or damper as force and moment on A; `arm` (m) from the point of reference
+  /// to the centre of the outline. On B the opposite.
+  Wrench spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
+    Wrench w = wrench(in_plane[0] * now_.along + in_plane[1] * now_.aside, arm);
+    w.tail<3>() += in_plane[2] * now_.normal;
+    return w;
+  }
+  /// ExtendedResponse::mean likewise.
+  Wrench mean_spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
+    Wrench w = wrench(in_plane[0] * midway_.along + in_plane[1] * midway_.aside, arm);
+    w.tail<3>() += in_plane[2] * midway_.normal;
+    return w;
   }
 
   /// A force at `arm` (m, from the point of reference to the point of contact) as force and moment.

@@ -16,6 +16,7 @@
 #include <memory>
 
 #include "bristle/export.hpp"
+#include "bristle/extended_patches.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
@@ -54,12 +55,17 @@ struct KeyedOptions {
 /// once with load 0).
 ///
 /// Thread rule: made and destroyed by the thread that adds patches to the batch, used by the thread that
-/// steps it. The batch must outlive it and must not be moved. Only making and destroying it allocates.
+/// steps it. The batch (or the extended patches) must outlive it and must not be moved. Only making and
+/// destroying it allocates.
 class BRISTLE_API KeyedPatches {
  public:
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
   KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                const KeyedOptions& options = {});
+  /// The same for extended patches of one outline: ids are those of `patches`. Give each contact its size by
+  /// ExtendedPatches::set_scale after find_or_add.
+  KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
+               const Outline& outline, const KeyedOptions& options = {});
   /// Removes them.
   ~KeyedPatches();
   KeyedPatches(KeyedPatches&&) noexcept;

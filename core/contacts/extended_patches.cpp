@@ -1,0 +1,596 @@
+#include "bristle/extended_patches.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/common/hashing.hpp"
+#include "core/common/little_endian.hpp"
+#include "core/common/range_check.hpp"
+#include "core/contacts/key_table.hpp"
+#include "core/contacts/turn.hpp"
+#include "core/patches/saved_state.hpp"
+#include "core/runtime/float_mode.hpp"
+#include "core/runtime/patch_pool.hpp"
+
+namespace bristle {
+
+using namespace detail;
+
+namespace {
+
+constexpr std::size_t most_cells = 65536;
+constexpr double largest_scale = 1e6;
+
+/// Where the outline is in a step.
+struct Pose {
+  Turn turn;           ///< of the outline's axes in those of the surface
+  double scale = 1.0;  ///< as set_scale set it
+};
+
+struct ExtendedPatch {
+  std::uint32_t generation = 0;  ///< 0: the slot is free
+  std::vector<PatchCell> cells;  ///< in the outline's axes
+  std::vector<PatchId> patches;  ///< of the cells
+  double full_size_load = 0.0;
+  double normal_load = 0.0;
+  double max_normal_load = 0.0;
+  std::uint32_t seed = 0;
+  std::uint64_t key = 0, last_step = 0;
+  Outputs outputs = Outputs::end;
+  Pose pose;
+
+  bool is_point() const noexcept {
+    return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
+  }
+  /// Of the outline as given: Hertz's law if asked.
+  double size_under(double load) const noexcept {
+    if (full_size_load == 0.0) return pose.scale;
+    if (!(load > 0.0)) return 0.0;
+    return pose.scale * detail::exp(detail::log(load / full_size_load) / 3.0);
+  }
+};
+
+std::uint32_t seed_of_cell(const ExtendedPatch& p, std::uint32_t seed, std::size_t cell) noexcept {
+  return p.is_point() ? seed : static_cast<std::uint32_t>(mix_key(mix_key(seed) + cell));
+}
+
+/// What the step of one patch does to its outline.
+struct Course {
+  Turn midway, after;        ///< of the outline's axes
+  double chord = 0.0;        ///< 2 sin(spin / 2): the way of a point at distance 1 from the centre
+  double chord_share = 1.0;  ///< chord / spin
+  double size = 1.0;
+};
+
+constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
+
+Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
+  Course course;
+  course.midway = course.after = p.pose.turn;
+  course.size = p.size_under(load);
+  if (spin == 0.0) return course;
+  const Turn half = turn_by(0.5 * spin);
+  course.midway = normalized(p.pose.turn * half);
+  course.after = normalized(course.midway * half);
+  course.chord = 2.0 * half.sine;
+  course.chord_share = course.chord / spin;
+  return course;
+}
+
+bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
+
+/// Position of a cell in the axes of the surface.
+void place(const PatchCell& cell, const Turn& turn, double size, double (&at)[2]) noexcept {
+  turn.apply(cell.position, at);
+  at[0] *= size;
+  at[1] *= size;
+}
+
+/// Velocity or displacement of the surface of a body at `at`, of its centre and its spin.
+void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
+                double (&moved)[2]) noexcept {
+  moved[0] = of_centre[0];
+  moved[1] = of_centre[1];
+  if (spin == 0.0) return;
+  moved[0] -= spin * at[1];
+  moved[1] += spin * at[0];
+}
+
+void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, Span<Motion> cells) noexcept {
+  const bool good = is_good_spin(motion.displacement[2]);
+  const Course course = course_of(p, good ? motion.displacement[2] : 0.0, motion.normal_load);
+  for (std::size_t k = 0; k < p.cells.size(); ++k) {
+    Motion& cell = cells[k];
+    cell = Motion{};
+    cell.id = p.patches[k];
+    cell.normal_load = p.cells[k].weight * motion.normal_load;
+    double at[2];
+    place(p.cells[k], course.midway, course.size, at);
+    move_point(motion.displacement, course.chord, at, cell.displacement);
+    if (!good) cell.displacement[0] = not_given;
+    cell.has_velocity = motion.has_velocity;
+    if (motion.has_velocity) move_point(motion.velocity, motion.velocity[2], at, cell.velocity);
+  }
+}
+
+void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3]) noexcept {
+  sum[0] += force[0];
+  sum[1] += force[1];
+  sum[2] += at[0] * force[1] - at[1] * force[0];
+}
+
+/// J^T k J of a cell, whose slip is J (v, omega) = v + omega x at.
+void add_slope(double k, const double (&at)[2], double (&sum)[3][3]) noexcept {
+  sum[0][0] += k;
+  sum[1][1] += k;
+  sum[2][2] += k * (at[0] * at[0] + at[1] * at[1]);
+  sum[0][2] -= k * at[1];
+  sum[1][2] += k * at[0];
+  sum[2][0] = sum[0][2];
+  sum[2][1] = sum[1][2];
+}
+
+bool was_stepped(Status status) noexcept {
+  return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input);
+}
+
+/// Sums up what the cells answered. All cells have the same flags, but for Status::overload.
+Status sum_up(const ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
+              ExtendedResponse& out) noexcept {
+  const double spin = is_good_spin(motion.displacement[2]) ? motion.displacement[2] : 0.0;
+  const Course course = course_of(p, spin, motion.normal_load);
+  ExtendedResponse sum;
+  sum.id = motion.id;
+  for (std::size_t k = 0; k < p.cells.size(); ++k) {
+    const Response& cell = cells[k];
+    double midway[2], after[2];
+    place(p.cells[k], course.midway, course.size, midway);
+    place(p.cells[k], course.after, course.size, after);
+    sum.status = sum.status | cell.status;
+    add_wrench(cell.end, after, sum.end);
+    add_wrench(cell.elastic, after, sum.elastic);
+    add_wrench(cell.damper, after, sum.damper);
+    add_wrench(cell.mean, midway, sum.mean);
+    add_slope(cell.stiffness, after, sum.stiffness);
+    add_slope(cell.damping, after, sum.damping);
+    sum.force_limit += cell.force_limit;
+    sum.torque_limit += cell.force_limit * std::sqrt(after[0] * after[0] + after[1] * after[1]);
+    sum.dissipated += cell.dissipated;
+    sum.contact_loss += cell.contact_loss;
+    sum.damper_work += cell.damper_work;
+    sum.snaps += cell.snaps;
+  }
+  sum.mean[2] *= course.chord_share;
+  if (!has(p.outputs, Outputs::mean)) std::copy_n(out.mean, 3, sum.mean);
+  if (!has(p.outputs, Outputs::energy)) {
+    sum.dissipated = out.dissipated;
+    sum.contact_loss = out.contact_loss;
+    sum.damper_work = out.damper_work;
+    sum.snaps = out.snaps;
+  }
+  out = sum;
+  return sum.status;
+}
+
+Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
+  ExtendedResponse refused;
+  refused.id = id;
+  refused.status = why;
+  out = refused;
+  return why;
+}
+
+/// Options of a cell: its share of what the outline has.
+PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, std::size_t cell) {
+  PatchOptions options = whole;
+  if (p.is_point()) return options;
+  const double weight = p.cells[cell].weight;
+  const auto share = [&](std::uint32_t count) {
+    return count == 0 ? 0u : std::max(1u, static_cast<std::uint32_t>(weight * count + 0.5));
+  };
+  options.max_normal_load = weight * whole.max_normal_load;
+  options.bristles = share(whole.bristles);
+  options.fluctuation = share(whole.fluctuation);
+  options.seed = seed_of_cell(p, whole.seed, cell);
+  return options;
+}
+
+void check_outline(const PatchOptions& options, const Outline& outline) {
+  constexpr const char* where = "Outline";
+  const std::vector<PatchCell>& cells = outline.cells;
+  require_within(where, "cells", static_cast<double>(cells.size()), 1, most_cells);
+  if (outline.full_size_load != 0.0)
+    require_within(where, "full_size_load", outline.full_size_load, 1e-15, 1e15, "N, or 0 for a fixed size");
+  double sum = 0.0;
+  bool extended = false;
+  for (const PatchCell& cell : cells) {
+    for (const double x : cell.position) {
+      require_within(where, "position", x, -1e3, 1e3, "m");
+      extended = extended || x != 0.0;
+    }
+    require_within(where, "weight", cell.weight, 1e-12, 1.0);
+    sum += cell.weight;
+  }
+  if (!(std::fabs(sum - 1.0) <= 1e-9)) refuse(where, "sum of weights", sum, "1: divide each by their sum");
+  if (extended && options.axes != 2)
+    refuse("ExtendedPatches", "axes", options.axes, "2 for a patch with an extent");
+}
+
+constexpr std::uint64_t saved_magic = 0x7478'656c'7473'7262;  // "brstlext"
+constexpr std::size_t saved_head = 3 * 8, saved_pose = 4 * 4 + 5 * 8;
+
+}  // namespace
+
+struct ExtendedPatches::Impl {
+  explicit Impl(PatchBatch& its_batch) : batch(&its_batch) {}
+  ~Impl() {
+    for (const ExtendedPatch& p : patches) remove_cells(p);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void remove_cells(const ExtendedPatch& p) noexcept {
+    for (const PatchId id : p.patches) {
+      try {
+        batch->remove(id);
+      } catch (...) {  // somebody else removed it, or there is no memory for the command
+      }
+    }
+  }
+
+  const ExtendedPatch* find(PatchId id) const noexcept {
+    const std::uint32_t slot = slot_of(id);
+    if (slot >= patches.size() || patches[slot].generation == 0) return nullptr;
+    return patches[slot].generation == generation_of(id) ? &patches[slot] : nullptr;
+  }
+  ExtendedPatch* find(PatchId id) noexcept {
+    return const_cast<ExtendedPatch*>(static_cast<const Impl*>(this)->find(id));
+  }
+  ExtendedPatch& demand(PatchId id) {
+    ExtendedPatch* p = find(id);
+    if (p == nullptr) throw Error("ExtendedPatches: there is no patch with id " + std::to_string(id.value));
+    return *p;
+  }
+
+  /// What moved has its new pose.
+  void settle(ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
+    p.pose.turn = course_of(p, motion.displacement[2], motion.normal_load).after;
+    p.normal_load = motion.normal_load;
+  }
+
+  PatchBatch* batch;
+  SlotList slots;
+  std::vector<ExtendedPatch> patches;  ///< by slot
+  std::size_t count = 0;
+  std::size_t cells = 0;
+  std::uint64_t step_number = 0;
+  std::vector<Motion> motions;      ///< of a step: room for all cells
+  std::vector<Response> responses;  ///< likewise
+};
+
+ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}
+ExtendedPatches::~ExtendedPatches() = default;
+ExtendedPatches::ExtendedPatches(ExtendedPatches&&) noexcept = default;
+ExtendedPatches& ExtendedPatches::operator=(ExtendedPatches&&) noexcept = default;
+
+PatchId ExtendedPatches::add(const Material& material, const PatchOptions& options, const Outline& outline) {
+  check_outline(options, outline);
+  Impl& impl = *impl_;
+  ExtendedPatch made;
+  made.cells = outline.cells;
+  made.full_size_load = outline.full_size_load;
+  made.max_normal_load = options.max_normal_load;
+  made.outputs = options.outputs;
+  made.seed = options.seed;
+  made.key = options.key;
+  const std::size_t count = made.cells.size();
+  made.patches.reserve(count);
+  impl.motions.reserve(impl.cells + count);
+  impl.responses.reserve(impl.cells + count);
+  try {
+    const FloatModeScope mode;
+    for (std::size_t k = 0; k < count; ++k)
+      made.patches.push_back(impl.batch->add(material, options_of_cell(made, options, k)));
+    const SlotList::Slot slot = impl.slots.take();
+    if (impl.patches.size() < impl.slots.size()) impl.patches.resize(impl.slots.size());
+    made.generation = slot.generation;
+    impl.cells += count;
+    impl.motions.resize(impl.cells);
+    impl.responses.resize(impl.cells);
+    ++impl.count;
+    impl.patches[slot.number] = std::move(made);
+    return make_id(slot.number, slot.generation);
+  } catch (...) {
+    impl.remove_cells(made);
+    throw;
+  }
+}
+
+void ExtendedPatches::remove(PatchId id) {
+  Impl& impl = *impl_;
+  ExtendedPatch& p = impl.demand(id);
+  for (const PatchId cell : p.patches) impl.batch->remove(cell);
+  impl.cells -= p.cells.size();
+  --impl.count;
+  p = ExtendedPatch{};
+  impl.slots.give_back(slot_of(id));
+}
+
+void ExtendedPatches::set_material(PatchId id, const Material& material) {
+  for (const PatchId cell : impl_->demand(id).patches) impl_->batch->set_material(cell, material);
+}
+
+bool ExtendedPatches::set_scale(PatchId id, double scale) noexcept {
+  ExtendedPatch* p = impl_->find(id);
+  if (p == nullptr || !(scale >= 0.0 && scale <= largest_scale)) return false;
+  p->pose.scale = scale;
+  return true;
+}
+
+StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
+                                 Span<ExtendedResponse> out) noexcept {
+  Impl& impl = *impl_;
+  const FloatModeScope mode;
+  StepReport report;
+  if (in.size() != out.size()) {
+    for (ExtendedResponse& response : out) refuse_motion({}, Status::bad_input, response);
+    report.status = Status::bad_input;
+    return report;
+  }
+  // Once each: the room for their cells is that of all patches. The rest is answered in the second pass.
+  ++impl.step_number;
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    ExtendedPatch* p = impl.find(in[i].id);
+    const bool first = p != nullptr && p->last_step != impl.step_number;
+    if (!first) {
+      const Status why = p == nullptr ? Status::unknown_id : Status::repeated_id;
+      report.status = report.status | refuse_motion(in[i].id, why, out[i]);
+      continue;
+    }
+    p->last_step = impl.step_number;
+    out[i].status = Status::ok;
+    write_cell_motions(*p, in[i], Span<Motion>(impl.motions.data() + used, p->cells.size()));
+    used += p->cells.size();
+  }
+  std::fill_n(impl.responses.begin(), used, Response{});
+  const StepReport cells = impl.batch->step(dt_s, Span<const Motion>(impl.motions.data(), used),
+                                            Span<Response>(impl.responses.data(), used));
+  report.tasks = cells.tasks;
+  report.threads = cells.threads;
+  report.bristles_visited = cells.bristles_visited;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    if (!was_stepped(out[i].status)) continue;
+    ExtendedPatch& p = *impl.find(in[i].id);
+    const Status status =
+        sum_up(p, in[i], Span<const Response>(impl.responses.data() + at, p.cells.size()), out[i]);
+    at += p.cells.size();
+    report.status = report.status | status;
+    if (!was_stepped(status)) continue;
+    impl.settle(p, in[i]);
+    ++report.patches_stepped;
+  }
+  return report;
+}
+
+ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& motion) noexcept {
+  Impl& impl = *impl_;
+  const FloatModeScope mode;
+  ExtendedResponse out;
+  const ExtendedPatch* p = impl.find(motion.id);
+  if (p == nullptr) {
+    refuse_motion(motion.id, Status::unknown_id, out);
+    return out;
+  }
+  const std::size_t count = p->cells.size();
+  write_cell_motions(*p, motion, Span<Motion>(impl.motions.data(), count));
+  for (std::size_t k = 0; k < count; ++k) impl.responses[k] = impl.batch->find_force(dt_s, impl.motions[k]);
+  sum_up(*p, motion, Span<const Response>(impl.responses.data(), count), out);
+  return out;
+}
+
+std::size_t ExtendedPatches::cell_count(PatchId id) const noexcept {
+  const ExtendedPatch* p = impl_->find(id);
+  return p == nullptr ? 0 : p->cells.size();
+}
+
+Span<const PatchId> ExtendedPatches::cell_patches(PatchId id) const noexcept {
+  const ExtendedPatch* p = impl_->find(id);
+  return p == nullptr ? Span<const PatchId>() : Span<const PatchId>(p->patches.data(), p->patches.size());
+}
+
+std::size_t ExtendedPatches::read_cells(PatchId id, double spin, double normal_load_n,
+                                        Span<PatchCell> out) const noexcept {
+  const ExtendedPatch* p = impl_->find(id);
+  if (p == nullptr || !is_good_spin(spin)) return 0;
+  const FloatModeScope mode;
+  const Course course = course_of(*p, spin, normal_load_n);
+  const std::size_t count = std::min(out.size(), p->cells.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    place(p->cells[k], course.after, course.size, out[k].position);
+    out[k].weight = p->cells[k].weight;
+  }
+  return count;
+}
+
+std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept {
+  const FloatModeScope mode;
+  std::size_t at = 0;
+  for (const ExtendedMotion& motion : in) {
+    const ExtendedPatch* p = impl_->find(motion.id);
+    if (p == nullptr) continue;
+    if (at + p->cells.size() > cells.size()) break;
+    write_cell_motions(*p, motion, Span<Motion>(cells.data() + at, p->cells.size()));
+    at += p->cells.size();
+  }
+  return at;
+}
+
+Status ExtendedPatches::read_responses(Span<const ExtendedMotion> in, Span<const Response> cells,
+                                       Span<ExtendedResponse> out) noexcept {
+  const FloatModeScope mode;
+  Status all = in.size() == out.size() ? Status::ok : Status::bad_input;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < std::min(in.size(), out.size()); ++i) {
+    ExtendedPatch* p = impl_->find(in[i].id);
+    if (p == nullptr) {
+      all = all | refuse_motion(in[i].id, Status::unknown_id, out[i]);
+      continue;
+    }
+    if (at + p->cells.size() > cells.size()) {
+      all = all | refuse_motion(in[i].id, Status::bad_input, out[i]);
+      continue;
+    }
+    const Status status = sum_up(*p, in[i], Span<const Response>(cells.data() + at, p->cells.size()), out[i]);
+    at += p->cells.size();
+    all = all | status;
+    if (was_stepped(status)) impl_->settle(*p, in[i]);
+  }
+  return all;
+}
+
+bool ExtendedPatches::reset(PatchId id) noexcept {
+  const ExtendedPatch* p = impl_->find(id);
+  return p != nullptr && reset(id, p->seed, p->key);
+}
+
+bool ExtendedPatches::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
+  ExtendedPatch* p = impl_->find(id);
+  if (p == nullptr) return false;
+  for (std::size_t k = 0; k < p->patches.size(); ++k)
+    impl_->batch->reset(p->patches[k], seed_of_cell(*p, seed, k), key);
+  p->pose = Pose{};
+  p->normal_load = 0.0;
+  return true;
+}
+
+ExtendedInfo ExtendedPatches::info(PatchId id) const noexcept {
+  ExtendedInfo info;
+  const ExtendedPatch* p = impl_->find(id);
+  if (p == nullptr) return info;
+  info.cells = static_cast<std::uint32_t>(p->cells.size());
+  info.scale = p->full_size_load == 0.0 ? p->pose.scale : p->size_under(p->normal_load);
+  info.along[0] = p->pose.turn.cosine;
+  info.along[1] = p->pose.turn.sine;
+  info.normal_load = p->normal_load;
+  info.max_normal_load = p->max_normal_load;
+  for (const PatchId cell : p->patches) {
+    const PatchInfo of_cell = impl_->batch->info(cell);
+    info.memory_bytes += of_cell.memory_bytes + sizeof(PatchCell) + sizeof(PatchId);
+    info.kernel = of_cell.kernel;
+  }
+  return info;
+}
+
+double ExtendedPatches::stored_energy(PatchId id) const noexcept {
+  double sum = 0.0;
+  for (const PatchId cell : cell_patches(id)) sum += impl_->batch->stored_energy(cell);
+  return sum;
+}
+
+std::uint64_t ExtendedPatches::state_hash(PatchId id) const noexcept {
+  const ExtendedPatch* p = impl_->find(id);
+  if (p == nullptr) return 0;
+  if (p->is_point()) return impl_->batch->state_hash(p->patches[0]);
+  Hasher hasher;
+  for (const PatchId cell : p->patches) hasher.add(impl_->batch->state_hash(cell));
+  hasher.add(p->pose.turn.cosine);
+  hasher.add(p->pose.turn.sine);
+  hasher.add(p->pose.scale);
+  return hasher.value();
+}
+
+std::uint64_t ExtendedPatches::state_hash() const noexcept {
+  Hasher hasher;
+  for (std::uint32_t slot = 0; slot < impl_->patches.size(); ++slot) {
+    const std::uint32_t generation = impl_->patches[slot].generation;
+    if (generation != 0) hasher.add(state_hash(make_id(slot, generation)));
+  }
+  return hasher.value();
+}
+
+std::size_t ExtendedPatches::state_size() const noexcept {
+  return saved_head + impl_->count * saved_pose + impl_->batch->state_size();
+}
+
+std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
+  const std::size_t own = saved_head + impl_->count * saved_pose;
+  if (to.size() < own) return 0;
+  const std::size_t of_batch = impl_->batch->save_state(Span<std::byte>(to.data() + own, to.size() - own));
+  if (of_batch == 0) return 0;
+  ByteWriter poses(to.data() + saved_head);
+  for (std::uint32_t slot = 0; slot < impl_->patches.size(); ++slot) {
+    const ExtendedPatch& p = impl_->patches[slot];
+    if (p.generation == 0) continue;
+    poses(slot);
+    poses(p.generation);
+    poses(static_cast<std::uint32_t>(p.cells.size()));
+    poses(p.seed);
+    poses(p.key);
+    poses(p.pose.turn.cosine);
+    poses(p.pose.turn.sine);
+    poses(p.pose.scale);
+    poses(p.normal_load);
+  }
+  Hasher checksum;
+  add_bytes(checksum, Span<const std::byte>(to.data() + saved_head, own - saved_head));
+  ByteWriter head(to.data());
+  head(saved_magic);
+  head(static_cast<std::uint64_t>(impl_->count));
+  head(checksum.value());
+  return own + of_batch;
+}
+
+void ExtendedPatches::restore_state(Span<const std::byte> from) {
+  const auto fail = [](const char* what) -> void {
+    throw Error(std::string("ExtendedPatches: the saved state ") + what);
+  };
+  Impl& impl = *impl_;
+  const std::size_t own = saved_head + impl.count * saved_pose;
+  if (from.size() < own) fail("is shorter than the state of these patches");
+  std::uint64_t magic = 0, count = 0, checksum = 0;
+  ByteReader head(from.data());
+  head(magic);
+  head(count);
+  head(checksum);
+  if (magic != saved_magic) fail("is not one of extended patches");
+  if (count != impl.count) fail("has another number of patches");
+  Hasher hasher;
+  add_bytes(hasher, Span<const std::byte>(from.data() + saved_head, own - saved_head));
+  if (hasher.value() != checksum) fail("is damaged");
+
+  std::vector<ExtendedPatch> restored = impl.patches;
+  ByteReader poses(from.data() + saved_head);
+  for (std::uint32_t slot = 0; slot < restored.size(); ++slot) {
+    ExtendedPatch& p = restored[slot];
+    if (p.generation == 0) continue;
+    std::uint32_t its_slot = 0, generation = 0, cells = 0;
+    poses(its_slot);
+    poses(generation);
+    poses(cells);
+    poses(p.seed);
+    poses(p.key);
+    poses(p.pose.turn.cosine);
+    poses(p.pose.turn.sine);
+    poses(p.pose.scale);
+    poses(p.normal_load);
+    if (its_slot != slot || generation != p.generation || cells != p.cells.size())
+      fail("is of patches with other outlines, or added in another order");
+    const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);
+    if (!(magnitude(length - 1.0) <= 1e-9) || !(p.pose.scale >= 0.0 && p.pose.scale <= largest_scale) ||
+        !(p.normal_load >= 0.0 && p.normal_load <= 1e15))
+      fail("has a value that no patch can have");
+  }
+  impl.batch->restore_state(Span<const std::byte>(from.data() + own, from.size() - own));
+  impl.patches = std::move(restored);
+}
+
+std::size_t ExtendedPatches::patch_count() const noexcept { return impl_->count; }
+PatchBatch& ExtendedPatches::batch() const noexcept { return *impl_->batch; }
+
+}  // namespace bristle

@@ -1,0 +1,182 @@
+#include "bristle/outline.hpp"
+
+#include <cmath>
+#include <cstddef>
+
+#include "core/common/range_check.hpp"
+#include "core/contacts/turn.hpp"
+
+namespace bristle {
+
+namespace {
+
+using detail::pi;
+using detail::Turn;
+
+struct Node {
+  double at = 0.0, weight = 0.0;
+};
+using Nodes = std::vector<Node>;
+
+double cosine_of(double angle) { return detail::turn_by(angle).cosine; }
+
+/// Gauss-Legendre on -1 to 1, weights with the sum 1.
+Nodes legendre_nodes(int n) {
+  Nodes nodes;
+  for (int i = 0; i < n; ++i) {
+    double x = cosine_of(pi * (i + 0.75) / (n + 0.5));
+    double slope = 1.0;
+    for (int pass = 0; pass < 8; ++pass) {  // Newton, quadratic from the first pass on
+      double before = 1.0, value = x;
+      for (int k = 2; k <= n; ++k) {
+        const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;
+        before = value;
+        value = next;
+      }
+      slope = n * (x * value - before) / (x * x - 1.0);
+      x -= value / slope;
+    }
+    nodes.push_back({x, 1.0 / ((1.0 - x * x) * slope * slope)});
+  }
+  return nodes;
+}
+
+/// Gauss rule of a cylinder's pressure (1 - x^2)^1/2 on -1 to 1 (Chebyshev, second kind).
+Nodes cylinder_nodes(int n) {
+  Nodes nodes;
+  for (int k = 1; k <= n; ++k) {
+    const Turn t = detail::turn_by(pi * k / (n + 1));
+    nodes.push_back({t.cosine, 2.0 * t.sine * t.sine / (n + 1)});
+  }
+  return nodes;
+}
+
+/// The distribution of the load over the distance r from the centre of a disc of radius 1, as a fine sum.
+Nodes radial_density(Pressure pressure) {
+  Nodes density = legendre_nodes(96);
+  double sum = 0.0;
+  for (Node& node : density) {
+    const double s = 0.5 * (1.0 + node.at);
+    if (pressure == Pressure::uniform) {
+      node = {s, node.weight * s};
+    } else {  // r (1 - r^2)^1/2 dr with r = 1 - s^2, which is smooth in s
+      const double r = 1.0 - s * s;
+      node = {r, node.weight * r * s * s * std::sqrt(2.0 - s * s)};
+    }
+    sum += node.weight;
+  }
+  for (Node& node : density) node.weight /= sum;
+  return density;
+}
+
+/// Three-term recurrence of the polynomials that are orthogonal under a density (Stieltjes).
+struct Recurrence {
+  std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1]; b[0] is not used
+
+  Recurrence(const Nodes& density, int n) {
+    std::vector<double> before(density.size(), 0.0), now(density.size(), 1.0);
+    double norm_before = 1.0;
+    for (int k = 0; k < n; ++k) {
+      double norm = 0.0, first = 0.0;
+      for (std::size_t i = 0; i < density.size(); ++i) {
+        const double mass = density[i].weight * now[i] * now[i];
+        norm += mass;
+        first += mass * density[i].at;
+      }
+      a.push_back(first / norm);
+      b.push_back(k == 0 ? 0.0 : norm / norm_before);
+      norm_before = norm;
+      for (std::size_t i = 0; i < density.size(); ++i) {
+        const double next = (density[i].at - a.back()) * now[i] - b.back() * before[i];
+        before[i] = now[i];
+        now[i] = next;
+      }
+    }
+  }
+
+  /// Zeros of the last polynomial below x (Sturm).
+  int zeros_below(double x) const {
+    int count = 0;
+    double ratio = 1.0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      ratio = a[k] - x - (k == 0 ? 0.0 : b[k] / ratio);
+      if (ratio == 0.0) ratio = 1e-300;
+      count += ratio < 0.0;
+    }
+    return count;
+  }
+  double zero(int which) const {
+    double low = 0.0, high = 1.0;
+    for (int pass = 0; pass < 60; ++pass) {
+      const double middle = 0.5 * (low + high);
+      (zeros_below(middle) > which ? high : low) = middle;
+    }
+    return 0.5 * (low + high);
+  }
+  /// Christoffel's number: the weight of a node.
+  double weight(double x) const {
+    double before = 0.0, now = 1.0, norm = 1.0, sum = 1.0;
+    for (std::size_t k = 0; k + 1 < a.size(); ++k) {
+      const double next = (x - a[k]) * now - b[k] * before;
+      before = now;
+      now = next;
+      norm *= b[k + 1];
+      sum += now * now / norm;
+    }
+    return 1.0 / sum;
+  }
+};
+
+Nodes radial_nodes(Pressure pressure, int rings) {
+  const Recurrence recurrence(radial_density(pressure), rings);
+  Nodes nodes;
+  for (int i = 0; i < rings; ++i) {
+    const double r = recurrence.zero(i);
+    nodes.push_back({r, recurrence.weight(r)});
+  }
+  return nodes;
+}
+
+void require_half(const char* where, const char* name, double value) {
+  detail::require_within(where, name, value, 0.0, 1e3, "m");
+}
+
+}  // namespace
+
+Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings) {
+  require_half("Outline::ellipse", "half_x_m", half_x_m);
+  require_half("Outline::ellipse", "half_y_m", half_y_m);
+  detail::require_within("Outline::ellipse", "rings", rings, 1, 64);
+  Outline outline;
+  if (half_x_m == 0.0 && half_y_m == 0.0) return outline;
+  outline.cells.clear();
+  const int around = rings == 1 ? 4 : 3 * rings;
+  int ring = 0;
+  for (const Node& r : radial_nodes(pressure, rings)) {
+    for (int k = 0; k < around; ++k) {
+      // Each ring stands between the cells of the one before.
+      const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
+      outline.cells.push_back(
+          {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});
+    }
+    ++ring;
+  }
+  return outline;
+}
+
+Outline Outline::rectangle(double half_x_m, double half_y_m, Pressure pressure, int nx, int ny) {
+  require_half("Outline::rectangle", "half_x_m", half_x_m);
+  require_half("Outline::rectangle", "half_y_m", half_y_m);
+  detail::require_within("Outline::rectangle", "nx", nx, 1, 64);
+  detail::require_within("Outline::rectangle", "ny", ny, 1, 64);
+  Outline outline;
+  if (half_x_m == 0.0 && half_y_m == 0.0) return outline;
+  outline.cells.clear();
+  const Nodes across = pressure == Pressure::hertz ? cylinder_nodes(nx) : legendre_nodes(nx);
+  for (const Node& y : legendre_nodes(ny))
+    for (const Node& x : across)
+      outline.cells.push_back({{half_x_m * x.at, half_y_m * y.at}, x.weight * y.weight});
+  return outline;
+}
+
+}  // namespace bristle

@@ -1,0 +1,151 @@
+// Contact patches with an extent: they resist spin, and slide easier while they spin.
+//
+// A contact patch is a point. An extended patch is an outline (outline.hpp) whose cells are patches of a
+// PatchBatch, of any material and contact model; every cell follows its own path while the outline slides and
+// turns. Three numbers in, three out: displacement, spin, load; force and torque about the centre.
+//
+//   bristle::PatchBatch batch;
+//   bristle::ExtendedPatches pads(batch);
+//   const auto pad = pads.add(material, options, bristle::Outline::disc(5e-3, bristle::Pressure::hertz));
+//   pads.step(dt, {&motion, 1}, {&response, 1});
+//
+// Axes: those of the surface that the patch lies on (body B). Displacements and forces are given in them; the
+// outline belongs to the moving body (A) and turns in them by the spin. Deflections of bristles never turn,
+// so no step rotates any state. Equations and limits: core/MODEL.md, section 29.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "bristle/export.hpp"
+#include "bristle/material.hpp"
+#include "bristle/outline.hpp"
+#include "bristle/patch.hpp"
+#include "bristle/patch_batch.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+/// Input of one extended patch for one step. What Motion refuses is refused here, and a spin of more than
+/// half a turn: split such a step.
+struct ExtendedMotion {
+  PatchId id;
+  double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: of the outline's centre, then about the normal,
+                                             ///< of the moving body against the surface
+  double normal_load = 0.0;                  ///< N, 0 to 1e15, of the whole patch
+  std::uint8_t has_velocity = 0;             ///< not 0: `velocity` is given; else it is displacement / dt
+  double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: for the damper and viscous terms only
+};
+
+/// Output of one extended patch for one step, ON the moving body: force, then torque about the outline's
+/// centre (N, N, N m), as in Response. Output fields that the patch does not compute are not written.
+struct ExtendedResponse {
+  PatchId id;
+  Status status = Status::ok;
+  double end[3] = {0.0, 0.0, 0.0};
+  double elastic[3] = {0.0, 0.0, 0.0};
+  double damper[3] = {0.0, 0.0, 0.0};
+  double mean[3] = {0.0, 0.0, 0.0};  ///< mean . displacement is the work of the step, exactly
+  /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. The turn
+  /// of the cells that carry force is left out: it adds the force times the bristles' deflection to the last
+  /// element.
+  double stiffness[3][3] = {};
+  double damping[3][3] = {};  ///< N s/m, N s, N m s: likewise, from Response::damping of the cells
+  double force_limit = 0.0;   ///< N, sum over the cells: the highest elastic force at first loading
+  double torque_limit = 0.0;  ///< N m, likewise, of a pure turn about the centre
+  double dissipated = 0.0;    ///< J, as in Response, sums over the cells
+  double contact_loss = 0.0;
+  double damper_work = 0.0;
+  std::uint64_t snaps = 0;
+};
+
+/// Present state of an extended patch.
+struct ExtendedInfo {
+  std::uint32_t cells = 0;
+  double scale = 0.0;  ///< of the outline, in its size as given: set_scale, and growth with the load
+  double along[2] = {1.0, 0.0};  ///< the outline's x axis in the axes of the surface, a unit vector
+  double normal_load = 0.0;      ///< N, of the last step
+  double max_normal_load = 0.0;  ///< N
+  std::uint64_t memory_bytes = 0;
+  const char* kernel = "";  ///< of its cells
+};
+
+/// Extended patches over a batch. Several of these, and point patches, may share one batch.
+///
+/// Options of a patch hold for the whole outline: `max_normal_load`, `bristles` and `fluctuation` are shared
+/// among the cells by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
+/// Cells have seeds of their own. A patch whose only cell is its centre is, to the bit, the patch that
+/// PatchBatch::add would make with the same options. Others need two axes.
+///
+/// Thread rule: all calls on the thread that steps the batch. The batch must outlive this object, and must
+/// not be moved. Nothing allocates but the constructor, add, remove, set_material and restore_state. A cell
+/// is stepped by this object alone: leave the batch's own patches of an outline to it, but for what
+/// PatchBatch::info, read_bristles and set_detail do.
+class BRISTLE_API ExtendedPatches {
+ public:
+  explicit ExtendedPatches(PatchBatch& batch);
+  /// Removes its patches from the batch.
+  ~ExtendedPatches();
+  ExtendedPatches(ExtendedPatches&&) noexcept;
+  ExtendedPatches& operator=(ExtendedPatches&&) noexcept;
+
+  /// A new patch, out of contact, not turned. The id is one of this object, not of the batch. Throws
+  /// bristle::Error for options that the batch refuses, and for cells whose weights do not sum to 1 (to
+  /// 1e-9).
+  PatchId add(const Material& material, const PatchOptions& options, const Outline& outline);
+  void remove(PatchId id);                                  ///< throws bristle::Error if there is none
+  void set_material(PatchId id, const Material& material);  ///< as PatchBatch::set_material, in all cells
+  /// Size of the outline from the next step on, in its size as given; 0 to 1e6. Deflections stay: what grows
+  /// is the place that each cell stands for. False, and nothing changes, for another number or id.
+  bool set_scale(PatchId id, double scale) noexcept;
+
+  /// As PatchBatch::step: out[i] is the response to in[i].
+  StepReport step(double dt_s, Span<const ExtendedMotion> in, Span<ExtendedResponse> out) noexcept;
+  /// The response that step would give to a trial motion, without changing the state.
+  ExtendedResponse find_force(double dt_s, const ExtendedMotion& motion) noexcept;
+
+  /// @name To step cells together with other patches of the batch, or to solve for their motions.
+  ///@{
+  /// Cells of a patch; 0 for an unknown id.
+  std::size_t cell_count(PatchId id) const noexcept;
+  /// The patches of the batch behind the cells, in the order of the outline.
+  Span<const PatchId> cell_patches(PatchId id) const noexcept;
+  /// The cells in the axes of the surface after a turn by `spin` (rad) from now, under this load, as many as
+  /// fit: position in m, share of the load. Returns the number written.
+  std::size_t read_cells(PatchId id, double spin, double normal_load_n, Span<PatchCell> out) const noexcept;
+  /// Motions of the cells of all patches named, one after the other, as many as fit. An unknown id has none.
+  /// Returns the number written.
+  std::size_t write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept;
+  /// After PatchBatch::step of the motions that write_motions wrote for the same `in`: sums up the cells'
+  /// responses, and turns the outlines. Returns all flags together.
+  Status read_responses(Span<const ExtendedMotion> in, Span<const Response> cells,
+                        Span<ExtendedResponse> out) noexcept;
+  ///@}
+
+  /// As in PatchBatch; also the outline's turn and scale return to what they were at the beginning.
+  bool reset(PatchId id) noexcept;
+  bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
+
+  ExtendedInfo info(PatchId id) const noexcept;         ///< zeros for an unknown id
+  double stored_energy(PatchId id) const noexcept;      ///< J
+  std::uint64_t state_hash(PatchId id) const noexcept;  ///< of the cells, the turn and the scale; for a point
+                                                        ///< that of its patch
+  std::uint64_t state_hash() const noexcept;            ///< of all patches in the order of their slots
+
+  /// State of the outlines and of the whole batch: as PatchBatch::save_state and restore_state, which these
+  /// call. state_file.hpp writes it to a file.
+  std::size_t state_size() const noexcept;
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  void restore_state(Span<const std::byte> from);
+
+  std::size_t patch_count() const noexcept;
+  PatchBatch& batch() const noexcept;
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bristle

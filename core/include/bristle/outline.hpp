@@ -1,0 +1,50 @@
+// Outline and pressure of a contact patch with an extent, cut into cells.
+#pragma once
+
+#include <vector>
+
+#include "bristle/export.hpp"
+
+namespace bristle {
+
+/// A place within an outline at which a contact patch stands for the surface around it.
+struct PatchCell {
+  double position[2] = {0.0, 0.0};  ///< m, from the centre of the outline, in its own axes
+  double weight = 1.0;              ///< share of the normal load, > 0; those of an outline sum to 1
+};
+
+/// How the normal load is spread over an outline.
+enum class Pressure : unsigned char {
+  uniform,  ///< the same everywhere
+  hertz     ///< (1 - (x/a)^2 - (y/b)^2)^1/2: smooth elastic bodies; on a rectangle (1 - (x/a)^2)^1/2, a
+            ///< cylinder that lies along y
+};
+
+/// Cells of an extended patch: what ExtendedPatches::add takes.
+///
+/// The cells are the nodes of Gauss rules, so their number is the knob between error and time. With n rings
+/// (n by m cells of a rectangle) sums over the cells are exact for polynomials of the position up to degree
+/// 2 n - 1: stiffness against spin is exact from two rings on. Friction of a patch that slides and spins is
+/// no polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
+struct Outline {
+  std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536; any cells, in any order
+  double full_size_load = 0.0;  ///< N; > 0: the outline has the size given at this load and grows with the
+                                ///< cube root of the load (Hertz's law for spheres). 0: its size is fixed
+
+  /// Half axes in m, 0 to 1e3, along x and y. 3 n^2 cells, 4 for a single ring. Half axes of zero give the
+  /// one cell of a point. Throws bristle::Error.
+  BRISTLE_API static Outline ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings = 3);
+  static Outline disc(double radius_m, Pressure pressure, int rings = 3) {
+    return ellipse(radius_m, radius_m, pressure, rings);
+  }
+  /// Half sides in m, 0 to 1e3. `nx` by `ny` cells, 1 to 64 each. Throws bristle::Error.
+  BRISTLE_API static Outline rectangle(double half_x_m, double half_y_m, Pressure pressure, int nx = 5,
+                                       int ny = 5);
+
+  Outline& grow_with_load(double full_size_load_n) {
+    full_size_load = full_size_load_n;
+    return *this;
+  }
+};
+
+}  // namespace bristle
