@@ -1,7 +1,6 @@
-// Coulomb friction of an area that slides and spins: the disc under uniform pressure in closed form, and any
-// area as a grid of cells with Coulomb's regularised law.
+// Coulomb friction of a disc under uniform pressure that slides and spins, in closed form.
 //
-// Disc, eps = v / (omega R), E and K complete elliptic integrals of the modulus given:
+// eps = v / (omega R), E and K complete elliptic integrals of the modulus given:
 //   eps <= 1: F = mu N 4 [(eps^2 + 1) E(eps) + (eps^2 - 1) K(eps)] / (3 pi eps)
 //             T = mu N R 4 [(4 - 2 eps^2) E(eps) + (eps^2 - 1) K(eps)] / (9 pi)
 //   eps > 1:  F = mu N 4 [(eps^2 + 1) E(1/eps) - (eps^2 - 1) K(1/eps)] / (3 pi)
@@ -10,8 +9,6 @@
 // 248302, 2003. Above one by the reciprocal modulus transformation; checked by quadrature in the tests.
 #pragma once
 
-#include "tools/rivals/pressed_cells.hpp"
-
 namespace rivals {
 
 /// Friction over mu N, and torque over mu N R, both > 0, of a uniform disc. eps >= 0; infinite: no spin.
@@ -19,19 +16,5 @@ struct DiscFriction {
   double force = 0.0, torque = 0.0;
 };
 DiscFriction coulomb_disc(double eps) noexcept;
-
-/// F_i = -mu N p_i v_i / max(|v_i|, v_creep) - p_i sigma2 v_i. No state but the angle.
-class CoulombGrid {
- public:
-  CoulombGrid(const Surface& surface, PressedCells cells, double creep_velocity_m_per_s);
-
-  SpinForce step(Pair displacement, double angle, double dt_s, double load_n) noexcept;
-
- private:
-  Surface surface_;
-  PressedCells cells_;
-  double creep_velocity_;
-  double turned_ = 0.0;  // rad
-};
 
 }  // namespace rivals
