@@ -199,6 +199,12 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
+/// Viscous friction is the only coefficient that counts by patch, not by load: cells share it.
+Material material_of_cell(const ExtendedPatch& p, const Material& whole, std::size_t cell) {
+  if (p.is_point() || whole.viscous_friction == 0.0) return whole;
+  return Material(whole).with_viscous_friction(whole.viscous_friction * p.cells[cell].weight);
+}
+
 void check_outline(const PatchOptions& options, const Outline& outline) {
   constexpr const char* where = "Outline";
   const std::vector<PatchCell>& cells = outline.cells;
@@ -294,7 +300,8 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
   try {
     const FloatModeScope mode;
     for (std::size_t k = 0; k < count; ++k)
-      made.patches.push_back(impl.batch->add(material, options_of_cell(made, options, k)));
+      made.patches.push_back(
+          impl.batch->add(material_of_cell(made, material, k), options_of_cell(made, options, k)));
     const SlotList::Slot slot = impl.slots.take();
     if (impl.patches.size() < impl.slots.size()) impl.patches.resize(impl.slots.size());
     made.generation = slot.generation;
@@ -321,7 +328,9 @@ void ExtendedPatches::remove(PatchId id) {
 }
 
 void ExtendedPatches::set_material(PatchId id, const Material& material) {
-  for (const PatchId cell : impl_->demand(id).patches) impl_->batch->set_material(cell, material);
+  const ExtendedPatch& p = impl_->demand(id);
+  for (std::size_t k = 0; k < p.patches.size(); ++k)
+    impl_->batch->set_material(p.patches[k], material_of_cell(p, material, k));
 }
 
 bool ExtendedPatches::set_scale(PatchId id, double scale) noexcept {

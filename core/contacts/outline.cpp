@@ -143,14 +143,15 @@ void require_half(const char* where, const char* name, double value) {
 
 }  // namespace
 
-Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings) {
+Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings, int around) {
   require_half("Outline::ellipse", "half_x_m", half_x_m);
   require_half("Outline::ellipse", "half_y_m", half_y_m);
   detail::require_within("Outline::ellipse", "rings", rings, 1, 64);
+  if (around == 0) around = rings == 1 ? 4 : 3 * rings;
+  detail::require_within("Outline::ellipse", "around", around, 3, 256);
   Outline outline;
   if (half_x_m == 0.0 && half_y_m == 0.0) return outline;
   outline.cells.clear();
-  const int around = rings == 1 ? 4 : 3 * rings;
   int ring = 0;
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {

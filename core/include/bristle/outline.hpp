@@ -23,19 +23,22 @@ enum class Pressure : unsigned char {
 /// Cells of an extended patch: what ExtendedPatches::add takes.
 ///
 /// The cells are the nodes of Gauss rules, so their number is the knob between error and time. With n rings
-/// (n by m cells of a rectangle) sums over the cells are exact for polynomials of the position up to degree
-/// 2 n - 1: stiffness against spin is exact from two rings on. Friction of a patch that slides and spins is
-/// no polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
+/// sums over the cells are exact for polynomials of the position up to degree 2 n - 1 (and below the number
+/// of cells around), with nx by ny cells of a rectangle up to 2 nx - 1 in x and 2 ny - 1 in y: stiffness
+/// against spin is exact from two on. Friction of a patch that slides and spins is no polynomial: its error
+/// falls with the area of a cell. Figures: core/MODEL.md, section 29.
 struct Outline {
   std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536; any cells, in any order
   double full_size_load = 0.0;  ///< N; > 0: the outline has the size given at this load and grows with the
                                 ///< cube root of the load (Hertz's law for spheres). 0: its size is fixed
 
-  /// Half axes in m, 0 to 1e3, along x and y. 3 n^2 cells, 4 for a single ring. Half axes of zero give the
-  /// one cell of a point. Throws bristle::Error.
-  BRISTLE_API static Outline ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings = 3);
-  static Outline disc(double radius_m, Pressure pressure, int rings = 3) {
-    return ellipse(radius_m, radius_m, pressure, rings);
+  /// Half axes in m, 0 to 1e3, along x and y. `rings` (1 to 64) of `around` cells each (3 to 256; 0 = three
+  /// times the rings, 4 for a single ring). Half axes of zero give the one cell of a point. Throws
+  /// bristle::Error.
+  BRISTLE_API static Outline ellipse(double half_x_m, double half_y_m, Pressure pressure, int rings = 3,
+                                     int around = 0);
+  static Outline disc(double radius_m, Pressure pressure, int rings = 3, int around = 0) {
+    return ellipse(radius_m, radius_m, pressure, rings, around);
   }
   /// Half sides in m, 0 to 1e3. `nx` by `ny` cells, 1 to 64 each. Throws bristle::Error.
   BRISTLE_API static Outline rectangle(double half_x_m, double half_y_m, Pressure pressure, int nx = 5,

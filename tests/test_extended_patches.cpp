@@ -1,0 +1,774 @@
+// Patches with an extent: cells against moments in closed form, torque and force against the tables of
+// tests/data, energy, and that a point is the patch of before.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "expect.hpp"
+#include "infinite_brush.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+#include "variants.hpp"
+
+using namespace bristle_test;
+using bristle::ExtendedMotion;
+using bristle::ExtendedPatches;
+using bristle::ExtendedResponse;
+using bristle::KeyedPatches;
+using bristle::Outline;
+using bristle::PatchCell;
+using bristle::Population;
+using bristle::Pressure;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+const SnapLength smooth = SnapLength::lognormal(dbar, 0.3);
+
+/// Sum over the cells of weight x^i y^j.
+double moment(const Outline& outline, int i, int j) {
+  double sum = 0.0;
+  for (const PatchCell& cell : outline.cells)
+    sum += cell.weight * std::pow(cell.position[0], i) * std::pow(cell.position[1], j);
+  return sum;
+}
+
+/// Mean of cos^i sin^j over a circle.
+double circle_mean(int i, int j) {
+  if (i % 2 != 0 || j % 2 != 0) return 0.0;
+  return std::tgamma((i + 1) / 2.0) * std::tgamma((j + 1) / 2.0) / (pi * std::tgamma((i + j) / 2.0 + 1.0));
+}
+/// Mean of r^k over a disc of radius 1.
+double radial_mean(Pressure pressure, int k) {
+  if (pressure == Pressure::uniform) return 2.0 / (k + 2);
+  return 1.5 * std::tgamma(k / 2.0 + 1.0) * std::tgamma(1.5) / std::tgamma(k / 2.0 + 2.5);
+}
+/// Mean of x^k over -1 to 1.
+double line_mean(Pressure pressure, int k) {
+  if (k % 2 != 0) return 0.0;
+  if (pressure == Pressure::uniform) return 1.0 / (k + 1);
+  return std::tgamma((k + 1) / 2.0) * 2.0 / (std::sqrt(pi) * std::tgamma(k / 2.0 + 2.0)) / 2.0 * 1.0;
+}
+
+/// One extended patch in a batch of its own; every step is checked for energy.
+struct Pad {
+  Pad(const Material& material, const PatchOptions& options, const Outline& outline, double its_load,
+      const BatchOptions& batch_options = {})
+      : batch(batch_options), pads(batch), id(pads.add(material, options, outline)), load(its_load) {}
+
+  const ExtendedResponse& step(double dx, double dy, double spin, double seconds = tick) {
+    ExtendedMotion motion;
+    motion.id = id;
+    motion.displacement[0] = dx;
+    motion.displacement[1] = dy;
+    motion.displacement[2] = spin;
+    motion.normal_load = load;
+    const double before = pads.stored_energy(id);
+    pads.step(seconds, {&motion, 1}, {&response, 1});
+    const double after = pads.stored_energy(id);
+    const double work = -(response.mean[0] * dx + response.mean[1] * dy + response.mean[2] * spin);
+    const double error =
+        work - (after - before) - response.dissipated - response.contact_loss - response.damper_work;
+    imbalance = std::max(imbalance, std::abs(error) / (std::abs(work) + before + after + 1e-30));
+    return response;
+  }
+
+  PatchBatch batch;
+  ExtendedPatches pads;
+  PatchId id;
+  double load;
+  ExtendedResponse response;
+  double imbalance = 0.0;
+};
+
+Pressure pressure_named(const std::string& name) {
+  return name == "hertz" ? Pressure::hertz : Pressure::uniform;
+}
+
+PatchOptions contact_of(Population population, std::uint32_t bristles) {
+  PatchOptions options = infinite_options(8.0);
+  if (population == Population::representatives)
+    options.with_population(population).with_bristles(bristles).with_precision(precisions().back());
+  return options;
+}
+
+/// Errors of slide with spin against a row of the limit surface, over the largest value of the column.
+struct LimitError {
+  double force = 0.0, side = 0.0, torque = 0.0, imbalance = 0.0;
+};
+LimitError limit_error(const Row& row, int rings, double snap_over_radius, const PatchOptions& options) {
+  const Pressure pressure = pressure_named(row.at("pressure"));
+  const double radius = dbar / snap_over_radius, ratio = number(row, "v_over_omegaR");
+  Pad pad(plain_material(smooth, SnapRule::redraw), options, Outline::disc(radius, pressure, rings), load_n);
+  // The rim goes one mean snap length a step at most; the whole is three quarters of a turn of the slower
+  // kind, so that all but a few cells have snapped often.
+  const double spin = snap_over_radius / (1.0 + ratio);
+  const int steps = static_cast<int>(std::ceil((ratio > 1.0 ? 40.0 : 100.0 + 100.0 * ratio)));
+  const double coulomb = load_n * kinetic(smooth) * dbar;
+  LimitError error;
+  for (int i = 0; i < steps; ++i) {
+    pad.step(ratio * radius * spin * 0.6, ratio * radius * spin * 0.8, spin);
+    if (i < steps - 12) continue;
+    const double(&f)[3] = pad.response.mean;
+    const double along = -(0.6 * f[0] + 0.8 * f[1]) / coulomb, aside = (0.8 * f[0] - 0.6 * f[1]) / coulomb;
+    const double full = pressure == Pressure::uniform ? 2.0 / 3.0 : 3.0 * pi / 16.0;
+    error.force = std::max(error.force, std::abs(along - number(row, "F_over_muN")));
+    error.side = std::max(error.side, std::abs(aside));
+    error.torque =
+        std::max(error.torque, std::abs(-f[2] / (coulomb * radius) - number(row, "T_over_muNR")) / full);
+  }
+  error.imbalance = pad.imbalance;
+  return error;
+}
+
+}  // namespace
+
+TEST_CASE("Cells of a disc give the moments of its pressure", "[extended]") {
+  for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
+    for (int rings : {1, 2, 3, 5, 8, 16}) {
+      const Outline outline = Outline::ellipse(2.0, 0.5, pressure, rings);
+      CHECK(outline.cells.size() == (rings == 1 ? 4u : 3u * rings * rings));
+      for (int i = 0; i < 2 * rings; ++i) {
+        for (int j = 0; i + j < 2 * rings; ++j) {
+          INFO(rings << " rings, x^" << i << " y^" << j);
+          const double exact =
+              std::pow(2.0, i) * std::pow(0.5, j) * radial_mean(pressure, i + j) * circle_mean(i, j);
+          expect_near(moment(outline, i, j), exact, 1e-13 * std::pow(2.0, i), "moment");
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("Cells of a rectangle give the moments of its pressure", "[extended]") {
+  for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
+    for (int nx : {1, 2, 5, 9}) {
+      const int ny = nx == 5 ? 3 : nx;
+      const Outline outline = Outline::rectangle(0.3, 0.7, pressure, nx, ny);
+      REQUIRE(outline.cells.size() == static_cast<std::size_t>(nx * ny));
+      for (int i = 0; i < 2 * nx; ++i) {
+        for (int j = 0; j < 2 * ny; ++j) {
+          INFO(nx << " by " << ny << " cells, x^" << i << " y^" << j);
+          const double exact =
+              std::pow(0.3, i) * std::pow(0.7, j) * line_mean(pressure, i) * line_mean(Pressure::uniform, j);
+          expect_near(moment(outline, i, j), exact, 1e-14, "moment");
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("Weights of every outline sum to one, and a size of zero is a point", "[extended]") {
+  for (const Outline& outline :
+       {Outline::disc(0.0, Pressure::hertz, 7), Outline::rectangle(0.0, 0.0, Pressure::uniform)}) {
+    REQUIRE(outline.cells.size() == 1);
+    CHECK(outline.cells[0].weight == 1.0);
+    CHECK(outline.cells[0].position[0] == 0.0);
+    CHECK(outline.cells[0].position[1] == 0.0);
+  }
+  for (int rings : {1, 4, 13, 64})
+    CHECK(moment(Outline::disc(1.0, Pressure::hertz, rings), 0, 0) == Approx(1.0).epsilon(1e-12));
+  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // a line
+}
+
+TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
+  CHECK(names(message_of([] { Outline::disc(-1.0, Pressure::uniform); }), {"half_x_m = -1", "0 to 1000 m"}));
+  CHECK(names(message_of([] { Outline::disc(1.0, Pressure::uniform, 0); }), {"rings = 0", "1 to 64"}));
+  CHECK(names(message_of([] { Outline::disc(1.0, Pressure::uniform, 3, 2); }), {"around = 2", "3 to 256"}));
+  CHECK(names(message_of([] { Outline::rectangle(1.0, NAN, Pressure::uniform); }), {"half_y_m = nan"}));
+  CHECK(names(message_of([] { Outline::rectangle(1.0, 1.0, Pressure::uniform, 65); }), {"nx = 65"}));
+
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const Material material = plain_material(uniform, SnapRule::redraw);
+  const auto add = [&](const Outline& outline, PatchOptions options = {}) {
+    return message_of([&] { pads.add(material, options.with_bristles(100), outline); });
+  };
+  Outline outline = Outline::disc(1e-3, Pressure::uniform, 2);
+  outline.cells[3].weight *= 0.5;
+  CHECK(names(add(outline), {"sum of weights", "divide each by their sum"}));
+  outline = Outline::disc(1e-3, Pressure::uniform, 2);
+  outline.cells[3].weight = -outline.cells[3].weight;
+  CHECK(names(add(outline), {"weight = -"}));
+  outline = Outline::disc(1e-3, Pressure::uniform, 2);
+  outline.cells[3].position[1] = INFINITY;
+  CHECK(names(add(outline), {"position = inf"}));
+  outline.cells.clear();
+  CHECK(names(add(outline), {"cells = 0"}));
+  CHECK(
+      names(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_axes(1)), {"axes = 1", "2 for"}));
+  CHECK(names(add(Outline::disc(1e-3, Pressure::uniform).grow_with_load(-1.0)), {"full_size_load = -1"}));
+  // What the batch refuses for the last cell leaves none of the others behind.
+  CHECK(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_max_normal_load(-1.0)) !=
+        "(no error)");
+  batch.warm_up();
+  CHECK(batch.patch_count() == 0);
+  CHECK(pads.patch_count() == 0);
+  CHECK(names(message_of([&] { pads.remove(PatchId{77}); }), {"no patch with id 77"}));
+}
+
+TEST_CASE("Bristles that stick resist a turn with K R^2/2, under Hertz's pressure with 2 K a^2/5",
+          "[extended]") {
+  const double radius = 4e-3;
+  for (Population population : {Population::infinite, Population::representatives}) {
+    for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
+      INFO((pressure == Pressure::hertz ? "Hertz, " : "uniform, ") << static_cast<int>(population));
+      // One representative per newton: 1000 of them, shared among the cells by whole numbers, so that the
+      // load must bring the right share of them into contact.
+      Pad pad(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw),
+              contact_of(population, 100000), Outline::disc(radius, pressure, 2), load_n);
+      const double stiffness = load_n;  // N/m
+      const double against_spin = stiffness * radius * radius * (pressure == Pressure::hertz ? 0.4 : 0.5);
+      const double spin = 1e-3 * dbar / radius;
+      const ExtendedResponse first = pad.step(0.0, 0.0, spin);
+      CHECK(first.elastic[2] == Approx(-against_spin * spin).epsilon(1e-6));
+      CHECK(first.stiffness[2][2] == Approx(against_spin).epsilon(1e-6));
+      CHECK(first.stiffness[0][0] == Approx(stiffness).epsilon(1e-9));
+      expect_near(first.elastic[0], 0.0, 1e-9 * stiffness * radius * spin, "force of a pure turn");
+      pad.step(1e-3 * dbar, -2e-3 * dbar, 0.0);
+      CHECK(pad.response.elastic[0] == Approx(-1e-3 * dbar * stiffness).epsilon(1e-6));
+      CHECK(pad.response.elastic[1] == Approx(2e-3 * dbar * stiffness).epsilon(1e-6));
+    }
+  }
+}
+
+TEST_CASE("A patch without extent is the patch of before, to the bit", "[extended][determinism]") {
+  std::vector<PatchCase> cases;
+  add_infinite_variants(cases);
+  cases.resize(std::min<std::size_t>(cases.size(), 40));
+  for (int axes : {1, 2})
+    for (SnapRule rule : {SnapRule::keep, SnapRule::redraw})
+      cases.push_back({"representatives", plain_material(smooth, rule), plain_material(uniform, rule),
+                       plain_options(300, axes).with_seed(9)});
+  for (const PatchCase& c : cases) {
+    INFO(c.name);
+    PatchBatch points, batch;
+    ExtendedPatches pads(batch);
+    const PatchId point = points.add(c.material, c.options);
+    const PatchId pad = pads.add(c.material, c.options, Outline::disc(0.0, Pressure::uniform));
+    for (int k = 0; k < 60; ++k) {
+      if (k == 30) {
+        points.set_material(point, c.later);
+        pads.set_material(pad, c.later);
+      }
+      Motion motion = scripted_motion(3, k, c.options.axes);
+      motion.id = point;
+      ExtendedMotion turned;
+      turned.id = pad;
+      turned.displacement[0] = motion.displacement[0];
+      turned.displacement[1] = motion.displacement[1];
+      turned.displacement[2] = 0.3 * std::sin(k);
+      turned.has_velocity = motion.has_velocity;
+      turned.velocity[0] = motion.velocity[0];
+      turned.velocity[1] = motion.velocity[1];
+      turned.velocity[2] = 7.0;
+      turned.normal_load = motion.normal_load;
+      Response a;
+      ExtendedResponse b;
+      points.step(tick, {&motion, 1}, {&a, 1});
+      pads.step(tick, {&turned, 1}, {&b, 1});
+      for (int d = 0; d < 2; ++d) {
+        expect(std::memcmp(&a.end[d], &b.end[d], 8) == 0 || a.end[d] == b.end[d], "end force");
+        expect(a.mean[d] == b.mean[d] && a.damper[d] == b.damper[d], "mean and damper");
+      }
+      expect(b.end[2] == 0.0 && b.mean[2] == 0.0, "no torque");
+      expect(a.dissipated == b.dissipated && a.snaps == b.snaps && a.status == b.status, "energy and status");
+      expect(a.stiffness == b.stiffness[0][0] && b.stiffness[2][2] == 0.0, "stiffness");
+    }
+    CHECK(points.state_hash(point) == pads.state_hash(pad));
+  }
+}
+
+TEST_CASE("A disc that slides and spins has the force and torque of the limit surface",
+          "[extended][physics]") {
+  // 192 cells; bristles of 1/100 of the radius. Measured: 0.4 % (uniform), 0.48 % (Hertz).
+  for (const Row& row : read_table("spin_limit.csv")) {
+    INFO(row.at("pressure") << ", v / (omega R) = " << row.at("v_over_omegaR"));
+    const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::infinite, 0));
+    expect_near(error.force, 0.0, 0.005, "error of the force");
+    expect_near(error.torque, 0.0, 0.005, "error of the torque");
+    // Bristles lag behind the turning direction of their path: a force aside of the order of delta / R.
+    expect_near(error.side, 0.0, 0.015, "force across the motion");
+    expect_near(error.imbalance, 0.0, 1e-12, "energy");
+  }
+}
+
+TEST_CASE("Representatives under a disc give the limit surface within their noise", "[extended][physics]") {
+  const std::vector<Row> rows = read_table("spin_limit.csv");
+  for (const char* ratio : {"0", "0.25", "1.0", "2"}) {
+    for (const char* pressure : {"uniform", "hertz"}) {
+      INFO(pressure << ", v / (omega R) = " << ratio);
+      const Row& row = find_row(rows, {{"pressure", pressure}, {"v_over_omegaR", ratio}});
+      // 20,000 bristles: one standard deviation of a force is 0.3 % of it.
+      const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::representatives, 20000));
+      expect_near(error.force, 0.0, 0.016, "error of the force");
+      expect_near(error.torque, 0.0, 0.016, "error of the torque");
+    }
+  }
+}
+
+TEST_CASE("The error on the limit surface falls with the area of a cell", "[extended][physics]") {
+  const std::vector<Row> rows = read_table("spin_limit.csv");
+  const auto worst = [&](int rings) {
+    double error = 0.0;
+    for (const Row& row : rows) {
+      if (row.at("pressure") != "uniform") continue;
+      const LimitError e = limit_error(row, rings, 0.01, contact_of(Population::infinite, 0));
+      error = std::max({error, e.force, e.torque});
+    }
+    return error;
+  };
+  const double few = worst(2), more = worst(4), many = worst(8);
+  CHECK(few < 0.15);
+  CHECK(more < 0.25 * few);  // four times the cells
+  CHECK(many < 0.07 * few);  // sixteen times
+}
+
+TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extended][physics]") {
+  // Twelve rings of three cells: around the centre nothing changes.
+  struct Case {
+    const char* dist;
+    Pressure pressure;
+    SnapLength law;
+  };
+  const Case cases[] = {{"uniform_0.5_1.5", Pressure::uniform, uniform},
+                        {"uniform_0.5_1.5", Pressure::hertz, uniform},
+                        {"lognormal_cv0.3", Pressure::uniform, smooth}};
+  const std::vector<Row> rows = read_table("spin_virgin.csv");
+  for (const Case& c : cases) {
+    INFO(c.dist << (c.pressure == Pressure::hertz ? ", Hertz" : ", uniform"));
+    const double radius = 100.0 * dbar;
+    Pad pad(plain_material(c.law, SnapRule::redraw), infinite_options(32.0),
+            Outline::disc(radius, c.pressure, 12, 3), load_n);
+    const double full = c.pressure == Pressure::uniform ? 2.0 / 3.0 : 3.0 * pi / 16.0;
+    const double torque = full * load_n * kinetic(c.law) * dbar * radius;
+    double turned = 0.0;
+    int points = 0;
+    for (const Row& row : rows) {
+      if (row.at("dist") != c.dist || pressure_named(row.at("pressure")) != c.pressure) continue;
+      const std::string& text = row.at("s=phi*R/dbar");
+      if (text.find("peak") != std::string::npos) continue;
+      const double to = number(row, "s=phi*R/dbar");
+      const int steps = static_cast<int>(std::ceil((to - turned) / 0.05 - 1e-9));
+      for (int i = 0; i < steps; ++i) pad.step(0.0, 0.0, (to - turned) / steps * dbar / radius);
+      turned = to;
+      INFO("s = " << to);
+      expect_near(-pad.response.elastic[2] / torque, number(row, "T_over_T_kinetic"), 0.005, "torque");
+      ++points;
+    }
+    CHECK(points == 18);
+    expect_near(pad.imbalance, 0.0, 1e-12, "energy");
+  }
+}
+
+TEST_CASE("The static peak of the force goes where the patch spins", "[extended][physics]") {
+  // Spin slow beside the slide is enough to spread the snaps: cells break away one after the other.
+  const auto peak = [](double rim_share) {
+    const double radius = 100.0 * dbar;
+    Pad pad(plain_material(uniform, SnapRule::redraw), infinite_options(16.0),
+            Outline::disc(radius, Pressure::uniform, 6), load_n);
+    double highest = 0.0;
+    for (int i = 0; i < 60; ++i) {
+      pad.step(0.05 * dbar, 0.0, rim_share * 0.05 * dbar / radius);
+      highest = std::max(highest, -pad.response.elastic[0]);
+    }
+    return highest / (load_n * kinetic(uniform) * dbar);
+  };
+  const double still = peak(0.0), slow = peak(0.3), fast = peak(2.0);
+  CHECK(still > 1.15);  // peak of the virgin curve: 1.154
+  CHECK(slow < still);
+  CHECK(fast < 0.9);  // below kinetic friction of a patch that only slides
+}
+
+TEST_CASE("Energy of an extended patch balances at every step of a random walk", "[extended]") {
+  for (Population population : {Population::infinite, Population::representatives}) {
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> gauss;
+    const Material material = plain_material(smooth, SnapRule::redraw)
+                                  .with_bristle_stiffness(70.0)
+                                  .with_bristle_damping(0.02)
+                                  .with_viscous_friction(0.3);
+    Pad pad(material, contact_of(population, 3000), Outline::rectangle(3e-4, 1e-4, Pressure::uniform, 4, 3),
+            load_n);
+    for (int i = 0; i < 2000; ++i) {
+      const double size = i % 7 == 0 ? 5.0 : 0.3;
+      pad.load = i % 100 == 50 ? load_n * 0.7 : pad.load;
+      pad.step(size * dbar * gauss(random), size * dbar * gauss(random), size * 0.1 * gauss(random));
+      expect(pad.response.dissipated >= 0.0, "snaps dissipate");
+    }
+    // Single columns of representatives are doubles where this build has them.
+    expect_near(pad.imbalance, 0.0,
+                population == Population::infinite ? 1e-11 : (BRISTLE_WITH_DOUBLE ? 1e-11 : 1e-5), "energy");
+  }
+}
+
+TEST_CASE(
+    "Deflections depend on the pose alone while bristles stick: nothing drifts over a million turns to and "
+    "fro",
+    "[extended]") {
+  const double radius = 1e-3;
+  Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
+          Outline::ellipse(radius, 0.3 * radius, Pressure::uniform, 2), load_n);
+  // Up by one step of 0.2 of a snap length at the rim, back by three, with the centre moving too: a rule that
+  // took the chord for the arc, or the old position for the one half-way, would wander off.
+  const double spin = 0.2 * dbar / radius, way = 0.1 * dbar;
+  for (int i = 0; i < 20000; ++i) {
+    pad.step(way, 0.0, spin);
+    for (int k = 0; k < 3; ++k) pad.step(-way / 3, 0.0, -spin / 3);
+  }
+  const double stiffness = load_n;
+  for (int a = 0; a < 2; ++a)
+    expect_near(pad.response.elastic[a], 0.0, 1e-8 * stiffness * way, "force at the pose of the start");
+  expect_near(pad.response.elastic[2], 0.0, 1e-8 * stiffness * way * radius,
+              "torque at the pose of the start");
+}
+
+TEST_CASE("A pose reached in one turn or in many gives the same forces", "[extended]") {
+  // Long bristles, so that large turns stick: 1.2 rad on a radius of 1/2 of a length.
+  const Material long_bristles = plain_material(SnapLength::single(dbar), SnapRule::keep);
+  const Outline outline = Outline::rectangle(0.3 * dbar, 0.1 * dbar, Pressure::uniform, 3, 2);
+  const auto turned = [&](int pieces) {
+    Pad pad(long_bristles, contact_of(Population::representatives, 6000).with_cohorts(0), outline, load_n);
+    for (int i = 0; i < pieces; ++i) pad.step(0.1 * dbar / pieces, 0.05 * dbar / pieces, 1.2 / pieces);
+    return pad.response;
+  };
+  const ExtendedResponse once = turned(1), often = turned(60);
+  for (int a = 0; a < 2; ++a) CHECK(often.elastic[a] == Approx(once.elastic[a]).margin(1e-9 * load_n * dbar));
+  CHECK(often.elastic[2] == Approx(once.elastic[2]).margin(1e-9 * load_n * dbar * dbar));
+  // And in closed form: every root went from r to d + R(1.2) r, and pulls back with K w times its way.
+  double torque = 0.0, x = 0.0;
+  const double c = std::cos(1.2), s = std::sin(1.2);
+  for (const PatchCell& cell : outline.cells) {
+    const double(&r)[2] = cell.position;
+    const double at[2] = {c * r[0] - s * r[1], s * r[0] + c * r[1]};
+    const double force[2] = {-cell.weight * load_n * (0.1 * dbar + at[0] - r[0]),
+                             -cell.weight * load_n * (0.05 * dbar + at[1] - r[1])};
+    x += force[0];
+    torque += at[0] * force[1] - at[1] * force[0];
+  }
+  CHECK(once.elastic[0] == Approx(x).epsilon(1e-9));
+  CHECK(once.elastic[2] == Approx(torque).epsilon(1e-9));
+}
+
+TEST_CASE("Dampers of an extended patch resist its velocity and its spin", "[extended]") {
+  // Viscous friction counts by patch, bristles' damping by newton: c = 0.3 + load * 0.02, and c R^2/2 against
+  // spin.
+  const double radius = 2e-3, spin_velocity = 4.0, velocity = 0.01;
+  const Material material = plain_material(smooth, SnapRule::redraw)
+                                .with_bristle_damping(0.02)
+                                .with_viscous_friction(0.3)
+                                .with_stribeck_velocity(1e9);
+
+  const double c = 0.3 + 0.02 * load_n;
+  for (bool given : {false, true}) {
+    INFO((given ? "velocity given" : "velocity of the displacement"));
+    Pad pad(material, infinite_options(8.0), Outline::disc(radius, Pressure::uniform, 2), load_n);
+    ExtendedMotion motion;
+    motion.id = pad.id;
+    motion.normal_load = load_n;
+    motion.has_velocity = given;
+    double(&to)[3] = given ? motion.velocity : motion.displacement;
+    const double seconds = 1e-6;
+    to[0] = velocity * (given ? 1.0 : seconds);
+    to[2] = spin_velocity * (given ? 1.0 : seconds);
+    ExtendedResponse r;
+    pad.pads.step(seconds, {&motion, 1}, {&r, 1});
+    CHECK(r.damper[0] == Approx(-c * velocity).epsilon(1e-6));
+    CHECK(r.damper[2] == Approx(-c * spin_velocity * radius * radius / 2.0).epsilon(1e-6));
+    CHECK(r.damping[0][0] == Approx(c).epsilon(1e-9));
+    CHECK(r.damping[2][2] == Approx(c * radius * radius / 2.0).epsilon(1e-9));
+    pad.pads.set_material(pad.id, Material(material).with_viscous_friction(0.0));
+    pad.pads.step(seconds, {&motion, 1}, {&r, 1});
+    CHECK(r.damping[0][0] == Approx(0.02 * load_n).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("Limits of force and torque are those of a first loading and a first turn", "[extended]") {
+  // Every cell at the peak of the virgin curve at once, at its own distance: 2/3 R for a uniform disc.
+  const double radius = 1e-3;
+  Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
+          Outline::disc(radius, Pressure::uniform, 3), load_n);
+  const PatchId point = pad.batch.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0));
+  Motion motion;
+  motion.id = point;
+  motion.normal_load = load_n;
+  const double limit = pad.batch.find_force(tick, motion).force_limit;
+  pad.step(0.0, 0.0, 0.0);
+  CHECK(pad.response.force_limit == Approx(limit).epsilon(1e-9));
+  CHECK(pad.response.torque_limit == Approx(limit * radius * 2.0 / 3.0).epsilon(1e-9));
+}
+
+TEST_CASE("The tangent is the change of force and torque in sticking, and turns with the outline",
+          "[extended]") {
+  // Cells off the centre, so that force and spin couple.
+  Outline outline;
+  outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
+  for (double angle : {0.0, 1.0, -2.5}) {
+    Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), outline, load_n);
+    pad.load = 0.0;  // turned out of contact: no force yet
+    pad.step(0.0, 0.0, angle);
+    pad.load = load_n;
+    pad.step(0.0, 0.0, 0.0);
+    double stiffness[3][3];
+    std::copy_n(&pad.response.stiffness[0][0], 9, &stiffness[0][0]);
+    const double unit[3] = {1e-6 * dbar, 1e-6 * dbar, 1e-6 * dbar / 1e-3};
+    for (int to = 0; to < 3; ++to) {
+      ExtendedMotion trial;
+      trial.id = pad.id;
+      trial.normal_load = load_n;
+      trial.displacement[to] = unit[to];
+      const ExtendedResponse moved = pad.pads.find_force(tick, trial);
+      for (int of = 0; of < 3; ++of) {
+        INFO("angle " << angle << ", " << of << " by " << to);
+        const double scale = load_n * (of == 2 ? 1e-3 : 1.0) * (to == 2 ? 1e-3 : 1.0);
+        expect_near(-moved.elastic[of] / unit[to], stiffness[of][to], 2e-6 * scale, "slope");
+        CHECK(stiffness[of][to] == stiffness[to][of]);
+      }
+    }
+  }
+}
+
+TEST_CASE("An extended patch has the same bits however many threads step it and whatever the instruction set",
+          "[extended][determinism]") {
+  const auto run = [](const BatchOptions& options) {
+    PatchBatch batch(options);
+    ExtendedPatches pads(batch);
+    std::vector<PatchId> ids;
+    for (int i = 0; i < 6; ++i) {
+      PatchOptions patch =
+          i % 2 == 0 ? infinite_options(8.0) : plain_options(5000).with_max_normal_load(load_n);
+      ids.push_back(pads.add(
+          plain_material(smooth, SnapRule::redraw), patch.with_seed(40 + static_cast<std::uint32_t>(i)),
+          i < 3 ? Outline::disc(2e-4, Pressure::hertz, 3)
+                : Outline::rectangle(2e-4, 1e-4, Pressure::uniform).grow_with_load(500.0)));
+    }
+    batch.warm_up();
+    std::vector<ExtendedMotion> motions(ids.size());
+    std::vector<ExtendedResponse> responses(ids.size());
+    std::uint64_t hash = 0;
+    for (int k = 0; k < 80; ++k) {
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        motions[i] = {};
+        motions[i].id = ids[i];
+        motions[i].displacement[0] = dbar * std::sin(0.1 * k + static_cast<double>(i));
+        motions[i].displacement[1] = 0.5 * dbar * std::cos(0.3 * k);
+        motions[i].displacement[2] = 0.05 * std::cos(0.07 * k);
+        motions[i].normal_load = load_n * (0.6 + 0.4 * std::cos(0.05 * k));
+      }
+      pads.step(tick, motions, responses);
+      for (const ExtendedResponse& r : responses)
+        for (double x : {r.end[0], r.end[2], r.mean[1], r.mean[2], r.stiffness[1][2]}) {
+          std::uint64_t word;
+          std::memcpy(&word, &x, 8);
+          hash = (hash ^ word) * 0x9FB21C651E98DF25u;
+        }
+    }
+    return std::make_pair(hash, pads.state_hash());
+  };
+  const auto expected = run(BatchOptions{}.with_isa("scalar"));
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) continue;
+    for (int threads : {1, 2, 5}) {
+      INFO(isa.name << ", " << threads << " threads");
+      CHECK(run(BatchOptions{}.with_isa(isa.name).with_threads(threads)) == expected);
+    }
+  }
+}
+
+TEST_CASE("A saved state brings cells, turn and scale back", "[extended][state]") {
+  const auto make = [](ExtendedPatches& pads) {
+    const PatchId gone = pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
+                                  Outline::disc(1e-3, Pressure::uniform));
+    const PatchId pad =
+        pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0).with_fluctuation(400),
+                 Outline::rectangle(1e-3, 2e-4, Pressure::hertz));
+    pads.remove(gone);
+    return pad;
+  };
+  const auto walk = [](ExtendedPatches& pads, PatchId pad, int from, int to) {
+    ExtendedResponse response;
+    for (int k = from; k < to; ++k) {
+      ExtendedMotion motion;
+      motion.id = pad;
+      motion.displacement[0] = dbar * std::sin(0.2 * k);
+      motion.displacement[2] = 0.03 * std::cos(0.1 * k);
+      motion.normal_load = load_n;
+      if (k == 20) pads.set_scale(pad, 1.5);
+      pads.step(tick, {&motion, 1}, {&response, 1});
+    }
+    return response;
+  };
+  PatchBatch first_batch, second_batch;
+  ExtendedPatches first(first_batch), second(second_batch);
+  const PatchId a = make(first), b = make(second);
+  walk(first, a, 0, 50);
+  std::vector<std::byte> state(first.state_size());
+  REQUIRE(first.save_state(state) == state.size());
+  CHECK(first.save_state(bristle::Span<std::byte>(state.data(), state.size() - 1)) == 0);
+  REQUIRE(first.save_state(state) == state.size());
+  second.restore_state(state);
+  CHECK(first.state_hash() == second.state_hash());
+  const ExtendedResponse on = walk(first, a, 50, 90), again = walk(second, b, 50, 90);
+  CHECK(std::memcmp(&on.end, &again.end, sizeof on.end) == 0);
+  CHECK(first.state_hash() == second.state_hash());
+
+  const std::uint64_t before = second.state_hash();
+  for (std::size_t at :
+       {std::size_t{0}, std::size_t{9}, std::size_t{30}, std::size_t{60}, state.size() - 3}) {
+    std::vector<std::byte> damaged = state;
+    damaged[at] ^= std::byte{1};
+    CHECK(message_of([&] { second.restore_state(damaged); }) != "(no error)");
+    CHECK(second.state_hash() == before);
+  }
+  CHECK(names(message_of([&] { second.restore_state({}); }), {"ExtendedPatches", "shorter"}));
+}
+
+TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]") {
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
+                               Outline::disc(1e-3, Pressure::uniform, 2));
+  ExtendedMotion good;
+  good.id = pad;
+  good.displacement[2] = 0.01;
+  good.normal_load = load_n;
+  ExtendedResponse response;
+  pads.step(tick, {&good, 1}, {&response, 1});
+  const std::uint64_t hash = pads.state_hash(pad);
+  const auto refused = [&](const ExtendedMotion& motion, double dt = tick) {
+    ExtendedResponse r;
+    const Status all = pads.step(dt, {&motion, 1}, {&r, 1}).status;
+    CHECK(all == r.status);
+    CHECK(r.end[0] == 0.0);
+    CHECK(r.end[2] == 0.0);
+    CHECK(pads.state_hash(pad) == hash);
+    return r.status;
+  };
+  for (double spin : {static_cast<double>(NAN), static_cast<double>(INFINITY), 3.2, -4.0}) {
+    ExtendedMotion motion = good;
+    motion.displacement[2] = spin;
+    CHECK(refused(motion) == Status::bad_input);
+    CHECK(pads.find_force(tick, motion).status == Status::bad_input);
+  }
+  for (int i = 0; i < 2; ++i) {
+    ExtendedMotion motion = good;
+    motion.displacement[i] = NAN;
+    CHECK(refused(motion) == Status::bad_input);
+  }
+  ExtendedMotion motion = good;
+  motion.normal_load = -1.0;
+  CHECK(refused(motion) == Status::bad_input);
+  CHECK(refused(good, 0.0) == Status::bad_input);
+  motion = good;
+  motion.id = PatchId{};
+  CHECK(refused(motion) == Status::unknown_id);
+  CHECK_FALSE(pads.set_scale(pad, NAN));
+  CHECK_FALSE(pads.set_scale(PatchId{}, 1.0));
+
+  // Named twice: the first counts, and the outline turns once.
+  const ExtendedMotion twice[] = {good, good};
+  ExtendedResponse two[2];
+  const auto report = pads.step(tick, twice, two);
+  CHECK(report.patches_stepped == 1);
+  CHECK(two[0].status == Status::ok);
+  CHECK(two[1].status == Status::repeated_id);
+  CHECK(pads.info(pad).along[1] == Approx(std::sin(0.02)).epsilon(1e-14));
+}
+
+TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") {
+  PatchBatch batch, alone_batch;
+  ExtendedPatches pads(batch), alone(alone_batch);
+  const Material material = plain_material(smooth, SnapRule::redraw);
+  const PatchId point = batch.add(material, infinite_options(8.0));
+  const PatchId pad = pads.add(material, infinite_options(8.0), Outline::disc(1e-3, Pressure::hertz, 2));
+  const PatchId same = alone.add(material, infinite_options(8.0), Outline::disc(1e-3, Pressure::hertz, 2));
+  const std::size_t count = pads.cell_count(pad);
+  REQUIRE(count == 12);
+  REQUIRE(pads.cell_patches(pad).size() == count);
+  std::vector<Motion> motions(count + 1);
+  std::vector<Response> responses(count + 1);
+  for (int k = 0; k < 100; ++k) {
+    ExtendedMotion motion;
+    motion.id = pad;
+    motion.displacement[0] = 0.5 * dbar;
+    motion.displacement[2] = 0.02;
+    motion.normal_load = load_n;
+    REQUIRE(pads.write_motions({&motion, 1}, motions) == count);
+    motions[count] = {};
+    motions[count].id = point;
+    motions[count].displacement[0] = 0.5 * dbar;
+    motions[count].normal_load = load_n;
+    batch.step(tick, motions, responses);
+    ExtendedResponse a, b;
+    CHECK(pads.read_responses({&motion, 1}, responses, {&a, 1}) == Status::ok);
+    motion.id = same;
+    alone.step(tick, {&motion, 1}, {&b, 1});
+    expect(std::memcmp(&a.end, &b.end, sizeof a.end) == 0, "end");
+  }
+  CHECK(pads.info(pad).along[0] == Approx(std::cos(2.0)).margin(1e-13));
+  std::vector<PatchCell> cells(count);
+  REQUIRE(pads.read_cells(pad, 0.5, load_n, cells) == count);
+  // Back by 2.5 rad: the outline as it was given.
+  const Outline given = Outline::disc(1e-3, Pressure::hertz, 2);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double c = std::cos(2.5), s = std::sin(2.5);
+    const double(&p)[2] = cells[i].position;
+    expect_near(c * p[0] + s * p[1], given.cells[i].position[0], 1e-15, "x of a cell");
+    expect_near(c * p[1] - s * p[0], given.cells[i].position[1], 1e-15, "y of a cell");
+  }
+}
+
+TEST_CASE("An outline grows with the cube root of the load where that is asked", "[extended]") {
+  Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
+          Outline::disc(1e-3, Pressure::hertz, 2).grow_with_load(125.0), load_n);
+  const double spin = 1e-9;
+  pad.step(0.0, 0.0, spin);
+  CHECK(pad.pads.info(pad.id).scale == Approx(2.0).epsilon(1e-14));
+  CHECK(pad.response.stiffness[2][2] == Approx(load_n * 0.4 * 4e-6).epsilon(1e-9));
+  pad.load = 125.0;
+  pad.step(0.0, 0.0, spin);
+  CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 1e-6).epsilon(1e-9));
+  REQUIRE(pad.pads.set_scale(pad.id, 3.0));
+  pad.step(0.0, 0.0, spin);
+  CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 9e-6).epsilon(1e-9));
+}
+
+TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys]") {
+  PatchBatch batch, fresh_batch;
+  ExtendedPatches pads(batch), fresh(fresh_batch);
+  const Material material = plain_material(smooth, SnapRule::redraw);
+  const PatchOptions options = plain_options(900).with_max_normal_load(load_n).with_seed(5);
+  const Outline outline = Outline::disc(2e-4, Pressure::uniform, 2);
+  KeyedPatches keyed(pads, material, options, outline, bristle::KeyedOptions{}.with_capacity(3));
+  const auto slide = [](ExtendedPatches& of, PatchId id) {
+    ExtendedResponse response;
+    for (int k = 0; k < 30; ++k) {
+      ExtendedMotion motion;
+      motion.id = id;
+      motion.displacement[0] = 0.3 * dbar;
+      motion.displacement[2] = 0.02;
+      motion.normal_load = load_n;
+      of.step(tick, {&motion, 1}, {&response, 1});
+    }
+    return response;
+  };
+  slide(pads, keyed.find_or_add(11));
+  keyed.end_step();
+  keyed.end_step();  // 11 is gone
+  CHECK_FALSE(static_cast<bool>(keyed.find(11)));
+  const ExtendedResponse again = slide(pads, keyed.find_or_add(12));
+  PatchOptions of_key = options;
+  of_key.with_seed(keyed.seed_of(12)).with_key(12);
+  const PatchId added = fresh.add(material, of_key, outline);
+  const ExtendedResponse first = slide(fresh, added);
+  CHECK(std::memcmp(&again.end, &first.end, sizeof again.end) == 0);
+  CHECK(pads.state_hash(keyed.find(12)) == fresh.state_hash(added));
+  CHECK(pads.patch_count() == 3);
+}
