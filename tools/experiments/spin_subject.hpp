@@ -44,6 +44,6 @@ class SpinSubject {
 
 /// Into how many cells the area is cut: `across` for the rivals, `rings` for the brush (of a square, twice as
 /// many cells along a side).
-std::vector<Parameter> spin_parameters(int across = 21, int rings = 4);
+std::vector<Parameter> spin_parameters(int across = 21, int rings = 6);
 
 }  // namespace cli
