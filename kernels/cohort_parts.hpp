@@ -485,7 +485,7 @@ inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
 }
 
 /// Merges the cheapest pair, and with it others that cost little more: the search is what takes time.
-/// Engine::find_partner finds the cheapest partner j > i of cohort i.
+/// Engine::find_partner finds the cheapest partner j > i of cohort i, if it costs no more than a limit.
 template <class Engine, bool ages>
 double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2],
                  const CohortTimes& times) {
@@ -498,8 +498,11 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
-  for (std::uint32_t i = 0; i + 1 < s.count; ++i)
-    partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i);
+  double limit = unlimited_cost;  // what costs more than this is not merged
+  for (std::uint32_t i = 0; i + 1 < s.count; ++i) {
+    partners[i] = Engine::template find_partner<ages>(rows, masses, grown, s.count, i, limit);
+    limit = least(limit, merge_margin * partners[i].cost);
+  }
 
   bool used[most_cohorts] = {};
   double lost = 0.0;

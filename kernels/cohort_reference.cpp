@@ -223,7 +223,7 @@ struct Reference {
   }
   template <bool ages>
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
-                              std::uint32_t count, std::uint32_t i) {
+                              std::uint32_t count, std::uint32_t i, double) {
     return detail::find_partner<ages>(rows, masses, grown, count, i);
   }
 };

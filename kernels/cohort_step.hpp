@@ -336,15 +336,18 @@ struct VectorEngine {
     return nearest;
   }
 
+  /// A partner that costs more than `limit` need not be the cheapest, and need not be found.
   template <bool ages>
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
-                              std::uint32_t count, std::uint32_t i) {
+                              std::uint32_t count, std::uint32_t i, double limit) {
     const Vector x(cohort(rows, i, cohort_x));
     const Vector y(cohort(rows, i, cohort_y));
     const Vector reach(cohort(rows, i, cohort_reach));
     const Vector mass(masses[i]);
     const Vector last(static_cast<double>(count));
     const Vector self(static_cast<double>(i));
+    const Vector twice_limit(2.0001 * limit);  // wider than rounding
+    bool found = false;
     Vector cheapest(unlimited_cost);
     Vector partner = self;
     alignas(64) double first_numbers[cohort_lanes] = {0, 1, 2, 3, 4, 5, 6, 7};
@@ -354,18 +357,23 @@ struct VectorEngine {
       const Vector dy = load<double>(columns + cohort_y * cohort_lanes) - y;
       const Vector dr = load<double>(columns + cohort_reach * cohort_lanes) - reach;
       const Vector other = load<double>(masses + j);
-      const Vector reduced = divide<double>(mass * other, mass + other);
       Vector apart = (dx * dx + dy * dy) + dr * dr;
       if (ages) {
         const Vector dg = load<double>(grown + j) - Vector(grown[i]);
         apart = apart + dg * dg;
       }
-      const Vector cost = reduced * apart;
       const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
-      const Mask<double> better = (cost < cheapest) & (number > self) & (number < last);
+      const Mask<double> after = (number > self) & (number < last);
+      // The reduced mass is at least half of the lesser one.
+      if (!any_lane<double>(after & (least<double>(mass, other) * apart <= twice_limit))) continue;
+      found = true;
+      const Vector reduced = divide<double>(mass * other, mass + other);
+      const Vector cost = reduced * apart;
+      const Mask<double> better = after & (cost < cheapest);
       cheapest = select_lanes<double>(better, cost, cheapest);
       partner = select_lanes<double>(better, number, partner);
     }
+    if (!found) return {unlimited_cost, i, i};
     alignas(64) double cost[vector_size], number[vector_size];
     cheapest.store_aligned(cost);
     partner.store_aligned(number);

@@ -393,6 +393,64 @@ int c_program_names_contacts(void) {
   return 0;
 }
 
+int c_program_twists_a_pad(void) {
+  enum { most = 64 };
+  bristle_batch* batch = NULL;
+  bristle_extended* pads = NULL;
+  bristle_cell cells[most];
+  bristle_id id = 0;
+  size_t count = 0;
+  const double radius = 4e-3, spin = 1e-6;
+  unsigned char state[1 << 20];
+  bristle_material material = plain_material(10e-6);
+  bristle_patch_options options = plain_options(1000);
+  bristle_extended_motion motion = {0};
+  bristle_extended_response response, trial;
+  bristle_step_report report;
+  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
+  EXPECT(bristle_extended_create(batch, &pads) == BRISTLE_OK);
+  EXPECT(bristle_ellipse_cells(radius, radius, BRISTLE_PRESSURE_HERTZ, 3, 0, NULL, 0, &count) == BRISTLE_OK);
+  EXPECT(count == 27);
+  EXPECT(bristle_ellipse_cells(radius, radius, 2, 3, 0, cells, most, &count) == BRISTLE_REFUSED);
+  EXPECT(bristle_ellipse_cells(radius, radius, BRISTLE_PRESSURE_HERTZ, 3, 0, cells, most, &count) ==
+         BRISTLE_OK);
+  options.axes = 2;
+  EXPECT(bristle_extended_add(pads, &material, &options, cells, count - 1, 0.0, &id) == BRISTLE_REFUSED);
+  EXPECT(strstr(bristle_last_error(), "sum of weights") != NULL);
+  EXPECT(bristle_extended_add(pads, &material, &options, cells, count, 0.0, &id) == BRISTLE_OK);
+  EXPECT(bristle_warm_up(batch) == BRISTLE_OK && bristle_patch_count(batch) == 27);
+  EXPECT(bristle_init_step_report(&report, sizeof report) == BRISTLE_OK);
+  motion.id = id;
+  motion.normal_load = options.max_normal_load;
+  motion.displacement[2] = spin;
+  EXPECT(bristle_extended_find_force(pads, 1e-3, &motion, &trial, 1) == BRISTLE_OK);
+  EXPECT(bristle_extended_step(pads, 1e-3, &motion, &response, 1, &report) == BRISTLE_OK);
+  EXPECT(report.patches_stepped == 1 && response.status == BRISTLE_STATUS_OK);
+  EXPECT(memcmp(&trial, &response, sizeof trial) == 0);
+  /* A turn that sticks, under Hertz's pressure: 2 K R^2 / 5. */
+  EXPECT(fabs(-response.elastic[2] / (0.4 * response.stiffness[0][0] * radius * radius * spin) - 1) < 1e-6);
+  EXPECT(response.stiffness[0][0] > 0);
+  EXPECT(bristle_extended_state_size(pads) <= sizeof state);
+  EXPECT(bristle_extended_save_state(pads, state, sizeof state) == bristle_extended_state_size(pads));
+  {
+    const uint64_t hash = bristle_extended_state_hash(pads, 0);
+    EXPECT(bristle_extended_step(pads, 1e-3, &motion, &response, 1, NULL) == BRISTLE_OK);
+    EXPECT(bristle_extended_state_hash(pads, 0) != hash);
+    EXPECT(bristle_extended_restore_state(pads, state, sizeof state) == BRISTLE_OK);
+    EXPECT(bristle_extended_state_hash(pads, 0) == hash);
+  }
+  EXPECT(bristle_extended_set_scale(pads, id, 2.0) == BRISTLE_OK);
+  EXPECT(bristle_extended_set_scale(pads, id, -1.0) == BRISTLE_REFUSED);
+  EXPECT(bristle_extended_set_scale(pads, 77, 1.0) == BRISTLE_REFUSED);
+  EXPECT(strstr(bristle_last_error(), "no patch with id 77") != NULL);
+  EXPECT(bristle_extended_step(NULL, 1e-3, &motion, &response, 1, NULL) == BRISTLE_BAD_ARGUMENT);
+  EXPECT(bristle_extended_remove(pads, id) == BRISTLE_OK);
+  EXPECT(bristle_extended_remove(pads, id) == BRISTLE_REFUSED);
+  bristle_extended_destroy(pads);
+  bristle_destroy(batch);
+  return 0;
+}
+
 int c_program_watches_a_deadline(void) {
   bristle_monitor* monitor = NULL;
   bristle_monitor_report report;

@@ -212,6 +212,69 @@ class Model(unittest.TestCase):
             second.restore_state(state[:-1])
 
 
+class Extent(unittest.TestCase):
+    """Patches with an extent."""
+
+    def setUp(self):
+        self.material = bristle.Material(
+            bristle_stiffness=1.0, bristle_damping=0.0, viscous_friction=0.0, normal_stiffness=1e6,
+            asperity_height_deviation=1e-6, snap_length=bristle.SnapLength.lognormal(1e-5, 0.3))
+        self.options = bristle.PatchOptions(max_normal_load=1000.0, population="infinite", outputs="all")
+        self.radius = 1e-3
+
+    def test_a_disc_that_sticks_resists_a_turn(self):
+        for pressure, share in (("uniform", 0.5), ("hertz", 0.4)):
+            patches = bristle.ExtendedPatches()
+            pad = patches.add(self.material, bristle.Outline.disc(self.radius, pressure=pressure), self.options)
+            out = patches.step(1e-3, [pad], [[0.0, 0.0, 1e-6, 1000.0]])
+            # One bristle of 1 N/m per newton.
+            self.assertAlmostEqual(-out["elastic"][0, 2] / (share * 1000.0 * self.radius**2 * 1e-6), 1.0, places=6)
+            self.assertEqual(out["stiffness"].shape, (1, 3, 3))
+            self.assertAlmostEqual(out["stiffness"][0, 2, 2] / (share * 1000.0 * self.radius**2), 1.0, places=6)
+
+    def test_work_of_slide_and_spin_is_stored_or_lost(self):
+        patches = bristle.ExtendedPatches(threads=2)
+        pad = patches.add(self.material, bristle.Outline.rectangle(1e-3, 5e-4), self.options)
+        for i in range(200):
+            motion = np.array([[3e-6, 1e-6, 4e-3, 1000.0]])
+            before = patches.stored_energy(pad)
+            out = patches.step(1e-3, [pad], motion)
+            work = -(out["mean"][0] @ motion[0, :3])
+            self.assertAlmostEqual(work, patches.stored_energy(pad) - before + out["dissipated"][0], delta=1e-12 * abs(work))
+        along = patches.info(pad)["along"]
+        self.assertAlmostEqual(along[1], np.sin(0.8), places=12)
+
+    def test_cells_can_be_given_and_must_sum_to_one(self):
+        outline = bristle.Outline([[1e-3, 0.0], [-1e-3, 0.0]], [0.5, 0.5])
+        self.assertEqual(len(outline), 2)
+        np.testing.assert_array_equal(outline.positions, [[1e-3, 0.0], [-1e-3, 0.0]])
+        patches = bristle.ExtendedPatches()
+        patches.add(self.material, outline, self.options)
+        with self.assertRaisesRegex(bristle.Error, "sum of weights"):
+            patches.add(self.material, bristle.Outline([[0.0, 0.0]], [0.5]), self.options)
+        with self.assertRaisesRegex(bristle.Error, r"shape \(n, 2\)"):
+            bristle.Outline([1.0, 2.0], [1.0])
+        with self.assertRaisesRegex(bristle.Error, "'uniform' or 'hertz'"):
+            bristle.Outline.disc(1e-3, pressure="round")
+        with self.assertRaisesRegex(bristle.Error, r"\(n, 4\)"):
+            patches.step(1e-3, [1], [[0.0, 0.0, 0.0]])
+        self.assertEqual(len(patches), 1)
+
+    def test_a_saved_state_goes_on_with_the_same_bits(self):
+        def make():
+            patches = bristle.ExtendedPatches()
+            return patches, patches.add(self.material, bristle.Outline.disc(self.radius), self.options)
+
+        (first, a), (second, b) = make(), make()
+        for i in range(30):
+            first.step(1e-3, [a], [[2e-6, 0.0, 1e-3, 900.0]])
+        second.restore_state(first.save_state())
+        self.assertEqual(first.state_hash(), second.state_hash())
+        np.testing.assert_array_equal(
+            first.step(1e-3, [a], [[2e-6, 0.0, 1e-3, 900.0]])["end"],
+            second.step(1e-3, [b], [[2e-6, 0.0, 1e-3, 900.0]])["end"])
+
+
 class Threads(unittest.TestCase):
     def long_step(self):
         """A batch, arrays and a step of a tenth of a second or more."""

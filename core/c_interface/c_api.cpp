@@ -56,6 +56,32 @@ static_assert(sizeof(bristle_detail_decision) == sizeof(DetailDecision) &&
 BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, step);
 BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, patch);
 BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, bristles);
+static_assert(sizeof(bristle_cell) == sizeof(PatchCell) && std::is_standard_layout_v<PatchCell>);
+BRISTLE_SAME_PLACE(bristle_cell, PatchCell, position);
+BRISTLE_SAME_PLACE(bristle_cell, PatchCell, weight);
+static_assert(sizeof(bristle_extended_motion) == sizeof(ExtendedMotion) &&
+              std::is_standard_layout_v<ExtendedMotion>);
+BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, id);
+BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, displacement);
+BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, normal_load);
+BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, has_velocity);
+BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, velocity);
+static_assert(sizeof(bristle_extended_response) == sizeof(ExtendedResponse) &&
+              std::is_standard_layout_v<ExtendedResponse>);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, id);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, status);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, end);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, elastic);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damper);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, mean);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, stiffness);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damping);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, force_limit);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, torque_limit);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, dissipated);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, contact_loss);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damper_work);
+BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, snaps);
 static_assert(BRISTLE_NO_CONTACT_KEY == no_contact_key);
 
 template <auto c_value, auto cpp_value>
@@ -75,6 +101,8 @@ static_assert(same_value<BRISTLE_RULE_KEEP, SnapRule::keep> &&
               same_value<BRISTLE_SAMPLING_RANDOM, Sampling::random>);
 static_assert(same_value<BRISTLE_POPULATION_REPRESENTATIVES, Population::representatives> &&
               same_value<BRISTLE_POPULATION_INFINITE, Population::infinite>);
+static_assert(same_value<BRISTLE_PRESSURE_UNIFORM, Pressure::uniform> &&
+              same_value<BRISTLE_PRESSURE_HERTZ, Pressure::hertz>);
 static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_REPEATED_ID, Status::repeated_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
@@ -95,6 +123,10 @@ struct bristle_shedder {
 
 struct bristle_keyed {
   KeyedPatches patches;
+};
+
+struct bristle_extended {
+  ExtendedPatches patches;
 };
 
 struct bristle_matcher {
@@ -460,6 +492,18 @@ Span<const Motion> motions_of(bristle_shedder* shedder, const bristle_batch* bat
     read_element(motions, motion_size, i, shedder->motions[i]);
   }
   return {shedder->motions.data(), count};
+}
+
+Pressure read_pressure(std::uint32_t pressure) {
+  if (pressure > BRISTLE_PRESSURE_HERTZ) detail::refuse("bristle_pressure", "pressure", pressure, "0 or 1");
+  return static_cast<Pressure>(pressure);
+}
+
+void write_cells(const Outline& outline, bristle_cell* cells, std::size_t capacity, std::size_t* count) {
+  need(count, "count");
+  if (capacity > 0) need(cells, "cells");
+  *count = outline.cells.size();
+  std::copy_n(reinterpret_cast<const bristle_cell*>(outline.cells.data()), std::min(capacity, *count), cells);
 }
 
 }  // namespace
@@ -906,6 +950,121 @@ size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decisi
                                uint64_t step) {
   if (batch == nullptr || decisions == nullptr) return 0;
   return apply_decisions(batch->batch, {reinterpret_cast<const DetailDecision*>(decisions), count}, step);
+}
+
+// --- patches with an extent
+
+bristle_result bristle_ellipse_cells(double half_x, double half_y, uint32_t pressure, int32_t rings,
+                                     int32_t around, bristle_cell* cells, size_t capacity, size_t* count) {
+  return guarded([&] {
+    write_cells(Outline::ellipse(half_x, half_y, read_pressure(pressure), rings, around), cells, capacity,
+                count);
+  });
+}
+
+bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pressure, int32_t nx,
+                                       int32_t ny, bristle_cell* cells, size_t capacity, size_t* count) {
+  return guarded([&] {
+    write_cells(Outline::rectangle(half_x, half_y, read_pressure(pressure), nx, ny), cells, capacity, count);
+  });
+}
+
+bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended) {
+  return guarded([&] {
+    need(batch, "batch");
+    need(extended, "extended");
+    *extended = new bristle_extended{ExtendedPatches(batch->batch)};
+  });
+}
+
+void bristle_extended_destroy(bristle_extended* extended) { delete extended; }
+
+bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
+                                    const bristle_patch_options* options, const bristle_cell* cells,
+                                    size_t count, double full_size_load, bristle_id* id) {
+  return guarded([&] {
+    need(extended, "extended");
+    need(id, "id");
+    if (count > 0) need(cells, "cells");
+    const auto* first = reinterpret_cast<const PatchCell*>(cells);
+    Outline outline;
+    outline.cells.assign(first, first + count);
+    outline.full_size_load = full_size_load;
+    *id = extended->patches.add(read_material(material), read_options(options, "options"), outline).value;
+  });
+}
+
+bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id) {
+  return guarded([&] {
+    need(extended, "extended");
+    extended->patches.remove({id});
+  });
+}
+
+bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
+                                             const bristle_material* material) {
+  return guarded([&] {
+    need(extended, "extended");
+    extended->patches.set_material({id}, read_material(material));
+  });
+}
+
+bristle_result bristle_extended_set_scale(bristle_extended* extended, bristle_id id, double scale) {
+  if (extended == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "extended is null");
+  if (extended->patches.set_scale({id}, scale)) return BRISTLE_OK;
+  if (extended->patches.cell_count({id}) == 0) return fail_no_patch("bristle_extended_set_scale", id);
+  return fail(BRISTLE_REFUSED, "bristle_extended_set_scale: scale; allowed is 0 to 1e6");
+}
+
+bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
+                                     const bristle_extended_motion* motions,
+                                     bristle_extended_response* responses, size_t count,
+                                     bristle_step_report* report) {
+  return guarded([&] {
+    need(extended, "extended");
+    need_columns(motions, "motions", responses, "responses", count);
+    if (report != nullptr) size_of(*report, "report");  // before the step, which cannot be taken back
+    const StepReport done =
+        extended->patches.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
+                               {reinterpret_cast<ExtendedResponse*>(responses), count});
+    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+  });
+}
+
+bristle_result bristle_extended_find_force(bristle_extended* extended, double dt_s,
+                                           const bristle_extended_motion* motions,
+                                           bristle_extended_response* responses, size_t count) {
+  return guarded([&] {
+    need(extended, "extended");
+    need_columns(motions, "motions", responses, "responses", count);
+    for (size_t i = 0; i < count; ++i) {
+      const ExtendedResponse response =
+          extended->patches.find_force(dt_s, reinterpret_cast<const ExtendedMotion&>(motions[i]));
+      std::memcpy(&responses[i], &response, sizeof response);
+    }
+  });
+}
+
+uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_id id) {
+  if (extended == nullptr) return 0;
+  return id == 0 ? extended->patches.state_hash() : extended->patches.state_hash({id});
+}
+
+size_t bristle_extended_state_size(const bristle_extended* extended) {
+  return extended != nullptr ? extended->patches.state_size() : 0;
+}
+
+size_t bristle_extended_save_state(const bristle_extended* extended, void* to, size_t size) {
+  if (extended == nullptr || to == nullptr) return 0;
+  return extended->patches.save_state({static_cast<std::byte*>(to), size});
+}
+
+bristle_result bristle_extended_restore_state(bristle_extended* extended, const void* from, size_t size) {
+  return guarded([&] {
+    need(extended, "extended");
+    need(from, "from");
+    extended->patches.restore_state({static_cast<const std::byte*>(from), size});
+  });
 }
 
 // --- patches by key

@@ -13,6 +13,7 @@ PYBIND11_MODULE(bristle, module) {
   define_options(module);
   define_arrays(module);
   define_batch(module);
+  define_extended(module);
   define_monitor(module);
   define_tools(module);
   module.def(

@@ -583,6 +583,96 @@ BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
 /** Forgets all contacts. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
 
+/* ------------------------------------------------------------------------------ patches with an extent */
+
+/** Patches of a batch that have an outline: they resist spin. bristle::ExtendedPatches. */
+typedef struct bristle_extended bristle_extended;
+
+/** A place within an outline: position in m, share of the load. The shares of an outline sum to 1. The struct
+ *  never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_cell {
+  double position[2];
+  double weight;
+} bristle_cell;
+
+/** Values of `pressure`: bristle::Pressure. */
+enum { BRISTLE_PRESSURE_UNIFORM = 0, BRISTLE_PRESSURE_HERTZ = 1 };
+
+/** bristle::ExtendedMotion. Set unused bytes to 0. The struct never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_motion {
+  bristle_id id;
+  double displacement[3]; /**< m, m, rad */
+  double normal_load;     /**< N */
+  uint8_t has_velocity;
+  uint8_t reserved[7]; /**< not read */
+  double velocity[3];  /**< m/s, m/s, rad/s */
+} bristle_extended_motion;
+
+/** bristle::ExtendedResponse: force in N, then torque in N m. The struct never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
+  bristle_id id;
+  uint32_t status;   /**< BRISTLE_STATUS_... */
+  uint32_t reserved; /**< 0 */
+  double end[3];
+  double elastic[3];
+  double damper[3];
+  double mean[3];
+  double stiffness[3][3];
+  double damping[3][3];
+  double force_limit;
+  double torque_limit;
+  double dissipated;
+  double contact_loss;
+  double damper_work;
+  uint64_t snaps;
+} bristle_extended_response;
+
+/** Cells of bristle::Outline::ellipse (`around` = 0: chosen). Writes at most `capacity` of them; `count`
+ * receives their number. `cells` may be null with capacity 0. [any] */
+BRISTLE_API bristle_result bristle_ellipse_cells(double half_x, double half_y, uint32_t pressure,
+                                                 int32_t rings, int32_t around, bristle_cell* cells,
+                                                 size_t capacity, size_t* count);
+/** Cells of bristle::Outline::rectangle, likewise. [any] */
+BRISTLE_API bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pressure,
+                                                   int32_t nx, int32_t ny, bristle_cell* cells,
+                                                   size_t capacity, size_t* count);
+
+/** Extended patches over a batch. Destroy them by bristle_extended_destroy before the batch. [step] */
+BRISTLE_API bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended);
+/** Removes its patches. Null does nothing. [step] */
+BRISTLE_API void bristle_extended_destroy(bristle_extended* extended);
+/** A new patch. `options` may be null: defaults. `full_size_load` (N): the load at which the outline has its
+ *  size, which then grows with the cube root of the load; 0 = fixed. [step] */
+BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
+                                                const bristle_patch_options* options,
+                                                const bristle_cell* cells, size_t count,
+                                                double full_size_load, bristle_id* id);
+/** [step] */
+BRISTLE_API bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id);
+/** From the next step on. [step] */
+BRISTLE_API bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
+                                                         const bristle_material* material);
+/** Size of the outline, in its size as given; 0 to 1e6. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_extended_set_scale(bristle_extended* extended, bristle_id id,
+                                                      double scale);
+/** As bristle_step. `report` may be null. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
+                                                 const bristle_extended_motion* motions,
+                                                 bristle_extended_response* responses, size_t count,
+                                                 bristle_step_report* report);
+/** Responses to trial motions, without changing the state. [step] */
+BRISTLE_API bristle_result bristle_extended_find_force(bristle_extended* extended, double dt_s,
+                                                       const bristle_extended_motion* motions,
+                                                       bristle_extended_response* responses, size_t count);
+/** Hash of the state of one patch, or of all if the id is 0. [step] */
+BRISTLE_API uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_id id);
+/** State of the outlines and of the whole batch: as bristle_state_size, bristle_save_state and
+ *  bristle_restore_state. [step] */
+BRISTLE_API size_t bristle_extended_state_size(const bristle_extended* extended);
+BRISTLE_API size_t bristle_extended_save_state(const bristle_extended* extended, void* to, size_t size);
+BRISTLE_API bristle_result bristle_extended_restore_state(bristle_extended* extended, const void* from,
+                                                          size_t size);
+
 /* ------------------------------------------------------------------------------------ deadline monitor */
 
 /** Step times and periods of a loop against its deadline, in constant memory: bristle::DeadlineMonitor. */
