@@ -115,7 +115,7 @@ Experiment held_corner_experiment() {
               number_parameter("held", 0.5, "", "moment, over that of sliding", 0.0, 1.0),
               number_parameter("wavers", 0.3, "", "by how much it wavers, over that of sliding", 0.0, 1.0),
               number_parameter("frequency", 10.0, "1/s", "of the moment", 1e-3, 1e3),
-              whole_parameter("first_cycles", 3, "cycles before measuring", 0, 1e4),
+              whole_parameter("first_cycles", 10, "cycles before measuring", 0, 1e4),
               whole_parameter("cycles", 10, "cycles measured", 1, 1e5)},
       {{"corner_moment", "it resists with its mean distance from the corner",
         "Coulomb's law of every element: mu N times the mean distance, 0.7652 of the side of a square",

@@ -72,7 +72,7 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
   const double spring = turn.slope / (0.5 * pull.slope);
   const double bends = pull.slope * input.settings.number("presliding") / pull.steady;
   result.findings.push_back(
-      {"torsion_spring", model, spring, std::fabs(spring - 1.0) < 0.01 && bends < 10.0});
+      {"torsion_spring", model, spring, std::fabs(spring - 1.0) < 0.03 && bends < 10.0});
   const double peak = turn.peak / turn.steady;
   result.findings.push_back({"spin_peak", model, peak, peak > 1.02});
   const double share = peak / (pull.peak / pull.steady);
@@ -100,7 +100,7 @@ Experiment pure_spin_experiment() {
                                10.0)},
       {{"torsion_spring", "a torsion spring before it turns",
         "a sticking area of stiffness K resists a turn with K R^2 / 2",
-        "first stiffness against a turn over K R^2 / 2", "", "within 1 % of 1, of a contact that bends"},
+        "first stiffness against a turn over K R^2 / 2", "", "within 3 % of 1, of a contact that bends"},
        {"spin_peak", "a peak of torque at the first turn",
         "it takes more to start than to go on, in a turn too (Farkas, Dahmen, Wolf, JSTAT 2005: bristles in "
         "step)",
