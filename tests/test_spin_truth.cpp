@@ -8,9 +8,12 @@
 #include <string>
 #include <vector>
 
+#include <bristle/extended_patches.hpp>
+
 #include "brute_spin.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
+#include "scenes.hpp"
 
 using namespace bristle_test;
 
@@ -138,6 +141,88 @@ TEST_CASE("Sliding and spinning with long bristles, brute force gives its table 
     CHECK(f.x == Approx(number(row, "F_over_muN")).margin(8e-3));
     CHECK(f.y == Approx(number(row, "aside_over_muN")).margin(8e-3));
     CHECK(f.torque == Approx(number(row, "T_over_muNR")).margin(8e-3));
+  }
+}
+
+namespace {
+
+// A disc of the infinite brush with the law uniform_0.5_1.5, its radius dbar over `length`. Lengths in radii,
+// deflections as BruteSpin gives them.
+class PatchDisc {
+ public:
+  PatchDisc(double length, BrutePressure pressure, int rings) : radius_(dbar / length), patches_(batch_) {
+    const PatchOptions options = PatchOptions{}.with_max_normal_load(load_n).with_axes(2).with_population(
+        bristle::Population::infinite);
+    const bristle::Pressure p =
+        pressure == BrutePressure::hertz ? bristle::Pressure::hertz : bristle::Pressure::uniform;
+    motion_.id = patches_.add(plain_material(bristle_test::uniform, SnapRule::redraw), options,
+                              bristle::Outline::disc(radius_, p, rings));
+    motion_.normal_load = load_n;
+  }
+
+  SpinDeflection move(double dx, double dy, double angle) {
+    motion_.displacement[0] = dx * radius_;
+    motion_.displacement[1] = dy * radius_;
+    motion_.displacement[2] = angle;
+    bristle::ExtendedResponse r;
+    patches_.step(tick, {&motion_, 1}, {&r, 1});
+    // One bristle a newton, of 1 N/m.
+    const double unit = load_n * radius_;
+    return {-r.end[0] / unit, -r.end[1] / unit, -r.end[2] / (unit * radius_)};
+  }
+
+ private:
+  static constexpr double load_n = 1000.0;
+  double radius_;
+  PatchBatch batch_;
+  bristle::ExtendedPatches patches_;
+  bristle::ExtendedMotion motion_;
+};
+
+}  // namespace
+
+TEST_CASE("A patch with an extent and long bristles turns from rest as the table says", "[spin][extended]") {
+  for (const std::string& length : {std::string("0.1"), std::string("0.3")}) {
+    for (const char* pressure : {"uniform", "hertz"}) {
+      const Turned table = turned_rows("spin_long_virgin.csv", pressure, length);
+      const BrutePressure p =
+          std::string(pressure) == "hertz" ? BrutePressure::hertz : BrutePressure::uniform;
+      const double dbar_over_r = std::stod(length);
+      PatchDisc disc(dbar_over_r, p, 12);
+      double at = 0.0;
+      for (std::size_t i = 0; i < table.s.size(); ++i) {
+        const int pieces = std::max(1, static_cast<int>(std::lround((table.s[i] - at) * 20.0)));
+        SpinDeflection d;
+        for (int k = 0; k < pieces; ++k) d = disc.move(0.0, 0.0, (table.s[i] - at) * dbar_over_r / pieces);
+        at = table.s[i];
+        INFO(pressure << ", dbar/R " << length << ", s = " << at);
+        CHECK(d.torque / (uniform_kinetic * dbar_over_r * mean_arm(p)) ==
+              Approx(table.torque[i]).margin(0.01));
+      }
+    }
+  }
+}
+
+TEST_CASE("A patch with an extent and long bristles slides and spins as brute force does",
+          "[spin][extended]") {
+  for (const Row& row : read_table("spin_long_steady.csv")) {
+    const double eps = number(row, "v_over_omegaR"), length = number(row, "dbar_over_R");
+    PatchDisc disc(length, pressure_of(row), 8);
+    const double step = 0.5 * length;
+    constexpr int steps = 160;
+    SpinDeflection mean;
+    for (int k = -steps; k < steps; ++k) {
+      const SpinDeflection d = disc.move(step * eps / (1.0 + eps), 0.0, step / (1.0 + eps));
+      if (k < 0) continue;
+      const double share = 1.0 / (steps * uniform_kinetic * length);
+      mean.x += share * d.x;
+      mean.y += share * d.y;
+      mean.torque += share * d.torque;
+    }
+    INFO(row.at("pressure") << ", eps " << eps << ", dbar/R " << length);
+    CHECK(mean.x == Approx(number(row, "F_over_muN")).margin(0.01));
+    CHECK(mean.y == Approx(number(row, "aside_over_muN")).margin(0.01));
+    CHECK(mean.torque == Approx(number(row, "T_over_muNR")).margin(0.01));
   }
 }
 
