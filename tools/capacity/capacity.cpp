@@ -19,7 +19,8 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-// The regimes of one kernel each; then what each feature costs; then many small patches.
+// The regimes of one kernel each, of the material that users get by default; then what each feature costs;
+// then many small patches.
 std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool quick) {
   std::vector<CapacityCase> cases;
   const auto add = [&](Regime regime, SnapRule rule, Outputs outputs, int axes = 2,
@@ -34,6 +35,15 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
   add(Regime::sliding, SnapRule::keep, Outputs::end);
   add(Regime::sliding, SnapRule::keep, Outputs::mean);
   add(Regime::one_snap, SnapRule::redraw, Outputs::mean);
+  const auto add_default = [&](Regime regime) {
+    add(regime, SnapRule::redraw, Outputs::end);
+    cases.back().default_material = true;
+  };
+  if (first_thread_count || !quick) {
+    add_default(Regime::presliding);
+    add_default(Regime::far);
+  }
+  add_default(Regime::one_snap);
   if (!quick) {
     add(Regime::presliding, SnapRule::redraw, Outputs::end);
     add(Regime::one_snap, SnapRule::redraw, Outputs::end);
@@ -113,8 +123,9 @@ std::string CapacityCase::kernel_name() const {
     return fmt::format("{} {}, infinite, end{}{}, double", axes, axes == 1 ? "axis" : "axes",
                        has(outputs, Outputs::mean) ? " + mean" : "",
                        has(outputs, Outputs::energy) ? " + energy" : "");
-  return fmt::format("{} {}, {}, end{}{}, {}", axes, axes == 1 ? "axis" : "axes",
-                     rule == SnapRule::keep ? "keep" : "redraw", has(outputs, Outputs::mean) ? " + mean" : "",
+  return fmt::format("{}{} {}, {}, end{}{}, {}", default_material ? "default material, " : "", axes,
+                     axes == 1 ? "axis" : "axes", rule == SnapRule::keep ? "keep" : "redraw",
+                     has(outputs, Outputs::mean) ? " + mean" : "",
                      has(outputs, Outputs::energy) ? " + energy" : "",
                      precision == Precision::single ? "single" : "double");
 }

@@ -47,6 +47,7 @@ struct CapacityCase {
   int threads = 1;
   std::optional<double> step = {};              ///< mean snap lengths, in place of the regime's
   std::optional<bristle::SnapLength> law = {};  ///< in place of uniform
+  bool default_material = false;                ///< Coefficients{}: lognormal, with residual and renewal
   bool eager = false;
   int servo_core = -1;
   bristle::Population population = bristle::Population::representatives;
@@ -54,7 +55,7 @@ struct CapacityCase {
   bool zigzag = false;      ///< every other step goes across
 
   bool is_infinite() const noexcept { return population == bristle::Population::infinite; }
-  std::string kernel_name() const;  ///< "2 axes, keep, end + mean, single"
+  std::string kernel_name() const;  ///< "2 axes, keep, end + mean, single", "default material, ..."
   std::string layout_name() const;  ///< "one patch", "patches of 100"
 };
 

@@ -46,7 +46,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   report["deadline_s"] = options.deadline_s;
   report["dt_s"] = capacity_dt_s;
   report["mean_snap_length_m"] = mean_snap_length_m;
-  report["snap_length"] = "uniform, 0.5 to 1.5 of the mean";
+  report["snap_length"] =
+      "uniform, 0.5 to 1.5 of the mean; of the default material lognormal, with residual and shared renewal";
   report["quick"] = options.quick;
   report["note"] = note_on_p99;
   report["motions"] = Json::array();
@@ -131,7 +132,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
   const Json report = report_of(options, result);
   std::string text = fmt::format(
-      "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um, "
+      "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um "
+      "(default material: lognormal), "
       "motion along (0.8, 0.6)\n",
       measured_with(conditions(), result.isa), result.state_hash, time_text(options.deadline_s),
       time_text(capacity_dt_s));

@@ -34,10 +34,12 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
                                   : what.patch_bristles ? what.patch_bristles
                                                         : bristles;
   const std::uint64_t patches = std::max<std::uint64_t>(1, bristles / per_patch);
-  const auto material = bristle::Material{}
-                            .with_snap_length(what.law.value_or(bristle::SnapLength::uniform(
-                                0.5 * mean_snap_length_m, 1.5 * mean_snap_length_m)))
-                            .with_snap_rule(what.rule);
+  const auto material = what.default_material
+                            ? bristle::Material::from_coefficients(bristle::Coefficients{})
+                            : bristle::Material{}
+                                  .with_snap_length(what.law.value_or(bristle::SnapLength::uniform(
+                                      0.5 * mean_snap_length_m, 1.5 * mean_snap_length_m)))
+                                  .with_snap_rule(what.rule);
   for (std::uint64_t i = 0; i < patches; ++i) {
     scene_.add(material,
                bristle::PatchOptions{}
