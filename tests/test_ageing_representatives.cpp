@@ -543,6 +543,53 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
   }
 }
 
+TEST_CASE("a long step of bristles that age ends as many short ones do", "[ageing]") {
+  // From straight, where all are in step: below the way from which it is jumped, and beyond it.
+  struct Case {
+    const char* name;
+    SnapLength law;
+    Ageing ageing;
+    std::vector<double> ways;
+  };
+  const Case cases[] = {
+      {"narrow lognormal",
+       SnapLength::lognormal(dbar, 0.21),
+       Ageing::logarithmic(1.0, tau),
+       {2.0, 4.0, 12.0}},
+      {"lognormal", SnapLength::lognormal(dbar, 0.3), Ageing::logarithmic(0.05, tau), {2.0, 3.0, 5.3}},
+      {"lognormal, ageing much",
+       SnapLength::lognormal(dbar, 0.3),
+       Ageing::saturating(1.0, tau),
+       {2.0, 3.0, 6.0}},
+      {"uniform", uniform, Ageing::logarithmic(0.3, tau), {2.0, 3.0, 8.0}},
+      {"wide lognormal", SnapLength::lognormal(dbar, 0.8), Ageing::logarithmic(0.3, tau), {3.0, 8.0, 32.0}},
+      {"exponential", SnapLength::exponential(dbar), Ageing::saturating(0.5, tau), {2.0, 5.0, 21.0}}};
+  const std::uint32_t n = test_size(100000);
+  for (const Case& c : cases) {
+    INFO(c.name);
+    const Material material = plain_material(c.law, SnapRule::redraw).with_ageing(c.ageing);
+    for (const double way : c.ways) {
+      INFO("way " << way);
+      AgeingBrush once(material, n), often(material, n, Precision::single, 1, 2);
+      const Response step = once.patch().step(way * dbar, 0.0, n, 0.5 * way * tau);
+      const double end = once.deflection(step.elastic[0]);
+      double expected = 0.0, dissipated = 0.0;
+      const int pieces = static_cast<int>(2.0 * way);
+      for (int k = 0; k < pieces; ++k) {
+        const double piece = way / pieces;
+        const Response r = often.patch().step(piece * dbar, 0.0, n, 0.5 * piece * tau);
+        expected = often.deflection(r.elastic[0]);
+        dissipated += r.dissipated;
+      }
+      const double error = std::hypot(once.error(), often.error());
+      expect_near(end, expected, 1e-3 * expected + sigmas * error, "mean deflection");
+      // What a bristle loses on this way scatters by less than its mean.
+      expect_near(step.dissipated / dissipated, 1.0, 2e-3 + sigmas * std::sqrt(2.0 / static_cast<double>(n)),
+                  "energy of the snaps, over many steps'");
+    }
+  }
+}
+
 TEST_CASE("bristles that enter are born at the beginning of the step, those that stay go on ageing",
           "[ageing]") {
   const std::uint32_t n = 1000;

@@ -86,6 +86,10 @@ std::string stability_report() {
     {"k": 0.8, "way_over_mean_snap_length": 30, "scheme": "midpoint", "ratio": 0.9987},
     {"k": 0.8, "way_over_mean_snap_length": 30, "scheme": "explicit", "ratio": null}],
   "rests": [{"scheme": "midpoint", "seconds": 3600, "first_second_m": 1.3e-6, "creep_m": -2.5e-19}],
+  "pulled": [{"contact": "creep", "scheme": "midpoint", "mass_kg": 52.5, "load_n": 11, "speed_m_per_s": 2.3e-5,
+    "dt_s": 1e-3, "critical_stiffness_n_per_m": {"theory": 12600, "measured": 12900},
+    "on_a_quarter": {"slowest_over_pull": -0.012, "fastest_over_pull": 6.78, "lowest_force_n": 3.21,
+      "highest_force_n": 4.56}}],
   "cases": [{"name": "stiff", "scheme": "hold", "mass_kg": 0.1, "stiffness_n_per_m": 8e4, "damping_ns_per_m": 20,
     "dt_s": 1e-3, "mean_snap_length_m": 1e-5,
     "starts": [{"start_velocity_m_per_s": 0.01, "verdict": "rings", "peak_to_peak_m": 1.7e-5}]}],
@@ -205,7 +209,9 @@ TEST_CASE("The report page is well-formed, of one piece, and shows the numbers o
         "bristles = 13000  # &lt;pasted&gt; &amp; used",
         // stability
         ">75.0 %<", "1 not: other", ">0.999<", "runs away", ">-2.5e-19<", ">1.3<", ">87.5 %<", ">80.0 %<",
-        ">0.8<", ">0.2<", ">1.7<", "b = 0.501 K T", "creeps by at most 2.5e-19 m in 3600"}) {
+        ">0.8<", ">0.2<", ">1.7<", "b = 0.501 K T", ">creep<", ">52.5<", ">23<", ">12600<", ">1.024<",
+        ">3.21 to 4.56<", ">-0.012 to 6.78<", "below the stiffness of linear theory, to within 2.38 %",
+        "creeps by at most 2.5e-19 m in 3600"}) {
     CAPTURE(part);
     CHECK(page.find(part) != std::string::npos);
   }

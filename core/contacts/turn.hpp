@@ -34,8 +34,13 @@ inline Turn turn_by(double angle) noexcept {
   for (; magnitude(angle) > 0.25 && doublings < 64; ++doublings) angle *= 0.5;
   const double x = angle * angle;
   Turn t;
-  t.cosine = 1.0 - x / 2 * (1.0 - x / 12 * (1.0 - x / 30 * (1.0 - x / 56 * (1.0 - x / 90))));
-  t.sine = angle * (1.0 - x / 6 * (1.0 - x / 20 * (1.0 - x / 42 * (1.0 - x / 72 * (1.0 - x / 110)))));
+  t.cosine = 1.0 - x * 0.5 *
+                       (1.0 - x * (1.0 / 12) *
+                                  (1.0 - x * (1.0 / 30) * (1.0 - x * (1.0 / 56) * (1.0 - x * (1.0 / 90)))));
+  t.sine = angle *
+           (1.0 - x * (1.0 / 6) *
+                      (1.0 - x * (1.0 / 20) *
+                                 (1.0 - x * (1.0 / 42) * (1.0 - x * (1.0 / 72) * (1.0 - x * (1.0 / 110))))));
   for (; doublings > 0; --doublings) t = normalized(t * t);
   return t;
 }

@@ -29,13 +29,13 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
 /// Of a patch that ages: no bristle follows the patch farther than twice its snap length. Left out are those
 /// few that are longer than the mean and four deviations: of the force, 0.5 % with a lognormal law of 0.3, 6
 /// % of 1.
-void note_slide(Patch& p, const PatchStep& step) noexcept {
+void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now = step.ends;
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
-  const double reach = 2.0 * (m.residual + long_one * longest_growth(p, step));
+  const double reach = 2.0 * (m.residual + long_one * growth);
   if (step.advance.snaps_all || square(step.scaled[0]) + square(step.scaled[1]) > square(reach)) {
     hold = {step.begins, now, {0, 0}};
     return;
@@ -53,13 +53,12 @@ void note_slide(Patch& p, const PatchStep& step) noexcept {
   }
 }
 
-/// Response::force_limit.
-double find_force_limit(const Patch& p, const PatchStep& step) noexcept {
-  if (!p.ages) return p.force_limit;
+/// Response::force_limit of a patch that ages.
+double find_force_limit(const Patch& p, double growth) noexcept {
   const Material& m = p.material().material;
   const double residual =
       p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness * m.residual_length;
-  return residual + longest_growth(p, step) * (p.force_limit - residual);
+  return residual + growth * (p.force_limit - residual);
 }
 
 /// Where the motion leads, in scaled lengths.
@@ -183,7 +182,8 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   }
   out.stiffness = p.stiffness;
   out.damping = damping;
-  out.force_limit = find_force_limit(p, step);
+  const double growth = p.ages ? longest_growth(p, step) : 1.0;
+  out.force_limit = p.ages ? find_force_limit(p, growth) : p.force_limit;
   if (energy) {
     out.dissipated = sums.dissipated + p.pending_dissipated;
     out.contact_loss = step.contact_loss + p.pending_loss;
@@ -196,7 +196,7 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   p.elastic[0] = out.elastic[0];
   p.elastic[1] = out.elastic[1];
   p.rests = !p.ages;  // the force limit of one that ages grows
-  if (p.ages) note_slide(p, step);
+  if (p.ages) note_slide(p, step, growth);
 }
 
 std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {

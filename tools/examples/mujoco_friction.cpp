@@ -20,6 +20,17 @@ std::uint64_t pair_of(const mjContact& contact) {
 bool by_key(const BristleFriction::Contact& a, const BristleFriction::Contact& b) { return a.key < b.key; }
 Eigen::Index row_of(std::size_t contact) { return 3 * static_cast<Eigen::Index>(contact); }
 
+/// Adds weight * row' row to the lower triangle.
+template <class Matrix>
+void add_square(const Matrix& rows, Eigen::Index row, double weight, Matrix& to) {
+  const double* const a = &rows(row, 0);
+  for (Eigen::Index i = 0; i < rows.cols(); ++i) {
+    const double share = weight * a[i];
+    double* const line = &to(i, 0);
+    for (Eigen::Index j = 0; j <= i; ++j) line[j] += share * a[j];
+  }
+}
+
 }  // namespace
 
 void remove_friction(mjModel& model) {
@@ -36,7 +47,6 @@ BristleFriction::BristleFriction(const mjModel& model, const bristle::Coefficien
       other_constraints_(VectorXd::Zero(model.nv)),
       applied_(static_cast<std::size_t>(model.nv)) {
   batch_.warm_up();
-  for (RowMatrix& body : point_jacobian_) body.resize(3, model.nv);
 }
 
 void BristleFriction::step(const mjModel& model, mjData& data) {
@@ -44,14 +54,23 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
   match(model, data);
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
-  set_jacobian(model, data);
-  predict(model, data);
+  find_islands(model);
+  for (std::size_t i = 0; i < island_count_; ++i) {
+    set_jacobian(model, data, islands_[i]);
+    set_equation(model, data, islands_[i]);
+    predict(model, data, islands_[i]);
+  }
   find_forces(model.opt.timestep);
 
-  Map<VectorXd> applied(data.qfrc_applied, model.nv);
   std::copy_n(data.qfrc_applied, model.nv, applied_.begin());
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    applied.noalias() += jacobian_.middleRows<2>(row_of(i)).transpose() * contacts_[i].force;
+  for (std::size_t i = 0; i < island_count_; ++i) {
+    const Island& island = islands_[i];
+    right_.setZero(island.jacobian.cols());
+    for (std::size_t c = 0; c < island.contacts.size(); ++c)
+      right_.noalias() +=
+          island.jacobian.middleRows<2>(row_of(c)).transpose() * contacts_[island.contacts[c]].force;
+    for (std::size_t d = 0; d < island.dofs.size(); ++d)
+      data.qfrc_applied[island.dofs[d]] += right_[static_cast<Eigen::Index>(d)];
   }
   mj_step2(&model, &data);
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
@@ -68,7 +87,8 @@ void BristleFriction::forget_contacts() {
 /// Contacts of this step, each with what was known of it a step ago.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
-  std::sort(before_.begin(), before_.end(), by_key);
+  if (!std::is_sorted(before_.begin(), before_.end(), by_key))
+    std::sort(before_.begin(), before_.end(), by_key);
   contacts_.clear();
   found_.clear();
   points_.clear();
@@ -80,15 +100,14 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   keys_.resize(points_.size());
   matcher_.match(points_, keys_);
   for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (keys_[i] != bristle::no_contact_key)
-      contacts_.push_back(take_over(model, data, *found_[i], keys_[i]));
+    if (keys_[i] != bristle::no_contact_key) take_over(model, data, *found_[i], keys_[i]);
   }
   patches_.end_step();
 }
 
-BristleFriction::Contact BristleFriction::take_over(const mjModel& model, const mjData& data,
-                                                    const mjContact& found, std::uint64_t key) {
-  Contact contact;
+void BristleFriction::take_over(const mjModel& model, const mjData& data, const mjContact& found,
+                                std::uint64_t key) {
+  Contact& contact = contacts_.emplace_back();
   contact.key = key;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
   const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
@@ -107,24 +126,80 @@ BristleFriction::Contact BristleFriction::take_over(const mjModel& model, const 
   contact.point = Map<const Vector3d>(found.pos);
   contact.scale = found.friction[0] / kinetic_;
   contact.row = found.efc_address;
-  return contact;
+}
+
+/// The tree at the top of those that touch this one.
+int BristleFriction::top_of(int tree) {
+  while (tree_[static_cast<std::size_t>(tree)] != tree) {
+    int& above = tree_[static_cast<std::size_t>(tree)];
+    above = tree_[static_cast<std::size_t>(above)];
+    tree = above;
+  }
+  return tree;
+}
+
+void BristleFriction::find_islands(const mjModel& model) {
+  const auto bodies = static_cast<std::size_t>(model.nbody);
+  tree_.resize(bodies);
+  for (int body = 0; body < model.nbody; ++body) tree_[static_cast<std::size_t>(body)] = body;
+  const auto moves = [&](int body) { return model.body_weldid[body] != 0; };
+  const auto root = [&](int body) { return model.body_rootid[body]; };
+  for (const Contact& contact : contacts_) {
+    const auto [a, b] = contact.bodies;
+    if (moves(a) && moves(b)) tree_[static_cast<std::size_t>(top_of(root(a)))] = top_of(root(b));
+  }
+  island_of_.assign(bodies, -1);
+  island_count_ = 0;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const auto [a, b] = contacts_[i].bodies;
+    if (!moves(a) && !moves(b)) continue;
+    int& island = island_of_[static_cast<std::size_t>(top_of(root(moves(a) ? a : b)))];
+    if (island < 0) {
+      island = static_cast<int>(island_count_++);
+      if (islands_.size() < island_count_) islands_.emplace_back();
+      islands_[static_cast<std::size_t>(island)].dofs.clear();
+      islands_[static_cast<std::size_t>(island)].contacts.clear();
+    }
+    islands_[static_cast<std::size_t>(island)].contacts.push_back(i);
+  }
+  column_.resize(static_cast<std::size_t>(model.nv));
+  for (int dof = 0; dof < model.nv; ++dof) {
+    const int island = island_of_[static_cast<std::size_t>(top_of(root(model.dof_bodyid[dof])))];
+    if (island < 0) continue;
+    std::vector<int>& dofs = islands_[static_cast<std::size_t>(island)].dofs;
+    column_[static_cast<std::size_t>(dof)] = static_cast<int>(dofs.size());
+    dofs.push_back(dof);
+  }
 }
 
 /// Three rows a contact: velocity of geom2's body against geom1's at the point, along the tangent axes and
 /// the normal.
-void BristleFriction::set_jacobian(const mjModel& model, const mjData& data) {
-  jacobian_.resize(row_of(contacts_.size()), model.nv);
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const Contact& contact = contacts_[i];
-    for (int k = 0; k < 2; ++k) {
-      mj_jac(&model, &data, point_jacobian_[k].data(), nullptr, contact.point.data(), contact.bodies[k]);
-    }
+void BristleFriction::set_jacobian(const mjModel& model, const mjData& data, Island& island) {
+  island.jacobian.setZero(row_of(island.contacts.size()), static_cast<Eigen::Index>(island.dofs.size()));
+  for (std::size_t c = 0; c < island.contacts.size(); ++c) {
+    const Contact& contact = contacts_[island.contacts[c]];
     Eigen::Matrix3d axes;
     axes << contact.frame.along().transpose(), contact.frame.aside().transpose(),
         contact.frame.normal().transpose();
-    point_jacobian_[1] -= point_jacobian_[0];
-    jacobian_.middleRows<3>(row_of(i)).noalias() = axes * point_jacobian_[1];
+    for (int k = 0; k < 2; ++k) {
+      int body = contact.bodies[k];
+      while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
+      if (body == 0) continue;
+      const Vector3d arm =
+          contact.point - Map<const Vector3d>(data.subtree_com + 3 * model.body_rootid[body]);
+      // As mj_jac, without the columns that are zero.
+      for (int dof = model.body_dofadr[body] + model.body_dofnum[body] - 1; dof >= 0;
+           dof = model.dof_parentid[dof]) {
+        const Map<const Vector3d> turn(data.cdof + 6 * dof), shift(data.cdof + 6 * dof + 3);
+        const Vector3d moved = axes * (shift + turn.cross(arm));
+        island.jacobian.block<3, 1>(row_of(c), column_[static_cast<std::size_t>(dof)]) +=
+            k == 0 ? -moved : moved;
+      }
+    }
   }
+  island.velocity.resize(static_cast<Eigen::Index>(island.dofs.size()));
+  for (std::size_t d = 0; d < island.dofs.size(); ++d)
+    island.velocity[static_cast<Eigen::Index>(d)] = data.qvel[island.dofs[d]];
 }
 
 /// The slip of every contact at the end of the step: one linear solve for the change of velocity, in which
@@ -135,57 +210,74 @@ void BristleFriction::set_jacobian(const mjModel& model, const mjData& data) {
 /// f: all free forces, and constraints other than contacts as they were a step ago. R, aref: MuJoCo's soft
 /// normal force (aref - a) / R of the contacts that carried load. Without it a held body would seem free to
 /// turn under friction, which the normal forces forbid: that rings.
-void BristleFriction::predict(const mjModel& model, mjData& data) {
+void BristleFriction::set_equation(const mjModel& model, const mjData& data, const Island& island) {
   const double dt_s = model.opt.timestep;
-  const Map<const VectorXd> velocity(data.qvel, model.nv), smooth(data.qfrc_smooth, model.nv);
-  fixed_.resize(model.nv, model.nv);
-  mj_fullM(&model, fixed_.data(), data.qM);
-  fixed_right_ = dt_s * (smooth + other_constraints_);
-  gain_.setZero(jacobian_.rows());
-  elastic_.setZero(jacobian_.rows());
-  stiffness_.resize(contacts_.size());
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const Contact& contact = contacts_[i];
+  const auto size = static_cast<Eigen::Index>(island.dofs.size());
+  fixed_.setZero(size, size);
+  fixed_right_.resize(size);
+  for (Eigen::Index d = 0; d < size; ++d) {
+    const int dof = island.dofs[static_cast<std::size_t>(d)];
+    fixed_right_[d] = dt_s * (data.qfrc_smooth[dof] + other_constraints_[dof]);
+    const double* mass = data.qM + model.dof_Madr[dof];
+    for (int above = dof; above >= 0; above = model.dof_parentid[above])
+      fixed_(d, column_[static_cast<std::size_t>(above)]) = *mass++;  // the lower triangle
+  }
+  const Eigen::Index rows = row_of(island.contacts.size());
+  gain_.setZero(rows);
+  elastic_.setZero(rows);
+  stiffness_.resize(island.contacts.size());
+  for (std::size_t c = 0; c < island.contacts.size(); ++c) {
+    const Contact& contact = contacts_[island.contacts[c]];
     const Response& now = contact.response;
-    stiffness_[i] = contact.scale * now.stiffness;
-    gain_.segment<2>(row_of(i)).setConstant(dt_s * stiffness_[i] + contact.scale * now.damping);
-    elastic_.segment<2>(row_of(i)) << contact.scale * now.elastic[0], contact.scale * now.elastic[1];
+    stiffness_[c] = contact.scale * now.stiffness;
+    gain_.segment<2>(row_of(c)).setConstant(dt_s * stiffness_[c] + contact.scale * now.damping);
+    elastic_.segment<2>(row_of(c)) << contact.scale * now.elastic[0], contact.scale * now.elastic[1];
     if (contact.normal_load > 0.0) {
       const double softness = data.efc_R[contact.row];
-      fixed_gain_ = jacobian_.row(row_of(i) + 2).transpose();
-      fixed_.noalias() += (1.0 / softness) * fixed_gain_ * fixed_gain_.transpose();
-      fixed_right_ += (dt_s * data.efc_aref[contact.row] / softness) * fixed_gain_;
+      const auto normal = island.jacobian.row(row_of(c) + 2);
+      add_square(island.jacobian, row_of(c) + 2, 1.0 / softness, fixed_);
+      fixed_right_ += (dt_s * data.efc_aref[contact.row] / softness) * normal.transpose();
     }
   }
+}
 
+void BristleFriction::predict(const mjModel& model, const mjData&, const Island& island) {
+  const double dt_s = model.opt.timestep;
+  const RowMatrix& jacobian = island.jacobian;
   // What lets go in a pass stays so.
-  for (std::size_t pass = 0; pass <= contacts_.size(); ++pass) {
+  for (std::size_t pass = 0; pass <= island.contacts.size(); ++pass) {
     system_ = fixed_;
-    system_.noalias() += dt_s * jacobian_.transpose() * gain_.asDiagonal() * jacobian_;
-    slip_.noalias() = jacobian_ * velocity;
     right_ = fixed_right_;
-    right_.noalias() += dt_s * jacobian_.transpose() * (elastic_ - gain_.cwiseProduct(slip_));
+    slip_.noalias() = jacobian * island.velocity;
+    for (Eigen::Index row = 0; row < jacobian.rows(); ++row) {
+      if (row % 3 == 2) continue;  // normals are in fixed_
+      const auto along = jacobian.row(row);
+      add_square(jacobian, row, dt_s * gain_[row], system_);
+      right_ += (dt_s * (elastic_[row] - gain_[row] * slip_[row])) * along.transpose();
+    }
     factor_.compute(system_);
-    right_ = factor_.solve(right_);
-    slip_.noalias() += jacobian_ * right_;
-    if (!clip(dt_s)) break;
+    factor_.solveInPlace(right_);
+    slip_.noalias() += jacobian * right_;
+    if (!clip(dt_s, island)) break;
   }
-  for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].slip = slip_.segment<2>(row_of(i));
+  for (std::size_t c = 0; c < island.contacts.size(); ++c)
+    contacts_[island.contacts[c]].slip = slip_.segment<2>(row_of(c));
 }
 
 /// Patches beyond their limit pull with the limit instead, and without stiffness. False when there is none.
-bool BristleFriction::clip(double dt_s) {
+bool BristleFriction::clip(double dt_s, const Island& island) {
   bool clipped = false;
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (stiffness_[i] == 0.0) continue;
+  for (std::size_t c = 0; c < island.contacts.size(); ++c) {
+    if (stiffness_[c] == 0.0) continue;
+    const Contact& contact = contacts_[island.contacts[c]];
     const Vector2d force =
-        elastic_.segment<2>(row_of(i)) - dt_s * stiffness_[i] * slip_.segment<2>(row_of(i));
-    const double limit = contacts_[i].scale * contacts_[i].response.force_limit;
+        elastic_.segment<2>(row_of(c)) - dt_s * stiffness_[c] * slip_.segment<2>(row_of(c));
+    const double limit = contact.scale * contact.response.force_limit;
     if (force.norm() <= limit) continue;
-    elastic_.segment<2>(row_of(i)) = limit * force.normalized();
-    gain_.segment<2>(row_of(i)).array() -= dt_s * stiffness_[i];
-    gain_.segment<2>(row_of(i)) = gain_.segment<2>(row_of(i)).cwiseMax(0.0);
-    stiffness_[i] = 0.0;
+    elastic_.segment<2>(row_of(c)) = limit * force.normalized();
+    gain_.segment<2>(row_of(c)).array() -= dt_s * stiffness_[c];
+    gain_.segment<2>(row_of(c)) = gain_.segment<2>(row_of(c)).cwiseMax(0.0);
+    stiffness_[c] = 0.0;
     clipped = true;
   }
   return clipped;
@@ -203,17 +295,25 @@ void BristleFriction::find_forces(double dt_s) {
 /// By what the contacts really slipped, under the normal loads of this step.
 void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
-  const Map<const VectorXd> velocity(data.qvel, model.nv);
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
-  motions_.clear();
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    Contact& contact = contacts_[i];
-    const double load = data.efc_force[contact.row];
-    other_constraints_ -= load * jacobian_.row(row_of(i) + 2).transpose();
-    // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
-    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
-    const Vector2d d = dt_s * jacobian_.middleRows<2>(row_of(i)) * velocity;
-    motions_.push_back(Motion{contact.patch, {d[0], d[1]}, contact.normal_load});
+  motions_.resize(contacts_.size());
+  for (std::size_t k = 0; k < contacts_.size(); ++k)
+    motions_[k] = Motion{contacts_[k].patch, {0.0, 0.0}, 0.0};
+  for (std::size_t i = 0; i < island_count_; ++i) {
+    Island& island = islands_[i];
+    for (std::size_t d = 0; d < island.dofs.size(); ++d)
+      island.velocity[static_cast<Eigen::Index>(d)] = data.qvel[island.dofs[d]];
+    for (std::size_t c = 0; c < island.contacts.size(); ++c) {
+      Contact& contact = contacts_[island.contacts[c]];
+      const double load = data.efc_force[contact.row];
+      for (std::size_t d = 0; d < island.dofs.size(); ++d)
+        other_constraints_[island.dofs[d]] -=
+            load * island.jacobian(row_of(c) + 2, static_cast<Eigen::Index>(d));
+      // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
+      if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+      const Vector2d d = dt_s * island.jacobian.middleRows<2>(row_of(c)) * island.velocity;
+      motions_[island.contacts[c]] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
+    }
   }
   responses_.resize(motions_.size());
   batch_.step(dt_s, motions_, responses_);

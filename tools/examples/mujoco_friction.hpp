@@ -11,9 +11,10 @@
 // (mjContact::friction[0]); the shape of the law is that of the material.
 //
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
-// contact will slip (linear solve of nv equations), and PatchBatch::find_force how its patch will answer;
-// that goes to qfrc_applied for the time of mj_step2. Then the patches step by what the contacts really
-// slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step before.
+// contact will slip (one linear solve for each group of bodies that touch), and PatchBatch::find_force how
+// its patch will answer; that goes to qfrc_applied for the time of mj_step2. Then the patches step by what
+// the contacts really slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step
+// before.
 //
 // Not covered: friction about the normal and rolling friction (condim 4 and 6), RK4 (mj_step2 has none).
 #pragma once
@@ -75,11 +76,24 @@ class BristleFriction {
   const bristle::KeyedPatches& patches() const { return patches_; }
 
  private:
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  /// Bodies that touch, directly or over others: what moves them, and their contacts. The equations of one
+  /// island know nothing of the others, so each is solved by itself.
+  struct Island {
+    std::vector<int> dofs;              // of the model, ascending
+    std::vector<std::size_t> contacts;  // places in contacts_
+    RowMatrix jacobian;                 // 3 rows a contact, a column for each of `dofs`
+    Eigen::VectorXd velocity;           // of `dofs`
+  };
+
   void match(const mjModel& model, const mjData& data);
-  Contact take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key);
-  void set_jacobian(const mjModel& model, const mjData& data);
-  void predict(const mjModel& model, mjData& data);
-  bool clip(double dt_s);
+  void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key);
+  void find_islands(const mjModel& model);
+  int top_of(int tree);
+  void set_jacobian(const mjModel& model, const mjData& data, Island& island);
+  void set_equation(const mjModel& model, const mjData& data, const Island& island);
+  void predict(const mjModel& model, const mjData& data, const Island& island);
+  bool clip(double dt_s, const Island& island);
   void find_forces(double dt_s);
   void move_patches(const mjModel& model, const mjData& data);
 
@@ -93,11 +107,13 @@ class BristleFriction {
   std::vector<std::uint64_t> keys_;
   std::vector<bristle::Motion> motions_;
   std::vector<bristle::Response> responses_;
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  RowMatrix jacobian_, point_jacobian_[2];  // 3 rows a contact; 3 a body
-  RowMatrix fixed_, system_;                // nv x nv: without patches; with them
+  std::vector<Island> islands_;  // the first island_count_ are in use
+  std::size_t island_count_ = 0;
+  std::vector<int> tree_, island_of_;  // by body: what it hangs on; its island. -1: none
+  std::vector<int> column_;            // by degree of freedom: its column in its island
+  RowMatrix fixed_, system_;           // of an island: without patches; with them
   Eigen::LLT<RowMatrix> factor_;
-  Eigen::VectorXd fixed_right_, fixed_gain_, right_, slip_, elastic_, gain_, other_constraints_;
+  Eigen::VectorXd fixed_right_, right_, slip_, elastic_, gain_, other_constraints_;
   std::vector<double> stiffness_, applied_;
 };
 

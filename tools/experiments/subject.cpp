@@ -95,6 +95,8 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   if (aged) {
     material.with_ageing(
         bristle::Ageing::logarithmic(settings.number("ageing"), settings.number("ageing_time")));
+    material.with_speed_strengthening(settings.number("strengthening"),
+                                      settings.number("strengthening_speed"));
   }
   material.bristle_damping = damping_of(model, settings) / (per_newton * settings.number("load"));
   material.viscous_friction = settings.number("viscous");
@@ -136,6 +138,7 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   }
   const bristle::Material material = brush_material(model, settings);
   stiffness_ = material.bristles_in_contact(load_) * material.bristle_stiffness;
+  damping_ += load_ * material.strengthening_damping(0.0);  // where it is steepest
   bristle::PatchOptions patch = brush_options(model, settings, options.highest_load_over_load);
   patch.axes = options.axes;
   Brush brush;

@@ -37,6 +37,43 @@ Table cases_table(const Json& stability) {
   return table;
 }
 
+double critical(const Json& row, const char* key) {
+  return row.at("critical_stiffness_n_per_m").at(key).get<double>();
+}
+
+Table pulled_table(const Json& pulled) {
+  const auto on_a_quarter = [](const char* low, const char* high, double scale) {
+    return [low, high, scale](const Json& row) {
+      const Json& soft = row.at("on_a_quarter");
+      return Cell(range_text({soft.at(low), soft.at(high)}, scale));
+    };
+  };
+  static const std::vector<JsonColumn> columns = {
+      text_column("<contact", "contact"),
+      text_column("<coupling", "scheme"),
+      number_column("mass kg", "mass_kg"),
+      number_column("load N", "load_n"),
+      number_column("pull µm/s", "speed_m_per_s", 1e6),
+      {"k_c by theory, N/m",
+       [](const Json& row) { return Cell(number_text(row.at("critical_stiffness_n_per_m").at("theory"))); }},
+      {"measured over it",
+       [](const Json& row) {
+         return Cell(fmt::format("{:.3f}", critical(row, "measured") / critical(row, "theory")));
+       }},
+      {"on a quarter of it: force N", on_a_quarter("lowest_force_n", "highest_force_n", 1.0)},
+      {"speed over pull", on_a_quarter("slowest_over_pull", "fastest_over_pull", 1.0)}};
+  return tabulate(pulled, columns, Medium::page);
+}
+
+void add_pulled(HtmlPage& page, const std::string& id, const Json& pulled) {
+  page.part(id + "-pulled", "Pulled slowly on a spring");
+  page.paragraph(
+      "A mass on a spring whose end is pulled at constant speed over a contact that ages (infinite brush). "
+      "Below the critical stiffness k_c steady sliding turns into stick-slip: by linear theory, and by "
+      "bisection. A lowest speed of 0 is sticking.");
+  page.table(pulled_table(pulled));
+}
+
 }  // namespace
 
 std::vector<std::string> stability_summary(const Json& stability) {
@@ -61,6 +98,14 @@ std::vector<std::string> stability_summary(const Json& stability) {
   if (seconds > 0.0)
     lines.push_back(fmt::format("A block on a slope creeps by at most {} m in {} simulated seconds.",
                                 number_text(creep), number_text(seconds)));
+  double worst = 0.0;
+  const Json pulled = stability.value("pulled", Json::array());  // not in reports of older builds
+  for (const Json& row : pulled)
+    worst = std::max(worst, std::abs(critical(row, "measured") / critical(row, "theory") - 1.0));
+  if (!pulled.empty())
+    lines.push_back(
+        fmt::format("Contacts that age stick and slip below the stiffness of linear theory, to within {} %.",
+                    percent_text(worst)));
   return lines;
 }
 
@@ -94,6 +139,7 @@ void add_stability(HtmlPage& page, const std::string& id, const Measurement& mea
       "Coarser maps: a change of direction on two axes; a load between a quarter and all, so that K swings "
       "with it.");
   page.table(varied_table(stability, Medium::page));
+  if (stability.contains("pulled")) add_pulled(page, id, stability.at("pulled"));
   page.part(id + "-cases", "Cases in SI units");
   page.table(cases_table(stability));
   std::vector<std::string> late;

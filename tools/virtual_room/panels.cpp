@@ -125,8 +125,16 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
                "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law");
   s.residual_share = 0.01 * percent;
   panel.slider(
-      "renewed by a snap", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
+      "others renewed", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
       "other bristles that re-form with each snap: rubbed contacts do not harden; 0: the paper's law");
+  double growth = 100.0 * s.growth_per_decade;
+  panel.slider("grows at rest", growth, 1, 0.0, 20.0, "%.1f %%", false,
+               "static friction over kinetic, for ten times the rest; sliding friction falls by half of that "
+               "for ten times the speed; 0: it does not age");
+  s.growth_per_decade = 0.01 * growth;
+  panel.slider(
+      "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
+      "rest from which on friction grows; it falls with speed where a bristle lives longer than this");
   double load = 0;
   for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;

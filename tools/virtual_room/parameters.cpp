@@ -45,7 +45,8 @@ bool same_material(const Settings& a, const Settings& b) {
   return a.kinetic == b.kinetic && a.peak == b.peak && a.presliding_length == b.presliding_length &&
          a.damping_per_newton == b.damping_per_newton && a.viscous_friction == b.viscous_friction &&
          a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep &&
-         a.residual_share == b.residual_share && a.shared_renewal == b.shared_renewal;
+         a.residual_share == b.residual_share && a.shared_renewal == b.shared_renewal &&
+         a.growth_per_decade == b.growth_per_decade && a.ageing_time == b.ageing_time;
 }
 
 }  // namespace
@@ -98,6 +99,8 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.keep = before.keep;
     s.residual_share = before.residual_share;
     s.shared_renewal = before.shared_renewal;
+    s.growth_per_decade = before.growth_per_decade;
+    s.ageing_time = before.ageing_time;
     if (s.keep) s.infinite = false;
   }
   return s;
@@ -114,7 +117,9 @@ bristle::Material material_of(const Settings& s) {
           .with_viscous_friction(s.viscous_friction)
           .with_stribeck_velocity(s.stribeck_velocity)
           .with_residual_share(s.residual_share)
-          .with_shared_renewal(s.shared_renewal));
+          .with_shared_renewal(s.shared_renewal)
+          .with_growth_per_decade(s.growth_per_decade)
+          .with_ageing_time(s.ageing_time));
 }
 
 Parameters PatchMaker::make(const Settings& wanted, bool anew) {

@@ -19,7 +19,7 @@ struct SettingRange {
   double min, max;
   const char* unit;
 };
-inline constexpr std::array<SettingRange, 14> setting_ranges = {{
+inline constexpr std::array<SettingRange, 16> setting_ranges = {{
     {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
     {"peak", &Settings::peak, 0.01, 3.0, ""},
     {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
@@ -28,6 +28,8 @@ inline constexpr std::array<SettingRange, 14> setting_ranges = {{
     {"stribeck_velocity", &Settings::stribeck_velocity, 0.0, 10.0, "m/s"},
     {"residual_share", &Settings::residual_share, 0.0, 0.95, ""},
     {"shared_renewal", &Settings::shared_renewal, 0.0, 8.0, ""},
+    {"growth_per_decade", &Settings::growth_per_decade, 0.0, 0.3, ""},
+    {"ageing_time", &Settings::ageing_time, 1e-3, 1e3, "s"},
     {"mass", &Settings::mass, 0.02, 5.0, "kg"},
     {"extra_load", &Settings::extra_load, 0.0, 50.0, "N"},
     {"slope", &Settings::slope, -0.8, 0.8, "rad"},

@@ -25,15 +25,17 @@ struct Settings {
   double stribeck_velocity = 1e-3;     ///< m/s
   double residual_share = bristle::Coefficients{}.residual_share;
   double shared_renewal = bristle::Coefficients{}.shared_renewal;
-  bool keep = false;              ///< SnapRule::keep instead of redraw
-  bool infinite = false;          ///< Population::infinite: `bristles` is not used
-  std::uint32_t bristles = 4096;  ///< representatives of one patch under the block
-  double mass = 0.25;             ///< kg, of the block
-  double extra_load = 0.0;        ///< N, pressed down on the block beside its weight
-  double slope = 0.0;             ///< rad, of the room about y; positive: down towards +x
-  double tapping = 0.0;           ///< N, amplitude of a disturbance along the slope
-  double hand_stiffness = 400.0;  ///< N/m, virtual spring between device and tool
-  double hand_damping = 2.0;      ///< N s/m
+  double growth_per_decade = 0.0;  ///< of static friction at rest, over kinetic; 0: it does not age
+  double ageing_time = 0.1;        ///< s, from which on it grows
+  bool keep = false;               ///< SnapRule::keep instead of redraw
+  bool infinite = false;           ///< Population::infinite: `bristles` is not used
+  std::uint32_t bristles = 4096;   ///< representatives of one patch under the block
+  double mass = 0.25;              ///< kg, of the block
+  double extra_load = 0.0;         ///< N, pressed down on the block beside its weight
+  double slope = 0.0;              ///< rad, of the room about y; positive: down towards +x
+  double tapping = 0.0;            ///< N, amplitude of a disturbance along the slope
+  double hand_stiffness = 400.0;   ///< N/m, virtual spring between device and tool
+  double hand_damping = 2.0;       ///< N s/m
 };
 
 /// The mouse as a device: where the person drags the tool to.

@@ -44,6 +44,8 @@ void allow_settings(const TomlTable& table, bool with_time) {
                "population",
                "residual_share",
                "shared_renewal",
+               "growth_per_decade",
+               "ageing_time",
                "bristles",
                "kinetic",
                "peak",

@@ -58,9 +58,16 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
   for (; half.squaredNorm() > 0.0625 && doublings < 64; ++doublings) half *= 0.5;
   const double x = half.squaredNorm();
   // cos and sin(a)/a to 1e-17 for a <= 1/4.
-  const double c = 1.0 - x / 2 * (1.0 - x / 12 * (1.0 - x / 30 * (1.0 - x / 56 * (1.0 - x / 90))));
-  const double s = 1.0 - x / 6 * (1.0 - x / 20 * (1.0 - x / 42 * (1.0 - x / 72 * (1.0 - x / 110))));
+  const double c =
+      1.0 -
+      x * 0.5 *
+          (1.0 - x * (1.0 / 12) * (1.0 - x * (1.0 / 30) * (1.0 - x * (1.0 / 56) * (1.0 - x * (1.0 / 90)))));
+  const double s =
+      1.0 -
+      x * (1.0 / 6) *
+          (1.0 - x * (1.0 / 20) * (1.0 - x * (1.0 / 42) * (1.0 - x * (1.0 / 72) * (1.0 - x * (1.0 / 110)))));
   Quaternion q(c, s * half[0], s * half[1], s * half[2]);
+  if (doublings == 0) return q;  // of length 1 to rounding
   for (; doublings > 0; --doublings) q = q * q;
   q.normalize();
   return q;
@@ -195,6 +202,11 @@ class ContactFrame {
   };
 
   static bool normalized(const Eigen::Vector3d& v, Eigen::Vector3d& unit) noexcept {
+    const double square = v.squaredNorm();
+    if (square > 1e-4 && square < 1e4) {
+      unit = v / std::sqrt(square);
+      return true;
+    }
     const double largest = v.cwiseAbs().maxCoeff();  // scaled first: squares of 1e-200 m are zero
     if (!v.allFinite() || !(largest > 0.0)) return false;
     unit = v / largest;
@@ -211,8 +223,9 @@ class ContactFrame {
     Axes axes;
     axes.normal = normal;
     normalized(along - normal.dot(along) * normal, axes.along);
-    // Once more, to remove the error of cancellation.
-    normalized(axes.along - normal.dot(axes.along) * normal, axes.along);
+    // Once more, to remove the error of cancellation: of first order, unless `along` was all but normal.
+    axes.along -= normal.dot(axes.along) * normal;
+    axes.along *= 1.5 - 0.5 * axes.along.squaredNorm();
     axes.aside = normal.cross(axes.along);
     return axes;
   }
@@ -232,6 +245,27 @@ class ContactFrame {
 
   /// Half of the rotation from `from` to `to`.
   static Axes half_way(const Axes& from, const Axes& to) noexcept {
+    // The rotation R takes each axis of `from` to that of `to`; its trace and twice its axis times the sine:
+    const double cosines = from.along.dot(to.along) + from.aside.dot(to.aside) + from.normal.dot(to.normal);
+    const Eigen::Vector3d sines =
+        from.along.cross(to.along) + from.aside.cross(to.aside) + from.normal.cross(to.normal);
+    if (!(cosines > 0.0)) return half_of_large(from, to);
+    const double w = 0.5 * std::sqrt(1.0 + cosines);  // of R's quaternion, whose vector is sines / (4 w)
+    const Eigen::Vector3d u = sines / (4.0 * w);
+    const double h = 1.0 + w,
+                 share = 2.0 / (h * h + u.squaredNorm());  // half of R: (1 + w, u), over its length
+    const auto turned = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+      const Eigen::Vector3d across = u.cross(v);
+      return v + share * (h * across + u.cross(across));
+    };
+    Axes half;
+    half.along = turned(from.along);
+    half.aside = turned(from.aside);
+    half.normal = turned(from.normal);
+    return half;
+  }
+  /// The same where the rotation is by more than a right angle: its axis may be hard to tell.
+  static Axes half_of_large(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
     rotation += to.aside * from.aside.transpose();
     rotation += to.normal * from.normal.transpose();

@@ -10,19 +10,23 @@
 namespace bristle::detail {
 namespace {
 
+/// The exponential law has a memory where it ages: mean ways to 1e-3 by the renewal equation, without ageing.
+constexpr double memory_of_aged_exponential = 7.0;
+
 /// Ageing at one speed over scaled lengths.
 WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
-/// From where on a redrawn population is steady within 1e-3, in mean ways from snap to snap.
+/// From where on a redrawn population is steady within 1e-3, in mean ways from snap to snap. Ageing spreads
+/// ways more than lengths, which costs laws that are narrow nothing: they lose their phases the sooner. Wide
+/// ones have the longer tails (core/patches/AGEING.md).
 double ways_to_steady(const CompiledMaterial& m) noexcept {
-  constexpr double enough = 16.0;
-  const bool narrow = m.material.snap_length.cv() < 0.2;
-  // Ageing spreads the ways more than the lengths.
-  return narrow || m.law.kind == law_exponential
-             ? enough
-             : std::max(enough, 1.5 * m.law.jump_from * m.law.inverse_mean);
+  const double cv = m.material.snap_length.cv();
+  if (cv < 0.2) return 9.0;
+  const bool memoryless = m.law.kind == law_exponential;
+  const double fresh = memoryless ? memory_of_aged_exponential : m.law.jump_from * m.law.inverse_mean;
+  return fresh * (1.05 + (cv < 0.4 ? 0.0 : 3.0 * m.material.ageing_strength));
 }
 
 /// The jumps of AgedSliding::law.
@@ -52,7 +56,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
 
 /// Path beyond which a step of redraw asks for jumps.
 double jumps_from(const CompiledMaterial& m) noexcept {
-  return m.law.kind == law_exponential ? 16.0 * m.law.mean : m.law.jump_from;
+  return m.law.kind == law_exponential ? memory_of_aged_exponential * m.law.mean : m.law.jump_from;
 }
 
 }  // namespace
