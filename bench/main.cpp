@@ -181,6 +181,9 @@ int main(int argc, char** argv) {
     register_kernels();
     register_batches();
     register_cohorts();
+#ifdef BRISTLE_HAS_RIVALS
+    register_extended();
+#endif
     register_keys();
     register_scaling();
     register_long_motion();

@@ -6,6 +6,7 @@ namespace bristle_bench {
 void register_kernels();
 void register_batches();
 void register_cohorts();
+void register_extended();  // where tools/rivals is built
 void register_scaling();
 void register_keys();
 void register_long_motion();

@@ -502,6 +502,16 @@ TEST_CASE("The page of experiments says what the program finds: critical stiffne
 TEST_CASE("The page of experiments says what the program finds: rubbing", "[experiment]") {
   check_page("rubbing");
 }
+TEST_CASE("The page of experiments says what the program finds: the limit surface", "[experiment]") {
+  check_page("limit-surface", {"maxwell_slip", "rate_state"});
+}
+TEST_CASE("The page of experiments says what the program finds: first turn and held corner", "[experiment]") {
+  check_page("pure-spin", {"rate_state"});
+  check_page("held-corner", {"rate_state"});
+}
+TEST_CASE("The page of experiments says what the program finds: the coin", "[experiment]") {
+  check_page("coin", {"elasto_plastic", "rate_state", "brush_rubbed", "brush_aged"});
+}
 TEST_CASE("The page of experiments says what the program finds: lag", "[experiment]") {
   check_page("friction-lag");
 }

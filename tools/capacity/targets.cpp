@@ -14,6 +14,7 @@
 #include "bench/plain_loops.hpp"
 
 #include "tools/capacity/capacity.hpp"
+#include "tools/capacity/spin.hpp"
 #include "tools/capacity/subject.hpp"
 #include "tools/reports/quantile.hpp"
 
@@ -48,6 +49,7 @@ class Targets {
     many_patches();
 #if !BRISTLE_MINIMAL
     infinite_steps();
+    spinning();
 #endif
 #if BRISTLE_WITH_TBB
     if (std::thread::hardware_concurrency() >= 2) {
@@ -194,6 +196,14 @@ class Targets {
     };
     dearest_slide("infinite/sliding", [](double step) { return step <= 1.0; });
     dearest_slide("infinite/far", [](double step) { return step > 1.0; });
+  }
+
+  void spinning() {
+    add_ratio(
+        "spin/sliding", brush_disc(0.5, false, options_.isa), lugre_disc(0.5, false), 1, 0.1, false,
+        "disc within 1 % of the limit surface, rim 0.5 lengths a step: time over 21 x 21 LuGre elements");
+    add_ratio("spin/sticking", brush_disc(0.003, true, options_.isa), lugre_disc(0.003, true), 1, 0.1, false,
+              "the same disc, rim to and fro by 0.003: time over 21 x 21 LuGre elements");
   }
 
   /// After enough tremor that every bristle which the first strokes snap has done so.

@@ -94,6 +94,10 @@ Experiment rubbing_experiment();
 Experiment slide_hold_slide_experiment();
 Experiment velocity_step_experiment();
 Experiment critical_stiffness_experiment();
+Experiment limit_surface_experiment();
+Experiment pure_spin_experiment();
+Experiment coin_experiment();
+Experiment held_corner_experiment();
 
 /// Time of a step, ns, of every model in one interleaved run.
 struct CostRow {

@@ -23,7 +23,11 @@ const std::vector<Experiment>& experiments() {
                                               rubbing_experiment(),
                                               slide_hold_slide_experiment(),
                                               velocity_step_experiment(),
-                                              critical_stiffness_experiment()};
+                                              critical_stiffness_experiment(),
+                                              limit_surface_experiment(),
+                                              pure_spin_experiment(),
+                                              coin_experiment(),
+                                              held_corner_experiment()};
   return all;
 }
 

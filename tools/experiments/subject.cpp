@@ -49,6 +49,10 @@ rivals::Rival make_rival(std::string_view model, const Settings& settings) {
 
 }  // namespace
 
+rivals::Rival rival_for(std::string_view model, const Settings& settings) {
+  return make_rival(model, settings);
+}
+
 std::span<const std::string_view> model_names() { return names; }
 
 std::string model_title(std::string_view model) {
@@ -102,6 +106,24 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   return material;
 }
 
+bristle::PatchOptions brush_options(std::string_view model, const Settings& settings,
+                                    double highest_load_over_load) {
+  bristle::PatchOptions patch;
+  patch.max_normal_load = settings.number("load") * highest_load_over_load;
+  patch.bristles = static_cast<std::uint32_t>(
+      std::clamp(std::ceil(settings.number("bristles") * highest_load_over_load), 1.0, 6e7));
+  patch.axes = 2;
+  patch.outputs = bristle::Outputs::mean;
+  patch.precision =
+      settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
+  if (model != "brush_redraw" && model != "brush_keep") {
+    patch.population = bristle::Population::infinite;
+    patch.resolution = settings.number("resolution");
+  }
+  patch.seed = static_cast<std::uint32_t>(settings.number("seed"));
+  return patch;
+}
+
 Subject::Subject(std::string_view model, const Settings& settings, const Options& options)
     : name_(model), load_(settings.number("load")) {
   damping_ = damping_of(model, settings) + settings.number("viscous");
@@ -117,19 +139,8 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   const bristle::Material material = brush_material(model, settings);
   stiffness_ = material.bristles_in_contact(load_) * material.bristle_stiffness;
   damping_ += load_ * material.strengthening_damping(0.0);  // where it is steepest
-  bristle::PatchOptions patch;
-  patch.max_normal_load = load_ * options.highest_load_over_load;
-  patch.bristles = static_cast<std::uint32_t>(
-      std::clamp(std::ceil(settings.number("bristles") * options.highest_load_over_load), 1.0, 6e7));
+  bristle::PatchOptions patch = brush_options(model, settings, options.highest_load_over_load);
   patch.axes = options.axes;
-  patch.outputs = bristle::Outputs::mean;
-  patch.precision =
-      settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
-  if (model != "brush_redraw" && model != "brush_keep") {
-    patch.population = bristle::Population::infinite;
-    patch.resolution = settings.number("resolution");
-  }
-  patch.seed = static_cast<std::uint32_t>(settings.number("seed"));
   Brush brush;
   brush.id = brush.batch.add(material, patch);
   brush.batch.warm_up();

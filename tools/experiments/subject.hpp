@@ -49,6 +49,11 @@ class Subject {
 bool is_brush(std::string_view model);
 /// The brush's material for these settings. Throws bristle::Error.
 bristle::Material brush_material(std::string_view model, const Settings& settings);
+/// Options of a patch of that brush, two axes. Throws nothing: PatchBatch::add does.
+bristle::PatchOptions brush_options(std::string_view model, const Settings& settings,
+                                    double highest_load_over_load = 1.0);
 rivals::Surface rival_surface(const Settings& settings);
+/// The rival with these settings, at rest.
+rivals::Rival rival_for(std::string_view model, const Settings& settings);
 
 }  // namespace cli

@@ -1,0 +1,57 @@
+// Planar LuGre, distributed: a grid of cells, each with a LuGre bristle in the plane under its share of the
+// load.
+//
+//   v_i = v + omega x r_i,   dz_i/dt = v_i - |v_i| z_i / zss(|v_i|),   F_i = p_i (sigma0 z_i + sigma1 dz_i/dt
+//   + sigma2 v_i) F = sum F_i,   T = sum r_i x F_i
+//
+// Source: Arslan Waltersson and Karayiannidis, Planar friction modelling with LuGre dynamics and limit
+// surfaces, IEEE Transactions on Robotics (arXiv 2308.01123), and their sources,
+// github.com/Gabrieleenx/FrictionModelling: 21 x 21 cells, explicit Euler, deflections and stiffness per unit
+// of load; with their switch `elasto_plastic` off. Here the cells turn with the body and z_i keeps the axes
+// of the surface; theirs stand, which is the same over small angles. The stiffness of the whole contact is
+// that of `Surface`, whatever the load (as in lugre.hpp); cell i has the share p_i of it.
+//
+// `StepRule::exact`: exact exponentials at constant velocity, stable at every step length, the mean over the
+// step exact. `StepRule::euler`: as published, cheaper by an exponential a cell, unstable where
+// |v_i| dt >= 2 zss; the mean is that of both ends.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tools/rivals/pressed_cells.hpp"
+
+namespace rivals {
+
+class LuGreGrid {
+ public:
+  enum class StepRule : std::uint8_t { exact, euler };
+
+  LuGreGrid(const Surface& surface, PressedCells cells, StepRule rule = StepRule::exact);
+
+  /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant
+  /// speed, under load_n >= 0 (N). No load, no force, and no memory. Never allocates or throws.
+  SpinForce step(Pair displacement, double angle, double dt_s, double load_n) noexcept;
+
+  std::size_t cells() const noexcept { return cells_.size(); }
+
+ private:
+  /// The deflection after the step, and the force, over the cell's share.
+  struct Moved {
+    Pair z;
+    Force force;
+  };
+  double steady_deflection(double speed, double load_n) const noexcept;
+  Moved move_exactly(Pair z, Pair way, double dt_s, double load_n) const noexcept;
+  Moved move_by_euler(Pair z, Pair way, double dt_s, double load_n) const noexcept;
+  template <class Move>
+  SpinForce step_cells(Pair displacement, double angle, const Move& move) noexcept;
+
+  Surface surface_;
+  PressedCells cells_;
+  StepRule rule_;
+  std::vector<double> zx_, zy_;  // m
+  double turned_ = 0.0;          // rad
+};
+
+}  // namespace rivals
