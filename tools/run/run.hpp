@@ -32,6 +32,7 @@ struct RunOptions {
   std::string restore_state;                ///< state file to continue from; empty: the scene's beginning
   std::string save_state;                   ///< state file to write at the end; empty: none
   OverloadOptions overload;
+  SceneLimits limits;
   bool quiet = false;  ///< no progress on a terminal
 };
 
