@@ -239,6 +239,10 @@ int run(int argc, char** argv) {
   run_app->add_option("SCENE", run_options.scene, "Scene file, TOML (tools/README.md)")->required();
   run_app->add_option("--trace", run_options.trace,
                       "Motion file, CSV t,x,y,load, in place of the scene's motion");
+  run_app
+      ->add_option("--clip-load", run_options.clip_load,
+                   "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
+      ->check(within(0.0, 1e9));
   run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)");
   run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)");
   run_app->add_option("--threads", run_options.threads, "Threads that step; 0 = one per core")

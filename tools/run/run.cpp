@@ -336,7 +336,7 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
 
 void run_command(const RunOptions& options) {
   Scene scene = read_scene(options.scene, options.limits, progress_line("reading", options.quiet));
-  if (!options.trace.empty()) replace_motion(scene, options.trace);
+  if (!options.trace.empty()) replace_motion(scene, options.trace, options.clip_load);
   if (options.bristles) set_bristles(scene, *options.bristles);
   const double scene_dt = scene.dt;
   if (options.realtime) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -309,12 +310,14 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
 
 using Trace = std::shared_ptr<const MotionFile>;
 
-Trace read_trace(const std::string& path) {
-  auto file = std::make_shared<MotionFile>(read_motion_file(path));
+Trace read_trace(const std::string& path, double clip_load_n) {
+  auto file = std::make_shared<MotionFile>(read_motion_file(path, clip_load_n));
   const double start = file->rows.front().t;
   for (MotionRow& row : file->rows) row.t -= start;
   return file;
 }
+
+using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< by path and clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
   if (!trace->has_load && motion.load_steps.empty()) {
@@ -329,9 +332,8 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   motion.trace = trace;
 }
 
-/// `traces`: those read before, by path.
-PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path,
-                             std::map<std::string, Trace>& traces) {
+/// `traces`: those read before.
+PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
   motion.type =
@@ -367,10 +369,12 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
       motion.keyframes = read_keyframes(table, motion.load_steps.empty());
       break;
     case MotionType::trace: {
-      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file"});
+      table.allow(
+          {"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file", "clip_load"});
       const std::filesystem::path path = std::filesystem::path(scene_path).parent_path() / table.text("file");
-      Trace& trace = traces[path.string()];
-      if (!trace) trace = read_trace(path.string());
+      const double clip_load = table.number("clip_load", load_range, 0.0);
+      Trace& trace = traces[{path.string(), clip_load}];
+      if (!trace) trace = read_trace(path.string(), clip_load);
       take_trace(motion, trace, table.where("file"));
       break;
     }
@@ -590,7 +594,7 @@ Scene parse_scene(const std::string& text, const std::string& path, const SceneL
     scene.patches.push_back(std::move(patch));
   }
   if (scene.patches.empty()) throw UserError(fmt::format("{}: no [[patch]]", path));
-  std::map<std::string, Trace> traces;
+  Traces traces;
   for (TomlTable& t : table.tables("motion")) {
     ScenePatch& patch = scene.patches[patches.find(t.text("patch"), t, "patch")];
     if (patch.motion)
@@ -616,8 +620,8 @@ Scene read_scene(const std::string& path, const SceneLimits& limits, const Share
   return parse_scene(read_text_file(path, most_scene_bytes), path, limits, progress);
 }
 
-void replace_motion(Scene& scene, const std::string& motion_path) {
-  const Trace trace = read_trace(motion_path);
+void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n) {
+  const Trace trace = read_trace(motion_path, clip_load_n);
   const bool has_trace = scene.trace_length() > 0.0;
   bool replaced = false;
   for (ScenePatch& patch : scene.patches) {

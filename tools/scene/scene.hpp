@@ -101,7 +101,8 @@ Scene parse_scene(const std::string& text, const std::string& path, const SceneL
 
 /// Replaces every trace of the scene, or every prescribed motion when it has none, by a motion file; the
 /// scene then lasts as long as the file. Throws UserError.
-void replace_motion(Scene& scene, const std::string& motion_path);
+/// `clip_load_n`: as read_motion_file.
+void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n = 0.0);
 
 /// Gives every patch this many representative bristles. Throws UserError when they are too many in all.
 void set_bristles(Scene& scene, std::uint32_t bristles);
