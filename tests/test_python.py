@@ -314,11 +314,12 @@ class Copies(unittest.TestCase):
     def test_batches_go_to_other_processes(self):
         batch, ids = self.batch_of_many()
         with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-            there = [pool.submit(slide_elsewhere, batch, ids) for _ in range(2)]
+            # A pool pickles what it is given some time later: not while we step it ourselves.
+            there = [future.result() for future in [pool.submit(slide_elsewhere, batch, ids) for _ in range(2)]]
             forces, state = slide_elsewhere(batch, ids)
-            for future in there:
-                np.testing.assert_array_equal(future.result()[0], forces)
-                self.assertEqual(future.result()[1], state)
+            for other_forces, other_state in there:
+                np.testing.assert_array_equal(other_forces, forces)
+                self.assertEqual(other_state, state)
 
     def test_what_is_no_batch_is_refused(self):
         batch, _ = self.batch_of_many()

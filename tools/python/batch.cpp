@@ -214,7 +214,11 @@ void define_batch(py::module_& module) {
             const Batch::Turn turn(self);
             {
               const py::gil_scoped_release release;
-              for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(dt, in[i]);
+              for (std::size_t i = 0; i < in.size(); ++i) {
+                out[i] = self.batch.find_force(dt, in[i]);
+                forget_what_was_not_asked_for(out[i],
+                                              bristle::detail::BatchAccess::outputs(self.batch, in[i].id));
+              }
             }
             return array;
           },
