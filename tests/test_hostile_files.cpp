@@ -198,20 +198,24 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
   const std::string scene = folder.write("scene.toml", scene_with("bristles = 10"));
   const std::string fifo = folder.at("fifo");
   REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+  // The other one opens the FIFO once the command has said that it waits.
   const auto run_beside = [&](const std::string& other, const std::string& arguments) {
-    return std::system(("( " + other + " ) & timeout 10 '" BRISTLE_CLI "' run " + arguments +
-                        " >/dev/null 2>'" + folder.at("stderr") +
-                        "'; code=$?; kill $! 2>/dev/null; wait; exit $code")
-                           .c_str());
+    const std::string script = folder.write(
+        "beside.sh", "(for i in $(seq 200); do [ -s '" + folder.at("stderr") +
+                         "' ] && break; sleep 0.05; done\n" + other +
+                         ") &\ntimeout 20 '" BRISTLE_CLI "' run " + arguments + " >/dev/null 2>'" +
+                         folder.at("stderr") + "'; code=$?; wait; exit $code\n");
+    folder.write("stderr", "");
+    return std::system(("timeout 30 sh '" + script + "'").c_str());
   };
   const auto said = [&] {
     std::ifstream in(folder.at("stderr"));
     return std::string(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
   };
   // Somebody who comes late.
-  CHECK(run_beside("sleep 1.3; cat '" + scene + "' >'" + fifo + "'", "'" + fifo + "'") == 0);
+  CHECK(run_beside("cat '" + scene + "' >'" + fifo + "'", "'" + fifo + "'") == 0);
   CHECK(said() == "bristle: " + fifo + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");
-  CHECK(run_beside("sleep 1.3; cat '" + fifo + "' >'" + folder.at("forces") + "'",
+  CHECK(run_beside("cat '" + fifo + "' >'" + folder.at("forces") + "'",
                    "'" + scene + "' --out '" + fifo + "'") == 0);
   CHECK(said() == "bristle: " + fifo + ": a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n");
   CHECK(std::filesystem::file_size(folder.at("forces")) > 100);

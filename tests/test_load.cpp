@@ -347,7 +347,8 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
 TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share with every swing",
           "[load]") {
   constexpr std::uint32_t n = 100;
-  for (const Population population : {Population::representatives, Population::infinite}) {
+  for (const bristle::Population population :
+       {bristle::Population::representatives, bristle::Population::infinite}) {
     const Material material = plain_material(uniform, SnapRule::redraw);
     const auto after_swings = [&](std::uint32_t bristles, double low, double high, int swings) {
       OnePatch patch(material, plain_options(bristles).with_population(population));
@@ -359,7 +360,7 @@ TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share
       }
       return -r.elastic[0] / (0.3 * dbar * high);
     };
-    INFO((population == Population::infinite ? "infinite" : "representatives"));
+    INFO((population == bristle::Population::infinite ? "infinite" : "representatives"));
     for (int swings : {1, 2, 40}) {
       CHECK(after_swings(n, 50.0, 60.0, swings) == Approx(50.0 / 60.0).epsilon(1e-5));
       CHECK(after_swings(n, 198.0, 200.0, swings) == Approx(std::pow(0.99, swings)).epsilon(1e-4));
