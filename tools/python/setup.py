@@ -108,6 +108,8 @@ setup(
     description="Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels",
     long_description=(HERE / "README.md").read_text(),
     long_description_content_type="text/markdown",
+    author="The bristle authors",
+    license="MIT",
     license_files=[os.path.relpath(ROOT / "LICENSE", HERE)],
     classifiers=["Programming Language :: Python :: 3", "Programming Language :: C++", "Operating System :: POSIX :: Linux",
                  "Topic :: Scientific/Engineering :: Physics", "Typing :: Typed"],
