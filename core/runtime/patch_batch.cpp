@@ -620,6 +620,10 @@ void BatchAccess::fill(PatchBatch& empty, const BatchRecipe& recipe) {
   }
 }
 
+Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept { return BatchAccess::outputs(batch, id); }
+BatchRecipe find_recipe(const PatchBatch& batch) { return BatchAccess::recipe(batch); }
+void fill_batch(PatchBatch& empty, const BatchRecipe& recipe) { BatchAccess::fill(empty, recipe); }
+
 void PatchBatch::remove(PatchId id) {
   Impl& impl = *impl_;
   Impl::Record& record = impl.record_of(id);

@@ -6,7 +6,7 @@
 #include <pybind11/stl.h>
 
 #include "core/c_interface/field_count.hpp"
-#include "core/runtime/batch_access.hpp"
+#include "core/runtime/batch_recipe.hpp"
 #include "tools/python/batch.hpp"
 
 namespace bristle_python {
@@ -54,7 +54,7 @@ bristle::StepReport step_arrays(Batch& self, double dt, const py::object& motion
 py::object force_of(Batch& self, std::uint64_t id) {
   const Batch::Turn turn(self);
   Response response = self.batch.force({id});
-  forget_what_was_not_asked_for(response, bristle::detail::BatchAccess::outputs(self.batch, {id}));
+  forget_what_was_not_asked_for(response, bristle::find_outputs(self.batch, {id}));
   const py::object array = new_responses(1);
   *elements<Response>(array, response_dtype(), "responses", true).data() = response;
   return array[py::int_(0)];
@@ -216,8 +216,7 @@ void define_batch(py::module_& module) {
               const py::gil_scoped_release release;
               for (std::size_t i = 0; i < in.size(); ++i) {
                 out[i] = self.batch.find_force(dt, in[i]);
-                forget_what_was_not_asked_for(out[i],
-                                              bristle::detail::BatchAccess::outputs(self.batch, in[i].id));
+                forget_what_was_not_asked_for(out[i], bristle::find_outputs(self.batch, in[i].id));
               }
             }
             return array;

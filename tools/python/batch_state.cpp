@@ -5,16 +5,15 @@
 #include <pybind11/stl.h>
 
 #include "core/c_interface/field_count.hpp"
-#include "core/runtime/batch_access.hpp"
+#include "core/runtime/batch_recipe.hpp"
 #include "tools/python/batch.hpp"
 
 namespace bristle_python {
 
+using bristle::BatchRecipe;
 using bristle::Material;
 using bristle::PatchOptions;
-using bristle::detail::BatchAccess;
-using bristle::detail::BatchRecipe;
-using bristle::detail::PatchRecipe;
+using bristle::PatchRecipe;
 
 namespace {
 
@@ -86,7 +85,7 @@ void restore_state(Batch& self, const py::bytes& state) {
 
 py::tuple pickled(Batch& self) {
   const Batch::Turn turn(self);
-  const BatchRecipe recipe = BatchAccess::recipe(self.batch);
+  const BatchRecipe recipe = bristle::find_recipe(self.batch);
   Kinds kinds;
   py::array_t<std::uint64_t> patches({static_cast<py::ssize_t>(recipe.patches.size()), columns});
   auto rows = patches.mutable_unchecked<2>();
@@ -138,7 +137,7 @@ std::unique_ptr<Batch> unpickled(const py::tuple& state) {
     patch.options.key = rows(i, key_column);
     recipe.patches.push_back(patch);
   }
-  BatchAccess::fill(self->batch, recipe);
+  bristle::fill_batch(self->batch, recipe);
   restore_state(*self, state[7]);
   return self;
 }
