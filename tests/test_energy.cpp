@@ -203,6 +203,22 @@ TEST_CASE("The end force dissipates over the step that produced it, for any moti
   }
 }
 
+TEST_CASE("Against the mean force the end force takes more where a bristle sticks, and less where it snaps",
+          "[energy]") {
+  OnePatch patch(plain_material(SnapLength::single(dbar), SnapRule::keep),
+                 plain_options(1, 1, Precision::single));
+  patch.step(0.0, 0.0, 1.0);
+  Response r = patch.step(0.9 * dbar, 0.0, 1.0);  // a spring of 1 N/m: (0.9 dbar)^2, and half of it is stored
+  CHECK(-r.elastic[0] == Approx(0.9 * dbar).epsilon(1e-6));
+  CHECK(-r.mean[0] == Approx(0.45 * dbar).epsilon(1e-6));
+  // Snaps at dbar and ends bent by 0.1: 0.02 dbar^2 by the end force; 0.095 up to the snap and 0.005 by the
+  // mean.
+  r = patch.step(0.2 * dbar, 0.0, 1.0);
+  CHECK(-r.elastic[0] * 0.2 == Approx(0.02 * dbar).epsilon(1e-5));
+  CHECK(-r.mean[0] * 0.2 == Approx(0.1 * dbar).epsilon(1e-5));
+  CHECK(patch.energy() == Approx(0.005 * dbar * dbar).epsilon(1e-5));  // 0.4 less than before
+}
+
 TEST_CASE("The balance holds for one bristle, where nothing averages out", "[energy]") {
   for (Precision precision : precisions()) {
     for (const LawCase& law : laws()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -190,6 +191,50 @@ TEST_CASE("Places that are no files, and files without an end, are refused", "[c
   check_one_line(run_cli(folder, "run /dev/stdin", "yes '# a comment'"), "at most 64 MiB");
   check_one_line(run_cli(folder, "run '" + scene + "' --trace /dev/stdin", "tr '\\000' 9 </dev/zero"),
                  "16 MiB");
+}
+
+TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so", "[cli][hostile]") {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", scene_with("bristles = 10"));
+  const std::string fifo = folder.at("fifo");
+  REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+  // The other one opens the FIFO once the command has said that it waits.
+  const auto run_beside = [&](const std::string& other, const std::string& arguments) {
+    const std::string script = folder.write(
+        "beside.sh", "(for i in $(seq 200); do [ -s '" + folder.at("stderr") +
+                         "' ] && break; sleep 0.05; done\n" + other +
+                         ") &\ntimeout 20 '" BRISTLE_CLI "' run " + arguments + " >/dev/null 2>'" +
+                         folder.at("stderr") + "'; code=$?; wait; exit $code\n");
+    folder.write("stderr", "");
+    return std::system(("timeout 30 sh '" + script + "'").c_str());
+  };
+  const auto said = [&] {
+    std::ifstream in(folder.at("stderr"));
+    return std::string(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  };
+  // Somebody who comes late.
+  CHECK(run_beside("cat '" + scene + "' >'" + fifo + "'", "'" + fifo + "'") == 0);
+  CHECK(said() == "bristle: " + fifo + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");
+  CHECK(run_beside("cat '" + fifo + "' >'" + folder.at("forces") + "'",
+                   "'" + scene + "' --out '" + fifo + "'") == 0);
+  CHECK(said() == "bristle: " + fifo + ": a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n");
+  CHECK(std::filesystem::file_size(folder.at("forces")) > 100);
+  // Nobody comes: Ctrl-C.
+  const int status = std::system(
+      ("timeout -s INT 1.5 '" BRISTLE_CLI "' run '" + fifo + "' 2>'" + folder.at("stderr") + "'").c_str());
+  CHECK(WEXITSTATUS(status) == 124);
+  CHECK_THAT(said(), Contains("nobody writes"));
+}
+
+TEST_CASE("A report whose fields have other types ends with code 2 and one line", "[cli][hostile]") {
+  const TemporaryFolder folder;
+  const std::string head = R"({"schema": "bristle-capacity-1", "conditions": {"version": "0", "commit": "c",
+    "flags": "f", "cores": 2, "cpu": )";
+  for (const char* cpu : {"7", "null", "[]"}) {
+    const std::string report = folder.write("typed.json", head + cpu + "}}");
+    check_one_line(run_cli(folder, "report '" + report + "' --out '" + folder.at("page.html") + "'"),
+                   std::string("conditions.cpu is ") + cpu + "; it must be a text");
+  }
 }
 
 TEST_CASE("Windows line ends, a byte order mark and a pipe are no fault", "[cli][hostile]") {

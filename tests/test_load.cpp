@@ -344,6 +344,50 @@ TEST_CASE("A load above the maximum scales the forces of all bristles and is rep
   }
 }
 
+TEST_CASE("Load noise at rest takes whole bristles once, and in overload a share with every swing",
+          "[load]") {
+  constexpr std::uint32_t n = 100;
+  for (const bristle::Population population :
+       {bristle::Population::representatives, bristle::Population::infinite}) {
+    const Material material = plain_material(uniform, SnapRule::redraw);
+    const auto after_swings = [&](std::uint32_t bristles, double low, double high, int swings) {
+      OnePatch patch(material, plain_options(bristles).with_population(population));
+      patch.step(0.3 * dbar, 0.0, high);
+      Response r;
+      for (int k = 0; k < swings; ++k) {
+        patch.step(0.0, 0.0, low);
+        r = patch.step(0.0, 0.0, high);
+      }
+      return -r.elastic[0] / (0.3 * dbar * high);
+    };
+    INFO((population == bristle::Population::infinite ? "infinite" : "representatives"));
+    for (int swings : {1, 2, 40}) {
+      CHECK(after_swings(n, 50.0, 60.0, swings) == Approx(50.0 / 60.0).epsilon(1e-5));
+      CHECK(after_swings(n, 198.0, 200.0, swings) == Approx(std::pow(0.99, swings)).epsilon(1e-4));
+    }
+  }
+  // The bristle that counts in part, again and again.
+  OnePatch one(plain_material(uniform, SnapRule::keep), plain_options(1));
+  one.step(0.3 * dbar, 0.0, 0.6);
+  for (int k = 0; k < 5; ++k) {
+    one.step(0.0, 0.0, 0.5);
+    const Response r = one.step(0.0, 0.0, 0.6);
+    CHECK(-r.elastic[0] == Approx(0.18 * dbar * std::pow(5.0 / 6.0, k + 1)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("A displacement below half a unit of the fixed point moves nothing, however often", "[load]") {
+  // The unit: 2^-44 of a power of two near the mean length, 10 um: 2^-17 m.
+  const double unit = 0x1p-61;
+  for (const auto& [step, moved] : {std::pair{0.49, 0.0}, std::pair{0.51, 1.0}, std::pair{7.3, 7.0}}) {
+    OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(1, 1, Precision::single));
+    patch.step(0.0, 0.0, 1.0);
+    Response r;
+    for (int k = 0; k < 4096; ++k) r = patch.step(step * unit, 0.0, 1.0);
+    CHECK(-r.elastic[0] == Approx(4096.0 * moved * unit));
+  }
+}
+
 TEST_CASE("Every change of the load at rest closes the energy balance by contact_loss", "[load][energy]") {
   constexpr std::uint32_t n = 520;
   for (Precision precision : precisions()) {

@@ -1,6 +1,7 @@
 // The parser of motion files: units, what is optional, and what it refuses, by line.
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <string>
 
 #include "tools/files/motion_file.hpp"
@@ -50,6 +51,33 @@ TEST_CASE("Units in the header scale a column, in any order, with or without spa
   CHECK(file.rows[1].t == 0.002);
   CHECK(file.rows[1].x == -0.0015);
   CHECK(file.rows[1].load == 0.5);
+}
+
+TEST_CASE("Loads may come in micronewtons and in gram-force", "[motion file]") {
+  MotionFile file = parse_motion_file("t,x,load[uN]\n0,0,250\n1,0,1500000\n", "hand.csv");
+  CHECK(file.rows[0].load == 0.00025);
+  CHECK(file.rows[1].load == 1.5);
+  file = parse_motion_file("t,x,load[gf]\n0,0,1\n1,0,50\n", "hand.csv");
+  CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));  // standard gravity
+  CHECK(file.rows[1].load == Approx(0.4903325).epsilon(1e-15));
+  CHECK(refusal("t,x,load[kg]\n0,0,1\n1,0,1\n") ==
+        "hand.csv:1: unit of column load is 'kg'; allowed: N, mN, uN, gf");
+}
+
+TEST_CASE("Loads that a sensor shows at zero are 0 where a motion file is to be clipped", "[motion file]") {
+  const std::string text = "t,x,load\n0,0,-1e-5\n1,0,2\n2,0,-9e-5\n3,0,0\n";
+  const MotionFile file = parse_motion_file(text, "hand.csv", 1e-4);
+  const double loads[] = {0.0, 2.0, 0.0, 0.0};
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(file.rows[i].load == loads[i]);
+    CHECK_FALSE(std::signbit(file.rows[i].load));
+  }
+  CHECK(refusal(text) ==
+        "hand.csv:2: column load: -1e-5 is negative; allowed: 0 or more; clip_load in the scene's "
+        "[[motion]], or --clip-load, takes what a sensor shows at zero load as 0");
+  CHECK_THROWS_WITH(
+      parse_motion_file("t,x,load[mN]\n0,0,-0.2\n1,0,1\n", "hand.csv", 1e-4),
+      Catch::Matchers::Contains("hand.csv:2: column load: -0.2 is negative; allowed: -0.0001 N or more"));
 }
 
 TEST_CASE("A column y, a column load and a last line end may be left out", "[motion file]") {
@@ -110,7 +138,6 @@ TEST_CASE("A bad row is refused by line, column and reason", "[motion file]") {
       {"t,x,load\n0,1,1\n1,1e400,1\n", "hand.csv:3: column x: '1e400' is out of the range of a number"},
       {"t,x,load\n0,1,1\n1,+-1,1\n", "hand.csv:3: column x: '+-1' is not a number"},
       {"t,x,load\n0,1,1\n1,0x10,1\n", "hand.csv:3: column x: '0x10' is not a number"},
-      {"t,x,load\n0,1,1\n1,1,-0.5\n", "hand.csv:3: column load: -0.5 is negative; allowed: 0 or more"},
       {"t,x,load\n0,1,1\n1,1\n", "hand.csv:3: fewer cells than the header has columns"},
       {"t,x,load\n0,1,1\n1,1,1,1\n", "hand.csv:3: more cells than the header has columns"},
       {"t,x,load\n0,1,1\n\n1,1,1\n", "hand.csv:3: fewer cells than the header has columns"},

@@ -2,12 +2,18 @@
 """The Python module: arrays in place, the interpreter's lock, errors, and closed forms of the model."""
 
 import ast
+import concurrent.futures
+import copy
 import csv
+import importlib.util
+import multiprocessing
 import os
 import pathlib
+import pickle
 import re
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -21,7 +27,7 @@ DBAR = 10e-6  # m, mean snap length
 LOAD = 2.0  # N
 REPOSITORY = pathlib.Path(__file__).parent.parent
 SCENES = REPOSITORY / "tools" / "scenes"
-COMMAND_LINE = pathlib.Path(bristle.__file__).parent.parent / "bristle"
+COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
 TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment"}
 HAS_TOOLS = hasattr(bristle, "fit")
 
@@ -111,7 +117,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(list(info), fields)
         self.assertEqual((info["detail"], info["bristles"]), (1800, 1800))
         self.assertAlmostEqual(info["max_normal_load"], LOAD, delta=1e-12 * LOAD)
-        stub = pathlib.Path(__file__).parents[1] / "tools/python/bristle.pyi"
+        stub = pathlib.Path(__file__).parents[1] / "tools/python/package/__init__.pyi"
         typed = [c for c in ast.parse(stub.read_text()).body if getattr(c, "name", "") == "_PatchInfo"]
         self.assertEqual([line.target.id for line in typed[0].body], fields)
 
@@ -210,6 +216,241 @@ class Model(unittest.TestCase):
         np.testing.assert_array_equal(slide(first, ids, 3e-6, 20), slide(second, other_ids, 3e-6, 20))
         with self.assertRaises(bristle.Error):
             second.restore_state(state[:-1])
+
+
+    def test_reset_makes_patches_as_new(self):
+        batch = bristle.PatchBatch()
+        ids = batch.add_many(3, bristle.Material(), bristle.PatchOptions(max_normal_load=LOAD))
+        new = [batch.state_hash(i) for i in ids]
+        first = slide(batch, ids, 3e-6, 20)
+        batch.reset(ids[:2])
+        self.assertEqual([batch.state_hash(i) == h for i, h in zip(ids, new)], [True, True, False])
+        batch.reset(int(ids[2]))
+        np.testing.assert_array_equal(slide(batch, ids, 3e-6, 20), first)
+        with self.assertRaisesRegex(bristle.Error, "no patch with id 12345"):
+            batch.reset([ids[0], 12345])
+
+
+def slide_elsewhere(batch, ids):
+    """In another process: the forces of a slide, and the hash of the batch after it."""
+    return slide(batch, ids, 3e-6, 20), batch.state_hash()
+
+
+class Copies(unittest.TestCase):
+    """What a process hands to another one: pickles, and copies, which go the same way."""
+
+    LAWS = [bristle.SnapLength.single(DBAR), bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR),
+            bristle.SnapLength.normal(DBAR, 0.3 * DBAR), bristle.SnapLength.lognormal(DBAR, 0.3),
+            bristle.SnapLength.exponential(DBAR), bristle.SnapLength.table([4e-6, 9e-6, 10e-6, 17e-6])]
+
+    def ways(self, thing):
+        return pickle.loads(pickle.dumps(thing)), copy.copy(thing), copy.deepcopy(thing)
+
+    def test_laws_materials_coefficients_and_options_are_equal(self):
+        things = self.LAWS + [
+            material(law, "keep", residual_length=1e-6, ageing_strength=0.1, ageing_form="saturating")
+            for law in self.LAWS] + [
+            bristle.Coefficients(kinetic=0.5, peak=0.55, fall_per_decade=0.01, rule="keep"),
+            bristle.PatchOptions(max_normal_load=3.0, outputs="all", population="infinite", resolution=4.0, key=2**60)]
+        for thing in things:
+            for other in self.ways(thing):
+                self.assertEqual(other, thing)
+                self.assertIsNot(other, thing)
+                self.assertEqual(repr(other), repr(thing))
+
+    def test_a_copied_material_is_another_one(self):
+        surface = bristle.Material()
+        other = copy.copy(surface)
+        other.bristle_stiffness = 1.0
+        self.assertNotEqual(surface.bristle_stiffness, 1.0)
+
+    def batch_of_many(self):
+        """Patches of several kinds; ids given twice over, a material changed, a patch reset, fewer bristles."""
+        batch = bristle.PatchBatch(threads=2)
+        options = bristle.PatchOptions(max_normal_load=LOAD, bristles=300, outputs="all")
+        removed = batch.add_many(100, bristle.Material(), options)
+        for i in removed[::3]:
+            batch.remove(i)
+        ids = list(removed[1::3]) + list(removed[2::3])
+        for k, law in enumerate(self.LAWS):
+            ids.append(batch.add(material(law, "keep" if k % 2 else "redraw"), bristle.PatchOptions(
+                max_normal_load=LOAD, bristles=100 + k, seed=k, precision="double" if k % 3 else "single")))
+        ids.append(batch.add(bristle.Material(ageing_strength=0.05), bristle.PatchOptions(population="infinite")))
+        ids = np.array(ids, "u8")
+        slide(batch, ids, 4e-6, 10)
+        batch.set_material(ids[0], bristle.Material(bristle_stiffness=60.0, normal_stiffness=2000.0))
+        slide(batch, ids, 4e-6, 3)
+        batch.reset(ids[5])
+        slide(batch, ids, 2e-6, 3)
+        return batch, ids
+
+    def test_a_copied_batch_has_the_same_ids_and_goes_on_with_the_same_bits(self):
+        batch, ids = self.batch_of_many()
+        others = self.ways(batch)
+        for other in others:
+            self.assertEqual((len(other), other.threads, other.isa), (len(batch), batch.threads, batch.isa))
+            self.assertEqual(other.state_hash(), batch.state_hash())
+            for i in ids:
+                self.assertEqual(other.info(i), batch.info(i))
+        # Ids of the future too: of slots that are free, in the same order, and of new ones.
+        for _ in range(40):
+            wanted = batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
+            self.assertEqual([other.add(bristle.Material(), bristle.PatchOptions(bristles=10)) for other in others],
+                             [wanted] * 3)
+        forces = slide(batch, ids, 3e-6, 20)
+        for other in others:
+            np.testing.assert_array_equal(slide(other, ids, 3e-6, 20), forces)
+            self.assertEqual(other.state_hash(), batch.state_hash())
+            other.set_material(ids[0], bristle.Material())  # at the weight of its first material
+        batch.set_material(ids[0], bristle.Material())
+        forces = slide(batch, ids, 3e-6, 5)
+        for other in others:
+            np.testing.assert_array_equal(slide(other, ids, 3e-6, 5), forces)
+
+    def test_an_empty_batch_can_be_copied(self):
+        for other in self.ways(bristle.PatchBatch(isa="scalar", eager=True)):
+            self.assertEqual((len(other), other.isa), (0, "scalar"))
+
+    def test_batches_go_to_other_processes(self):
+        batch, ids = self.batch_of_many()
+        with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+            # A pool pickles what it is given some time later: not while we step it ourselves.
+            there = [future.result() for future in [pool.submit(slide_elsewhere, batch, ids) for _ in range(2)]]
+            forces, state = slide_elsewhere(batch, ids)
+            for other_forces, other_state in there:
+                np.testing.assert_array_equal(other_forces, forces)
+                self.assertEqual(other_state, state)
+
+    def test_what_is_no_batch_is_refused(self):
+        batch, _ = self.batch_of_many()
+        state = list(batch.__getstate__())
+        for place, other in ((0, 2), (5, np.zeros(3, "u4")), (7, b""), (2, []),
+                             (4, np.zeros((2, 4), "u8"))):
+            wrong = list(state)
+            wrong[place] = other
+            with self.assertRaises(bristle.Error):
+                bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(wrong))
+
+    def test_arrays_of_responses_stay_what_they_are(self):
+        responses = bristle.responses(4)
+        responses.end[2] = [1.0, 2.0]
+        for other in (*self.ways(responses), responses[1:3], responses[[0, 2]], responses.copy()):
+            self.assertIs(type(other), bristle.Responses)
+            self.assertIs(type(other[1]), bristle.Response)
+            self.assertEqual(other.dtype, bristle.response_dtype)
+
+
+class Outputs(unittest.TestCase):
+    """What a patch computes only where it was asked to."""
+
+    def step(self, *outputs):
+        batch = bristle.PatchBatch()
+        ids = [batch.add(bristle.Material(), bristle.PatchOptions(max_normal_load=LOAD, outputs=o)) for o in outputs]
+        motions, responses = bristle.motions(ids, LOAD), bristle.responses(len(ids))
+        motions.displacement[:, 0] = 1e-6
+        batch.step(1e-3, motions, responses)
+        return batch, ids, responses
+
+    def test_mean_is_the_force_and_no_function(self):
+        _, _, responses = self.step("mean", "all")
+        stiffness = 900 * LOAD * 82.05128205128205
+        # Nothing snaps below 5 um: the mean of a spring from 0 to 1 um.
+        np.testing.assert_allclose(responses.mean, [[-0.5e-6 * stiffness, 0.0]] * 2, rtol=1e-5)
+        self.assertEqual(responses[1].mean[0], responses["mean"][1, 0])
+        responses.mean[0] = 7.0  # a view
+        self.assertEqual(responses["mean"][0, 1], 7.0)
+
+    def test_what_was_not_asked_for_raises(self):
+        batch, ids, responses = self.step("mean", "end", "energy")
+        with self.assertRaisesRegex(bristle.Error, r'responses.mean of row 1: .*PatchOptions\(outputs="mean"\)'):
+            responses.mean
+        for name in ("dissipated", "contact_loss", "damper_work", "snaps"):
+            with self.assertRaisesRegex(bristle.Error, rf'responses.{name} of row 0: .*outputs="energy"'):
+                getattr(responses, name)
+            self.assertEqual(getattr(responses[2], name), 0)
+        self.assertTrue(np.isnan(responses["mean"][1]).all())
+        responses[:1].mean
+        with self.assertRaisesRegex(bristle.Error, "responses.mean: no step"):
+            responses[1].mean
+        for k, name in enumerate(("mean", "end")):
+            batch.move(ids[k], 1e-6, 0.0, LOAD)
+        batch.step(1e-3)
+        self.assertLess(batch.force(ids[0]).mean[0], 0.0)
+        for force in (batch.force(ids[1]), batch.find_force(1e-3, bristle.motions(ids[1], LOAD))):
+            with self.assertRaisesRegex(bristle.Error, "responses.mean"):
+                force.mean
+
+    def test_no_step_no_output(self):
+        with self.assertRaisesRegex(bristle.Error, "row 0: no step has computed it"):
+            bristle.responses(2).mean
+
+    @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+    def test_responses_of_a_scene_raise_too(self):
+        run = bristle.run_scene(SCENES / "fingertip.toml", steps=20)
+        asked = bristle.run_scene(SCENES / "block_on_floor.toml", steps=20)
+        for responses in asked.responses.values():
+            self.assertEqual(responses.mean.shape, (20, 2))
+        for responses in run.responses.values():
+            kernel = "mean" in run.report["patches"][0]["kernel"]
+            if not kernel:
+                with self.assertRaisesRegex(bristle.Error, "responses.mean of row 0"):
+                    responses.mean
+
+
+class Environments(unittest.TestCase):
+    """The example of robot learning: tools/python/robot_environments.py."""
+
+    @classmethod
+    def setUpClass(cls):
+        file = REPOSITORY / "tools" / "python" / "robot_environments.py"
+        spec = importlib.util.spec_from_file_location("robot_environments", file)
+        cls.module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(cls.module)
+
+    def make(self, count, contacts=3):
+        return self.module.PushedBlocks(count, contacts=contacts)
+
+    def test_a_block_holds_below_the_limit_and_slides_above_it(self):
+        blocks = self.make(3)
+        weight = blocks.mass * 9.81
+        push = np.array([[0.3 * weight, 0.0, 0.0], [0.0, -0.8 * weight, 0.0], [0.0, 0.0, 0.0]])
+        for _ in range(100):
+            blocks.step(push)
+        rest = blocks.pose.copy()
+        speed = blocks.velocity[1, 1]
+        for _ in range(400):
+            blocks.step(push)
+        np.testing.assert_allclose(blocks.pose[[0, 2]], rest[[0, 2]], atol=1e-10)  # m in 0.4 s
+        self.assertLess(abs(rest[0, 0]), 20e-6)
+        # Kinetic friction is 0.4 of the weight: what is left accelerates.
+        self.assertAlmostEqual((blocks.velocity[1, 1] - speed) / 0.4 / 9.81, -0.4, delta=0.01)
+
+    def test_a_torque_turns_a_block_where_friction_no_longer_holds_it(self):
+        blocks = self.make(2, contacts=8)
+        # Friction of all contacts around the middle: the highest torque that holds.
+        arms = np.linalg.norm(blocks.places, axis=1).mean()
+        holds = 0.4 * blocks.mass * 9.81 * arms
+        push = np.array([[0.0, 0.0, 0.7 * holds], [0.0, 0.0, 2.0 * holds]])
+        for _ in range(200):
+            blocks.step(push)
+        self.assertLess(abs(blocks.velocity[0, 2]), 1e-6)
+        turned = holds / blocks.inertia[2, 2] * 0.2  # the half that is left, over 0.2 s
+        self.assertAlmostEqual(blocks.velocity[1, 2] / turned, 1.0, delta=0.03)
+        np.testing.assert_allclose(blocks.pose[1, :2], 0.0, atol=1e-6)
+
+    def test_a_reset_environment_goes_as_it_did_and_leaves_the_others_alone(self):
+        blocks, push = self.make(3), np.array([[3.0, 1.0, 0.01]] * 3)
+        first = []
+        for _ in range(60):
+            blocks.step(push)
+            first.append(blocks.observe())
+        blocks.reset([1])
+        np.testing.assert_array_equal(blocks.pose[1], 0.0)
+        others = blocks.pose[[0, 2]].copy()
+        for k in range(60):
+            blocks.step(push)
+            np.testing.assert_array_equal(blocks.observe()[1], first[k][1])
+        self.assertTrue((np.abs(blocks.pose[[0, 2], 0]) > np.abs(others[:, 0])).all())
 
 
 class Extent(unittest.TestCase):
@@ -577,13 +818,20 @@ class Interface(unittest.TestCase):
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
 
+    def test_a_python_without_numpy_says_what_to_install(self):
+        code = "import sys; sys.modules['numpy'] = None; import bristle"
+        ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        self.assertEqual(ran.returncode, 1)
+        last = ran.stderr.strip().splitlines()[-1]
+        self.assertRegex(last, "^ImportError: bristle needs numpy, .*pip install numpy.*python3-numpy$")
+
     def test_versions_and_instruction_sets_are_told(self):
         self.assertRegex(bristle.__version__, r"^\d+\.\d+\.\d+$")
         self.assertTrue(bristle.instruction_sets()["scalar"])
         self.assertIn(bristle.PatchBatch().isa, bristle.instruction_sets())
 
     def test_everything_public_has_a_docstring_and_a_line_in_the_stubs(self):
-        stub = REPOSITORY / "tools" / "python" / "bristle.pyi"
+        stub = REPOSITORY / "tools" / "python" / "package" / "__init__.pyi"
         stubbed = {}
         for node in ast.parse(stub.read_text()).body:
             if isinstance(node, ast.ClassDef):
@@ -604,6 +852,8 @@ class Interface(unittest.TestCase):
             self.assertTrue(thing.__doc__, name)
             if isinstance(thing, type):
                 members = {m for m in vars(thing) if not m.startswith("_")}
+                if name in ("Response", "Responses"):  # numpy makes the attributes
+                    members = set(bristle.response_dtype.names)
                 self.assertEqual({m for m in stubbed[name] if not m.startswith("_")}, members, name)
 
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "temporary_folder.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/html_page.hpp"
@@ -169,6 +171,30 @@ void check_refused(const std::vector<std::string>& files, const std::string& par
   }
 }
 
+using Json = nlohmann::ordered_json;
+using Place = Json::json_pointer;
+
+void collect_places(const Json& json, const Place& here, std::vector<Place>& places) {
+  if (!here.empty()) places.push_back(here);
+  std::size_t row = 0;
+  if (json.is_array())
+    for (const Json& value : json) collect_places(value, here / row++, places);
+  if (json.is_object())
+    for (const auto& [key, value] : json.items()) collect_places(value, here / key, places);
+}
+
+/// What is thrown for a report that is no UserError which names the file; empty: nothing.
+std::string wrong_refusal(const Folder& folder, const Json& report) {
+  try {
+    return fault_of(page_of({folder.write("other.json", report.dump())}));
+  } catch (const cli::UserError& error) {
+    const std::string text = error.what();
+    return text.find("other.json: ") == std::string::npos ? text : "";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
 const std::string png_bytes("\x89PNG\r\n\x1A\n\0\xFF rest", 14);
 
 }  // namespace
@@ -278,6 +304,78 @@ TEST_CASE("What is no report or no picture is refused by name", "[report]") {
   check_refused({folder.write("none_of.json", none)}, "none_of.json: paper.bristles is 0");
   check_refused({folder.write("bare.json", R"({"schema": "bristle-stability-1"})")},
                 "bare.json: not a complete");
+}
+
+TEST_CASE("A report whose fields have other types is refused by file, place and what belongs there",
+          "[report]") {
+  const Folder folder;
+  const struct {
+    std::string report;
+    const char *place, *value, *message;
+  } cases[] = {
+      {capacity_report(), "/conditions/cpu", "7", "conditions.cpu is 7; it must be a text"},
+      {capacity_report(), "/conditions/cpu", "null", "conditions.cpu is null; it must be a text"},
+      {capacity_report(), "/conditions/cores", "-2", "conditions.cores is -2; it must be a whole number"},
+      {capacity_report(), "/conditions", "[]", "conditions is []; it must be an object"},
+      {capacity_report(), "/quick", "0", "quick is 0; it must be true or false"},
+      {capacity_report(), "/targets/1/met", "\"yes\"", "targets[1].met is \"yes\"; it must be true or false"},
+      {capacity_report(), "/targets/0/spread", "[1]", "targets[0].spread is [1]; it must be a list of two"},
+      {capacity_report(), "/capacities/0/bristles", "1e40",
+       "capacities[0].bristles is 1e+40; it must be a whole"},
+      {capacity_report(), "/capacities/0", "3", "capacities is [3]; it must be a list of objects"},
+      {accuracy_report("s"), "/settings/0/error/rms", "{}", "settings[0].error.rms is an object; it must be"},
+      {accuracy_report("s"), "/settings/0/bristles", "null", "not a complete bristle-accuracy-1 report"},
+      {stability_report(), "/k", "[]", "k is []; it must be a list of numbers, one at least"},
+      {stability_report(), "/maps/0/why_not/other", "1.5",
+       "maps[0].why_not is an object; it must be an object of"},
+  };
+  for (const auto& c : cases) {
+    CAPTURE(c.place, c.value);
+    Json report = Json::parse(c.report);
+    report[Place(c.place)] = Json::parse(c.value);
+    check_refused({folder.write("typed.json", report.dump())},
+                  std::string("typed.json: ") + "not a complete");
+    check_refused({folder.write("typed.json", report.dump())}, c.message);
+  }
+}
+
+TEST_CASE("Whatever stands in place of a report's value, it is refused in one line or makes a page",
+          "[report]") {
+  const Folder folder;
+  const Json others[] = {nullptr,
+                         true,
+                         7,
+                         -1,
+                         1.5,
+                         1e300,
+                         "text",
+                         Json::array(),
+                         Json::object(),
+                         Json::array({1}),
+                         Json::array({Json::object()})};
+  for (const std::string& text : {capacity_report(), accuracy_report("scene"), stability_report()}) {
+    const Json report = Json::parse(text);
+    REQUIRE(wrong_refusal(folder, report) == "");
+    std::vector<Place> places;
+    collect_places(report, Place(), places);
+    REQUIRE(places.size() > 40);
+    std::vector<std::string> wrong;
+    for (const Place& place : places) {
+      for (const Json& other : others) {
+        Json changed = report;
+        changed[place] = other;
+        const std::string said = wrong_refusal(folder, changed);
+        if (!said.empty()) wrong.push_back(place.to_string() + " = " + other.dump() + ": " + said);
+      }
+      Json changed = report;
+      Json& parent = changed[place.parent_pointer()];
+      if (!parent.is_object()) continue;
+      parent.erase(place.back());
+      const std::string said = wrong_refusal(folder, changed);
+      if (!said.empty()) wrong.push_back(place.to_string() + " missing: " + said);
+    }
+    CHECK_THAT(wrong, Catch::Matchers::Equals(std::vector<std::string>{}));
+  }
 }
 
 TEST_CASE("Numbers of the page keep three digits and no needless powers of ten", "[report]") {

@@ -1,8 +1,10 @@
-// The way into a batch for contact models that make_patch.cpp does not know: tests of the seam.
+// The way into a batch for contact models that make_patch.cpp does not know (tests of the seam), and for
+// batch_recipe.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
 #include "core/patches/patch.hpp"
+#include "core/runtime/batch_recipe.hpp"
 
 namespace bristle::detail {
 
@@ -10,6 +12,11 @@ struct BatchAccess {
   /// Adds a patch that was made already, out of contact; the batch owns its record from now on. Same thread
   /// rule as PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
+
+  // The functions of batch_recipe.hpp.
+  static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
+  static BatchRecipe recipe(const PatchBatch& batch);
+  static void fill(PatchBatch& empty, const BatchRecipe& recipe);
 };
 
 }  // namespace bristle::detail

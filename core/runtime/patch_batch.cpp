@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "bristle/deadline_monitor.hpp"
@@ -232,13 +233,18 @@ struct PatchBatch::Impl {
 
   PatchId add(const Patch& made) {
     auto command = std::make_unique<Command>();
-    command->kind = Command::Kind::add;
     command->patch = made;
-    command->patch.skips = skips;
     attach_scratch(*command);
-    const SlotList::Slot slot = slots.take();
+    return add_to(slots.take(), std::move(command));
+  }
+
+  /// `command` has the patch, and scratch where that needs it.
+  PatchId add_to(const SlotList::Slot& slot, std::unique_ptr<Command> command) {
+    const Patch& made = command->patch;
+    command->kind = Command::Kind::add;
+    command->patch.skips = skips;
     records.resize(slots.size());
-    if (slot.number >= PatchPool::first_of(chunks - 1) + PatchPool::slots_of(chunks - 1)) grow_pool();
+    while (slot.number >= PatchPool::first_of(chunks - 1) + PatchPool::slots_of(chunks - 1)) grow_pool();
     records[slot.number] = {made.record->options, made.record->full_weight, true};
     command->slot = slot.number;
     command->patch.generation = slot.generation;
@@ -558,6 +564,65 @@ PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
 }
 
 PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) { return batch.impl_->add(made); }
+
+Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
+  const SteppingCall call(batch.impl_->stepping_side);
+  batch.impl_->apply_commands();
+  const Patch* p = batch.impl_->pool.find(id);
+  return p != nullptr ? p->outputs : Outputs::end;
+}
+
+BatchRecipe BatchAccess::recipe(const PatchBatch& batch) {
+  PatchBatch::Impl& impl = *batch.impl_;
+  const SteppingCall call(impl.stepping_side);
+  impl.apply_commands();
+  BatchRecipe recipe;
+  recipe.generations = impl.slots.generations();
+  recipe.free_slots = impl.slots.free_slots();
+  std::unordered_map<const CompiledMaterial*, std::uint32_t> indices;
+  for_each_patch(impl.pool, [&](std::uint32_t slot, const Patch& p) {
+    const auto [found, is_new] =
+        indices.try_emplace(p.record->material, static_cast<std::uint32_t>(recipe.materials.size()));
+    if (is_new) recipe.materials.push_back(p.material().material);
+    PatchOptions options = p.record->options;
+    options.seed = p.record->first_seed;
+    recipe.patches.push_back({slot, found->second, options, p.record->full_weight});
+  });
+  return recipe;
+}
+
+void BatchAccess::fill(PatchBatch& empty, const BatchRecipe& recipe) {
+  PatchBatch::Impl& impl = *empty.impl_;
+  const auto require = [](bool holds) {
+    if (!holds) throw Error("PatchBatch: these are not the patches of a batch");
+  };
+  const std::size_t slots = recipe.generations.size();
+  require(impl.slots.size() == 0 && slots <= std::numeric_limits<std::uint32_t>::max() / 2);
+  std::vector<char> used(slots, 0);
+  const auto use = [&](std::uint32_t slot) {
+    require(slot < slots && !used[slot] && recipe.generations[slot] > 0);
+    used[slot] = 1;
+  };
+  for (const std::uint32_t slot : recipe.free_slots) use(slot);
+  for (const PatchRecipe& patch : recipe.patches) {
+    use(patch.slot);
+    require(patch.material < recipe.materials.size() && patch.full_weight > 0.0);
+  }
+  const FloatModeScope mode;
+  impl.slots.assign(recipe.generations, recipe.free_slots);
+  impl.records.resize(slots);
+  for (const PatchRecipe& patch : recipe.patches) {
+    auto command = std::make_unique<Command>();
+    command->patch = make_patch(impl.compiled(recipe.materials[patch.material]), patch.options, impl.kernels,
+                                patch.full_weight);
+    impl.attach_scratch(*command);
+    impl.add_to({patch.slot, recipe.generations[patch.slot]}, std::move(command));
+  }
+}
+
+Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept { return BatchAccess::outputs(batch, id); }
+BatchRecipe find_recipe(const PatchBatch& batch) { return BatchAccess::recipe(batch); }
+void fill_batch(PatchBatch& empty, const BatchRecipe& recipe) { BatchAccess::fill(empty, recipe); }
 
 void PatchBatch::remove(PatchId id) {
   Impl& impl = *impl_;

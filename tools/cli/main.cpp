@@ -83,6 +83,25 @@ double parse_time(const std::string& text) {
   return seconds;
 }
 
+// "500M", "16G" or "16GiB", "1000000" (bytes).
+std::uint64_t parse_memory(const std::string& text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  auto [rest, error] = std::from_chars(text.data(), end, value);
+  while (rest != end && *rest == ' ') ++rest;
+  std::string unit(rest, end);
+  if (unit.ends_with("iB")) unit.resize(unit.size() - 2);
+  const double per_byte = unit.empty()  ? 1.0
+                          : unit == "M" ? 0x1p20
+                          : unit == "G" ? 0x1p30
+                          : unit == "T" ? 0x1p40
+                                        : 0.0;
+  if (error != std::errc() || !(value * per_byte >= 1e6 && value * per_byte <= 1e15))
+    throw cli::UserError(
+        fmt::format("--memory is '{}'; allowed: 1M to 900T, as a number with M, G or T, or of bytes", text));
+  return static_cast<std::uint64_t>(value * per_byte);
+}
+
 // "1%", "1 %", "0.01".
 double parse_share(const std::string& text) {
   double value = 0.0;
@@ -220,6 +239,10 @@ int run(int argc, char** argv) {
   run_app->add_option("SCENE", run_options.scene, "Scene file, TOML (tools/README.md)")->required();
   run_app->add_option("--trace", run_options.trace,
                       "Motion file, CSV t,x,y,load, in place of the scene's motion");
+  run_app
+      ->add_option("--clip-load", run_options.clip_load,
+                   "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
+      ->check(within(0.0, 1e9));
   run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)");
   run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)");
   run_app->add_option("--threads", run_options.threads, "Threads that step; 0 = one per core")
@@ -242,6 +265,11 @@ int run(int argc, char** argv) {
   cli::RealtimeOptions realtime_options;
   bool realtime = false;
   add_realtime(run_app, realtime, realtime_options);
+  run_app->add_option_function<std::string>(
+      "--memory", [&](const std::string& size) { run_options.limits.bytes = parse_memory(size); },
+      "What the scene may take, e.g. 16G, in place of what is free; lifts the limits of bristles, patches "
+      "and "
+      "materials");
   run_app->add_option("--restore-state", run_options.restore_state,
                       "Continue from this state file, written by a run of the same scene");
   run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file");

@@ -17,7 +17,7 @@ struct Unit {
 inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}};
 inline constexpr Unit length_units[] = {{"m", 1.0}, {"cm", 1e2}, {"mm", 1e3}, {"um", 1e6}};
 inline constexpr Unit speed_units[] = {{"m/s", 1.0}, {"cm/s", 1e2}, {"mm/s", 1e3}, {"um/s", 1e6}};
-inline constexpr Unit force_units[] = {{"N", 1.0}, {"mN", 1e3}};
+inline constexpr Unit force_units[] = {{"N", 1.0}, {"mN", 1e3}, {"uN", 1e6}, {"gf", 1e3 / 9.80665}};
 
 /// What a column may hold, either sign, SI units: what scenes allow, and times of any clock.
 inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;

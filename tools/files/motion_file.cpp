@@ -39,9 +39,20 @@ CsvHeader read_header(std::string_view line, const std::string& where, MotionFil
   return header;
 }
 
+/// The load of a row, N.
+double read_load(double load_n, std::string_view cell, double clip_load_n, const std::string& where) {
+  if (load_n >= 0.0) return load_n;
+  if (load_n >= -clip_load_n) return 0.0;
+  throw UserError(fmt::format(
+      "{}: column load: {} is negative; allowed: {}; clip_load in the scene's [[motion]], or --clip-load, "
+      "takes "
+      "what a sensor shows at zero load as 0",
+      where, cell, clip_load_n > 0.0 ? fmt::format("{} N or more (clip_load)", -clip_load_n) : "0 or more"));
+}
+
 }  // namespace
 
-MotionFile parse_motion_file(std::string_view text, const std::string& name) {
+MotionFile parse_motion_file(std::string_view text, const std::string& name, double clip_load_n) {
   MotionFile file;
   file.name = name;
   std::size_t header_line = 1;
@@ -57,7 +68,7 @@ MotionFile parse_motion_file(std::string_view text, const std::string& name) {
       value[c] = parse_cell(cells[c], kinds[c], header.per_si[c], where());
     }
     MotionRow row{value[column_t], value[column_x], value[column_y], value[column_load]};
-    if (file.has_load) require_load(row.load, cells[column_load], where());
+    if (file.has_load) row.load = read_load(row.load, cells[column_load], clip_load_n, where());
     if (!file.rows.empty()) {
       const MotionRow& last = file.rows.back();
       require_later(row.t, last.t, where());
@@ -78,6 +89,8 @@ MotionFile parse_motion_file(std::string_view text, const std::string& name) {
   return file;
 }
 
-MotionFile read_motion_file(const std::string& path) { return parse_motion_file(read_text_file(path), path); }
+MotionFile read_motion_file(const std::string& path, double clip_load_n) {
+  return parse_motion_file(read_text_file(path), path, clip_load_n);
+}
 
 }  // namespace cli

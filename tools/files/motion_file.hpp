@@ -23,10 +23,11 @@ struct MotionFile {
   std::vector<std::string> ignored_columns;
 };
 
-/// Throws UserError naming file, line and column.
-MotionFile read_motion_file(const std::string& path);
+/// Loads from -clip_load_n to 0 count as 0: the zero of a force sensor is never exact. Throws UserError
+/// naming file, line and column.
+MotionFile read_motion_file(const std::string& path, double clip_load_n = 0.0);
 
 /// The same for text in memory; `name` stands for the file in messages.
-MotionFile parse_motion_file(std::string_view text, const std::string& name);
+MotionFile parse_motion_file(std::string_view text, const std::string& name, double clip_load_n = 0.0);
 
 }  // namespace cli

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
 
 namespace cli {
 

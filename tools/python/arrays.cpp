@@ -1,5 +1,6 @@
-// Structured dtypes over Motion and Response, and arrays of them.
+// Structured dtypes over Motion and Response; the arrays are in package/_arrays.py.
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 
 #include "tools/python/module.hpp"
@@ -65,33 +66,23 @@ const py::dtype& response_dtype() {
   return dtype;
 }
 
-py::object zeros(const py::dtype& dtype, py::ssize_t size) {
+py::object new_responses(py::ssize_t size) { return py::module_::import("bristle").attr("responses")(size); }
+
+py::object new_motions(py::ssize_t size) {
   const py::module_ numpy = py::module_::import("numpy");
-  return numpy.attr("zeros")(size, dtype).attr("view")(numpy.attr("recarray"));
+  return numpy.attr("zeros")(size, motion_dtype()).attr("view")(numpy.attr("recarray"));
+}
+
+void forget_what_was_not_asked_for(Response& response, bristle::Outputs outputs) noexcept {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  if (!has(outputs, bristle::Outputs::mean)) response.mean[0] = response.mean[1] = none;
+  if (!has(outputs, bristle::Outputs::energy))
+    response.dissipated = response.contact_loss = response.damper_work = none;
 }
 
 void define_arrays(py::module_& module) {
   module.attr("motion_dtype") = motion_dtype();
   module.attr("response_dtype") = response_dtype();
-  module.def(
-      "motions",
-      [](const py::object& ids, const py::object& normal_load) {
-        const py::object wanted = py::module_::import("numpy").attr("atleast_1d")(ids);
-        const py::object array = zeros(motion_dtype(), py::cast<py::ssize_t>(wanted.attr("size")));
-        array.attr("__setitem__")("id", wanted);
-        array.attr("__setitem__")("normal_load", normal_load);
-        return array;
-      },
-      py::arg("ids"), py::arg("normal_load") = 0.0,
-      "An array of motions for these patches, at rest under `normal_load` (N, one or one per patch). Columns "
-      "are "
-      "views: motions.displacement[:, 0] = dx, or motions['displacement']. displacement: m over the step; "
-      "velocity (m/s) is used where has_velocity is set, else displacement / dt.");
-  module.def(
-      "responses", [](py::ssize_t size) { return zeros(response_dtype(), size); }, py::arg("size"),
-      "An array for the responses to `size` motions. end, elastic, damper, mean: N, on the moving body; "
-      "status: "
-      "flags of bristle.Status. (As an attribute, mean is numpy's own: take responses['mean'].)");
   const py::object flags = py::module_::import("enum").attr("IntFlag");
   py::dict values;
   values["ok"] = 0;

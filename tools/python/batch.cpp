@@ -1,10 +1,13 @@
 // PatchBatch.
-#include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include <pybind11/stl.h>
+
 #include "core/c_interface/field_count.hpp"
-#include "tools/python/module.hpp"
+#include "core/runtime/batch_recipe.hpp"
+#include "tools/python/batch.hpp"
 
 namespace bristle_python {
 
@@ -35,33 +38,6 @@ bristle::Span<T> elements(const py::object& object, const py::dtype& dtype, cons
   return {static_cast<T*>(const_cast<void*>(array.data())), static_cast<std::size_t>(array.size())};
 }
 
-/// A batch that only one Python thread at a time steps or reads, as step lets go of the interpreter's lock.
-class Batch {
- public:
-  explicit Batch(const bristle::BatchOptions& options) : batch(options) {}
-
-  /// For the time of a call of the stepping thread.
-  class Turn {
-   public:
-    explicit Turn(Batch& owner) : owner_(owner) {
-      if (owner_.stepping_.exchange(true)) {
-        throw bristle::Error("PatchBatch: another thread is stepping this batch; one thread steps and reads");
-      }
-    }
-    ~Turn() { owner_.stepping_.store(false); }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
-
-   private:
-    Batch& owner_;
-  };
-
-  bristle::PatchBatch batch;
-
- private:
-  std::atomic<bool> stepping_{false};
-};
-
 bristle::StepReport step_arrays(Batch& self, double dt, const py::object& motions,
                                 const py::object& responses) {
   const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
@@ -75,15 +51,13 @@ bristle::StepReport step_arrays(Batch& self, double dt, const py::object& motion
   return self.batch.step(dt, in, out);
 }
 
-py::object response_record(const Response& response) {
-  const py::object array = py::module_::import("bristle").attr("responses")(1);
+py::object force_of(Batch& self, std::uint64_t id) {
+  const Batch::Turn turn(self);
+  Response response = self.batch.force({id});
+  forget_what_was_not_asked_for(response, bristle::find_outputs(self.batch, {id}));
+  const py::object array = new_responses(1);
   *elements<Response>(array, response_dtype(), "responses", true).data() = response;
   return array[py::int_(0)];
-}
-
-bristle::BatchOptions batch_options(int threads, const char* isa, bool eager, int servo_core) {
-  return bristle::BatchOptions{}.with_threads(threads).with_isa(isa).with_eager(eager).with_servo_core(
-      servo_core);
 }
 
 py::dict info_of(Batch& self, std::uint64_t id) {
@@ -114,20 +88,12 @@ py::tuple read_bristles(Batch& self, std::uint64_t id) {
   return py::make_tuple(x, y, delta);
 }
 
-py::bytes save_state(Batch& self) {
+void reset_patches(Batch& self, const py::object& ids) {
+  const auto wanted = py::cast<py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>>(ids);
   const Batch::Turn turn(self);
-  const std::size_t size = self.batch.state_size();
-  py::bytes state =
-      py::reinterpret_steal<py::bytes>(PyBytes_FromStringAndSize(nullptr, static_cast<py::ssize_t>(size)));
-  if (!state) throw py::error_already_set();
-  self.batch.save_state({reinterpret_cast<std::byte*>(PyBytes_AsString(state.ptr())), size});
-  return state;
-}
-
-void restore_state(Batch& self, const py::bytes& state) {
-  const Batch::Turn turn(self);
-  self.batch.restore_state({reinterpret_cast<const std::byte*>(PyBytes_AsString(state.ptr())),
-                            static_cast<std::size_t>(PyBytes_Size(state.ptr()))});
+  for (py::ssize_t i = 0; i < wanted.size(); ++i)
+    if (!self.batch.reset({wanted.data()[i]}))
+      throw bristle::Error("reset: there is no patch with id " + std::to_string(wanted.data()[i]));
 }
 
 void define_report(py::module_& module) {
@@ -158,14 +124,15 @@ void define_batch(py::module_& module) {
   define_report(module);
   using bristle::Material;
   using bristle::PatchOptions;
-  py::class_<Batch>(
+  py::class_<Batch> type(
       module, "PatchBatch",
       "Contact patches stepped together. Patches are named by ids (int). One thread steps and reads; "
       "another one may add, remove and change materials meanwhile: the change takes effect at the next "
       "step. A second thread that steps gets bristle.Error. step, find_force and warm_up let "
-      "go of the interpreter's lock.")
-      .def(py::init([](int threads, const char* isa, bool eager, int servo_core) {
-             return std::make_unique<Batch>(batch_options(threads, isa, eager, servo_core));
+      "go of the interpreter's lock. A batch can be copied and pickled: the other one has the same ids, and "
+      "goes on with the same bits. What move() set and force() would tell is not part of it.");
+  type.def(py::init([](int threads, std::optional<std::string> isa, bool eager, int servo_core) {
+             return std::make_unique<Batch>(ThreadsAndKernels{threads, std::move(isa), eager, servo_core});
            }),
            py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), py::arg("eager") = false,
            py::arg("servo_core") = -1,
@@ -201,6 +168,11 @@ void define_batch(py::module_& module) {
           },
           py::arg("id"), py::arg("material"), "Changes the material from the next step on; deflections stay.")
       .def(
+          "reset", &reset_patches, py::arg("ids"),
+          "Returns patches (an id or an array of ids) to the state in which they were added: out of contact, "
+          "deflections zero, the same seed. Raises bristle.Error where one is none; those before it are "
+          "reset.")
+      .def(
           "warm_up",
           [](Batch& self) {
             const Batch::Turn turn(self);
@@ -229,25 +201,23 @@ void define_batch(py::module_& module) {
           },
           py::arg("id"), py::arg("dx"), py::arg("dy"), py::arg("normal_load"),
           "Motion (m) and load (N) for the next step(dt).")
-      .def(
-          "force",
-          [](Batch& self, std::uint64_t id) {
-            const Batch::Turn turn(self);
-            return response_record(self.batch.force({id}));
-          },
-          py::arg("id"), "The response of the last step(dt): a record with the fields of bristle.responses.")
+      .def("force", &force_of, py::arg("id"),
+           "The response of the last step(dt): a record with the fields of bristle.responses.")
       .def(
           "find_force",
           [](Batch& self, double dt, const py::object& motions, const py::object& responses) {
             const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
             const py::object array =
-                responses.is_none() ? py::module_::import("bristle").attr("responses")(in.size()) : responses;
+                responses.is_none() ? new_responses(static_cast<py::ssize_t>(in.size())) : responses;
             const auto out = elements<Response>(array, response_dtype(), "responses", true);
             if (in.size() != out.size()) throw bristle::Error("responses: as many as motions are needed");
             const Batch::Turn turn(self);
             {
               const py::gil_scoped_release release;
-              for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(dt, in[i]);
+              for (std::size_t i = 0; i < in.size(); ++i) {
+                out[i] = self.batch.find_force(dt, in[i]);
+                forget_what_was_not_asked_for(out[i], bristle::find_outputs(self.batch, in[i].id));
+              }
             }
             return array;
           },
@@ -287,6 +257,7 @@ void define_batch(py::module_& module) {
       .def_property_readonly("threads", [](const Batch& self) { return self.batch.threads(); })
       .def_property_readonly(
           "isa", [](const Batch& self) { return self.batch.isa(); }, "Instruction set in use.");
+  type.def(py::pickle(&pickled, &unpickled));
 }
 
 }  // namespace bristle_python

@@ -56,18 +56,26 @@ class KeywordClass {
   }
   /// To be called last. Python: T(a=1, b=2), the rest as by default.
   void done(const char* signature) {
-    type.def(py::init([name = name_](const py::kwargs& given) {
-               T value;
-               const py::object self = py::cast(&value, py::return_value_policy::reference);
-               for (const auto& [key, item] : given) {
-                 if (!py::hasattr(self, key)) {
-                   throw py::type_error(name + "() has no parameter '" + py::cast<std::string>(key) + "'");
-                 }
-                 py::setattr(self, key, item);
-               }
-               return value;
-             }),
-             signature);
+    const auto make = [name = name_](const py::dict& given) {
+      T value;
+      const py::object self = py::cast(&value, py::return_value_policy::reference);
+      for (const auto& [key, item] : given) {
+        if (!py::hasattr(self, key)) {
+          throw py::type_error(name + "() has no parameter '" + py::cast<std::string>(key) + "'");
+        }
+        py::setattr(self, key, item);
+      }
+      return value;
+    };
+    type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature);
+    // Pickles and copies hold the fields by name: those of a later version may have more.
+    type.def(py::pickle(
+        [fields = fields_](const py::object& self) {
+          py::dict state;
+          for (const std::string& field : fields) state[py::str(field)] = self.attr(field.c_str());
+          return state;
+        },
+        make));
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
       std::string text = name + "(";
       for (const std::string& field : fields) {

@@ -1,4 +1,6 @@
 // SnapLength, Coefficients, Material.
+#include <pybind11/stl.h>
+
 #include "tools/python/material_names.hpp"
 
 namespace bristle_python {
@@ -29,6 +31,31 @@ std::string text_of(const SnapLength& law) {
     if (two) text += ", " + py::cast<std::string>(py::repr(py::float_(law.second_parameter())));
   }
   return text + ")";
+}
+
+/// Name and parameters, as the static methods take them.
+py::tuple parameters_of(const SnapLength& law) {
+  const bristle::Span<const double> values = law.table_values();
+  py::list table;
+  for (std::size_t i = 0; i < values.size(); ++i) table.append(values[i]);
+  return py::make_tuple(to_string(law.law()), law.first_parameter(), law.second_parameter(), table);
+}
+
+SnapLength law_of(const py::tuple& parameters) {
+  const auto name = py::cast<std::string>(parameters[0]);
+  const auto a = py::cast<double>(parameters[1]), b = py::cast<double>(parameters[2]);
+  for (const SnapLaw law : {SnapLaw::single, SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal,
+                            SnapLaw::exponential, SnapLaw::table}) {
+    if (name != to_string(law)) continue;
+    if (law == SnapLaw::single) return SnapLength::single(a);
+    if (law == SnapLaw::uniform) return SnapLength::uniform(a, b);
+    if (law == SnapLaw::normal) return SnapLength::normal(a, b);
+    if (law == SnapLaw::lognormal) return SnapLength::lognormal(a, b);
+    if (law == SnapLaw::exponential) return SnapLength::exponential(a);
+    const auto values = py::cast<std::vector<double>>(parameters[3]);
+    return SnapLength::table({values.data(), values.size()});
+  }
+  throw bristle::Error("SnapLength: \"" + name + "\" is not the name of a law");
 }
 
 void define_snap_length(py::module_& module) {
@@ -72,6 +99,7 @@ void define_snap_length(py::module_& module) {
              return py::isinstance<SnapLength>(b) && a == py::cast<const SnapLength&>(b);
            })
       .def("__hash__", [](const SnapLength& s) { return py::hash(py::str(text_of(s))); })
+      .def(py::pickle(&parameters_of, &law_of))
       .def("__repr__", &text_of);
 }
 

@@ -1,8 +1,12 @@
 // import bristle
 #include "tools/python/module.hpp"
 
-PYBIND11_MODULE(bristle, module) {
+// The package `bristle` (package/__init__.py) shows what is defined here as its own: pickles and texts name
+// it.
+PYBIND11_MODULE(_bristle, module) {
   using namespace bristle_python;
+  const py::object own_name = module.attr("__name__");
+  module.attr("__name__") = "bristle";
   module.doc() =
       "Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels. "
       "SI units. "
@@ -24,4 +28,5 @@ PYBIND11_MODULE(bristle, module) {
         return sets;
       },
       "Instruction sets of this build, best first, and whether this machine runs them.");
+  module.attr("__name__") = own_name;
 }

@@ -14,8 +14,11 @@ namespace py = pybind11;
 const py::dtype& motion_dtype();
 const py::dtype& response_dtype();
 
-/// n elements of zeros, as a recarray: columns by name and by attribute, both without a copy.
-py::object zeros(const py::dtype& dtype, py::ssize_t size);
+/// Arrays of so many: recarrays, columns by name and by attribute, both without a copy.
+py::object new_motions(py::ssize_t size);
+py::object new_responses(py::ssize_t size);
+/// What no step computes for a patch without these outputs becomes NaN, as in a new array.
+void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
 void define_materials(py::module_& module);
 void define_options(py::module_& module);

@@ -41,7 +41,7 @@ std::vector<Recorded> make_arrays(std::size_t patches, std::uint64_t steps) {
   std::vector<Recorded> arrays;
   for (std::size_t p = 0; p < patches; ++p) {
     const auto size = static_cast<py::ssize_t>(steps);
-    const py::object motions = zeros(motion_dtype(), size), responses = zeros(response_dtype(), size);
+    const py::object motions = new_motions(size), responses = new_responses(size);
     arrays.push_back(
         {motions, responses, rows_of<bristle::Motion>(motions), rows_of<bristle::Response>(responses)});
   }
@@ -61,6 +61,8 @@ cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
     for (std::size_t p = 0; p < arrays.size(); ++p) {
       arrays[p].motion_rows[step] = stepper.motions()[p];
       arrays[p].response_rows[step] = stepper.responses()[p];
+      forget_what_was_not_asked_for(arrays[p].response_rows[step],
+                                    run.scene.patches[stepper.copies()[p].patch].options.outputs);
     }
     ++step;
     interrupted();
@@ -69,14 +71,17 @@ cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
 
 SceneRun run(cli::Scene scene, const std::optional<std::uint64_t>& steps, const std::optional<int>& threads,
              const std::optional<std::string>& isa, const std::optional<std::uint32_t>& bristles,
-             const std::optional<Path>& trace, const std::optional<std::size_t>& out_patches) {
+             const std::optional<Path>& trace, double clip_load,
+             const std::optional<std::size_t>& out_patches) {
   if (steps && *steps == 0)
     throw bristle::Error("steps is 0; allowed: 1 or more, or None for the scene's duration");
   if (bristles && !(*bristles >= 1 && *bristles <= bristle::max_bristles_per_patch)) {
     throw bristle::Error("bristles is " + std::to_string(*bristles) + "; allowed: 1 to " +
                          std::to_string(bristle::max_bristles_per_patch));
   }
-  if (trace) cli::replace_motion(scene, trace->string());
+  if (!(clip_load >= 0.0 && clip_load <= 1e9))
+    throw bristle::Error("clip_load is " + std::to_string(clip_load) + " N; allowed: 0 to 1e9");
+  if (trace) cli::replace_motion(scene, trace->string(), clip_load);
   if (bristles) cli::set_bristles(scene, *bristles);
   SceneRun run;
   run.scene = std::move(scene);
@@ -118,7 +123,8 @@ constexpr const char* run_doc =
     "scene's "
     "duration. threads, bristles (of each patch): instead of the scene's. isa: None = the best here. trace: "
     "a "
-    "motion file, CSV t,x,y,load, in place of the scene's motion. out_patches: so many patches are recorded, "
+    "motion file, CSV t,x,y,load, in place of the scene's motion; its loads from -clip_load (N) to 0 count "
+    "as 0. out_patches: so many patches are recorded, "
     "about 220 bytes a step each; None = as many as the scene says. Lets go of the interpreter's lock; "
     "Ctrl-C ends it. Raises bristle.Error.";
 
@@ -149,7 +155,7 @@ void define_scene(py::module_& module) {
           "Materials by name.")
       .def("run", &run, py::kw_only(), py::arg("steps") = py::none(), py::arg("threads") = py::none(),
            py::arg("isa") = py::none(), py::arg("bristles") = py::none(), py::arg("trace") = py::none(),
-           py::arg("out_patches") = py::none(), run_doc)
+           py::arg("clip_load") = 0.0, py::arg("out_patches") = py::none(), run_doc)
       .def("__repr__", [](const Scene& scene) {
         return "<bristle.Scene '" + scene.name + "': " + std::to_string(scene.patch_count()) +
                " patches, dt " + py::cast<std::string>(py::repr(py::float_(scene.dt))) + " s>";

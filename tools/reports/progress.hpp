@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstdio>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -22,10 +24,12 @@ class Progress {
 
   /// share in [0, 1]; cheap enough for every hundredth step.
   void update(double share, const char* what = "") {
+    if (terminal_ && Clock::now() >= next_) show(share, what);
+  }
+  /// Before a piece of work that may take seconds.
+  void show(double share, const char* what = "") {
     if (!terminal_) return;
-    const auto now = Clock::now();
-    if (now < next_) return;
-    next_ = now + std::chrono::milliseconds(200);
+    next_ = Clock::now() + std::chrono::milliseconds(200);
     shown_ = true;
     std::fprintf(stderr, "\r\033[K%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
     std::fflush(stderr);
@@ -38,5 +42,10 @@ class Progress {
   bool shown_ = false;
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
+
+/// A line of progress for a function that calls back; it goes with the last copy.
+inline std::function<void(double)> progress_line(std::string label, bool quiet = false) {
+  return [line = std::make_shared<Progress>(std::move(label), quiet)](double share) { line->update(share); };
+}
 
 }  // namespace cli

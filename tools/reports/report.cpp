@@ -14,6 +14,7 @@
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report_tables.hpp"
+#include "tools/reports/schema.hpp"
 
 namespace cli {
 namespace {
@@ -47,7 +48,7 @@ std::vector<const Measurement*> all_of(const ReportInput& input) {
   return all;
 }
 
-// What `make` gets from a report, or one line about what the report lacks.
+// What `make` gets from a report, or one line about what it lacks: a row may need what others do without.
 template <typename Make>
 auto complete(const Measurement& m, Make make) {
   try {
@@ -77,7 +78,7 @@ void add_machine(HtmlPage& page, const ReportInput& input) {
       const Json& c = m->json.at("conditions");
       std::vector<std::string> values;
       for (const auto& [key, name] : fields)
-        values.push_back(c.at(key).is_string() ? c.at(key).get<std::string>() : number_text(c.at(key)));
+        values.push_back(c.at(key).is_string() ? text_of(c, key) : number_text(c.at(key)));
       auto build =
           std::find_if(builds.begin(), builds.end(), [&](const Build& b) { return b.values == values; });
       if (build == builds.end()) build = builds.insert(build, Build{values, {}, {}, {}});
@@ -181,6 +182,7 @@ ReportInput read_report_input(const std::vector<std::string>& files) {
       throw UserError(fmt::format(
           "{}: schema is '{}'; allowed: bristle-capacity-1, bristle-accuracy-1, bristle-stability-1", file,
           schema));
+    check_report(json, schema, file);
     kind->push_back({file, std::move(json), {}});
   }
   for (auto* kind : {&input.capacity, &input.accuracy, &input.stability}) {
@@ -224,9 +226,9 @@ std::string report_page(const ReportInput& input, const std::string& written) {
     add_other_pictures(page, input.pictures);
   }
   const Json& c = all_of(input).front()->json.at("conditions");
-  return page.text("bristle: speed, error, stability",
-                   fmt::format("{}, commit {}; page written {}", c.at("cpu").get<std::string>(),
-                               c.at("commit").get<std::string>(), written));
+  return page.text(
+      "bristle: speed, error, stability",
+      fmt::format("{}, commit {}; page written {}", text_of(c, "cpu"), text_of(c, "commit"), written));
 }
 
 void report_command(const ReportOptions& options) {

@@ -16,6 +16,7 @@
 #include "tools/reports/progress.hpp"
 #include "tools/run/paced_clock.hpp"
 #include "tools/run/run_state.hpp"
+#include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
 namespace cli {
@@ -63,7 +64,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
     : scene_(scene),
       options_(options),
       observer_(observer),
-      stepper_(scene, batch_options(scene, options)),
+      stepper_(scene, batch_options(scene, options), progress_line("set-up", options.quiet)),
       overload_(scene, options.overload, stepper_),
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
@@ -213,12 +214,14 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
+  const bool large = stepper_.batch().state_size() > 100'000'000;  // steps may take a second and more
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
+    if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));
     stepper_.prescribe(t);
     step(t);
     account(t + scene_.dt);
-    if (k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
+    if (!large && k % 16 == 0) progress.update(static_cast<double>(k) / static_cast<double>(result_.steps));
   }
 }
 
@@ -306,6 +309,7 @@ double ForceStatistics::rms() const noexcept {
 }
 
 RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer) {
+  check_memory(scene);
   return SceneRun(scene, options, observer).run();
 }
 
@@ -331,8 +335,8 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
 }
 
 void run_command(const RunOptions& options) {
-  Scene scene = read_scene(options.scene);
-  if (!options.trace.empty()) replace_motion(scene, options.trace);
+  Scene scene = read_scene(options.scene, options.limits, progress_line("reading", options.quiet));
+  if (!options.trace.empty()) replace_motion(scene, options.trace, options.clip_load);
   if (options.bristles) set_bristles(scene, *options.bristles);
   const double scene_dt = scene.dt;
   if (options.realtime) {

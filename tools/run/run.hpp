@@ -21,9 +21,10 @@ class SceneStepper;
 
 struct RunOptions {
   std::string scene;
-  std::string trace;  ///< empty: the scene's own motions
-  std::string out;    ///< force file; empty: none
-  std::string json;   ///< report; empty: none, "-": stdout
+  std::string trace;       ///< empty: the scene's own motions
+  double clip_load = 0.0;  ///< N, of that file: read_motion_file
+  std::string out;         ///< force file; empty: none
+  std::string json;        ///< report; empty: none, "-": stdout
   std::optional<int> threads;
   std::string isa;  ///< empty: the library's choice
   std::optional<std::uint64_t> steps;
@@ -32,6 +33,7 @@ struct RunOptions {
   std::string restore_state;                ///< state file to continue from; empty: the scene's beginning
   std::string save_state;                   ///< state file to write at the end; empty: none
   OverloadOptions overload;
+  SceneLimits limits;
   bool quiet = false;  ///< no progress on a terminal
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -265,7 +266,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   read_population(table, materials[patch.material].material, o);
   check_material(patch, materials[patch.material]);
-  patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 1'000'000, 1));
+  patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 100'000'000, 1));
   patch.priority = static_cast<int>(table.integer("priority", -1000, 1000, 0));
   patch.least_bristles =
       static_cast<std::uint32_t>(table.integer("least_bristles", 1, bristle::max_bristles_per_patch, 64));
@@ -309,12 +310,14 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
 
 using Trace = std::shared_ptr<const MotionFile>;
 
-Trace read_trace(const std::string& path) {
-  auto file = std::make_shared<MotionFile>(read_motion_file(path));
+Trace read_trace(const std::string& path, double clip_load_n) {
+  auto file = std::make_shared<MotionFile>(read_motion_file(path, clip_load_n));
   const double start = file->rows.front().t;
   for (MotionRow& row : file->rows) row.t -= start;
   return file;
 }
+
+using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< by path and clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
   if (!trace->has_load && motion.load_steps.empty()) {
@@ -329,9 +332,8 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   motion.trace = trace;
 }
 
-/// `traces`: those read before, by path.
-PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path,
-                             std::map<std::string, Trace>& traces) {
+/// `traces`: those read before.
+PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
   motion.type =
@@ -367,10 +369,12 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
       motion.keyframes = read_keyframes(table, motion.load_steps.empty());
       break;
     case MotionType::trace: {
-      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file"});
+      table.allow(
+          {"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file", "clip_load"});
       const std::filesystem::path path = std::filesystem::path(scene_path).parent_path() / table.text("file");
-      Trace& trace = traces[path.string()];
-      if (!trace) trace = read_trace(path.string());
+      const double clip_load = table.number("clip_load", load_range, 0.0);
+      Trace& trace = traces[{path.string(), clip_load}];
+      if (!trace) trace = read_trace(path.string(), clip_load);
       take_trace(motion, trace, table.where("file"));
       break;
     }
@@ -496,6 +500,7 @@ std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
 }
 
 void check_size(const Scene& scene) {
+  if (scene.limits.bytes) return;  // check_memory counts bytes
   std::uint64_t bristles = 0, patches = 0;
   for (const ScenePatch& patch : scene.patches) {
     bristles += most_bristles_of(patch.options) * patch.count;
@@ -503,8 +508,10 @@ void check_size(const Scene& scene) {
   }
   constexpr std::uint64_t most = 1ull << 28;
   if (bristles > most || patches > 1'000'000) {
-    throw UserError(fmt::format("{}: {} bristles in {} patches; allowed: at most {} in at most 1000000",
-                                scene.file, bristles, patches, most));
+    throw UserError(
+        fmt::format("{}: {} bristles in {} patches; allowed: at most {} in at most 1000000, or what --memory "
+                    "gives room to",
+                    scene.file, bristles, patches, most));
   }
 }
 
@@ -549,7 +556,8 @@ double Scene::trace_length() const noexcept {
   return longest;
 }
 
-Scene parse_scene(const std::string& text, const std::string& path) {
+Scene parse_scene(const std::string& text, const std::string& path, const SceneLimits& limits,
+                  const ShareDone& progress) {
   const toml::table root = parse_toml(text, path);
   const TomlTable table(path, root, "");
   for (const auto& [key, node] : root) {
@@ -562,15 +570,20 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   }
   Scene scene;
   scene.file = path;
+  scene.limits = limits;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
-  // Setting one up takes hundredths of a second.
+  // Each takes milliseconds.
   constexpr std::size_t most_materials = 1000;
   Names materials, patches, bodies;
-  for (TomlTable& t : table.tables("material")) {
-    if (scene.materials.size() == most_materials)
-      t.fail(
-          fmt::format("is material {}; allowed: at most {} in a scene", most_materials + 1, most_materials));
+  std::vector<TomlTable> material_tables = table.tables("material");
+  if (material_tables.size() > most_materials && !limits.bytes)
+    material_tables[most_materials].fail(
+        fmt::format("is material {}; allowed: at most {} in a scene, or any number with --memory",
+                    most_materials + 1, most_materials));
+  for (TomlTable& t : material_tables) {
+    if (progress)
+      progress(static_cast<double>(scene.materials.size()) / static_cast<double>(material_tables.size()));
     SceneMaterial material = read_material(t);
     materials.add(material.name, t);
     scene.materials.push_back(std::move(material));
@@ -581,7 +594,7 @@ Scene parse_scene(const std::string& text, const std::string& path) {
     scene.patches.push_back(std::move(patch));
   }
   if (scene.patches.empty()) throw UserError(fmt::format("{}: no [[patch]]", path));
-  std::map<std::string, Trace> traces;
+  Traces traces;
   for (TomlTable& t : table.tables("motion")) {
     ScenePatch& patch = scene.patches[patches.find(t.text("patch"), t, "patch")];
     if (patch.motion)
@@ -603,12 +616,12 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   return scene;
 }
 
-Scene read_scene(const std::string& path) {
-  return parse_scene(read_text_file(path, most_scene_bytes), path);
+Scene read_scene(const std::string& path, const SceneLimits& limits, const ShareDone& progress) {
+  return parse_scene(read_text_file(path, most_scene_bytes), path, limits, progress);
 }
 
-void replace_motion(Scene& scene, const std::string& motion_path) {
-  const Trace trace = read_trace(motion_path);
+void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n) {
+  const Trace trace = read_trace(motion_path, clip_load_n);
   const bool has_trace = scene.trace_length() > 0.0;
   bool replaced = false;
   for (ScenePatch& patch : scene.patches) {

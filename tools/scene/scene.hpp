@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,6 +65,16 @@ struct SceneBody {
   void applied_force(double t, double (&force_n)[2]) const noexcept;
 };
 
+/// What a scene may take of the machine.
+struct SceneLimits {
+  /// Of memory. Where it is given, a scene may hold as many bristles, patches and materials as go into it;
+  /// else at most 2^28 in 10^6 patches of 1000 materials, in what is free.
+  std::optional<std::uint64_t> bytes;
+};
+
+/// Called with the share that is done, now and then.
+using ShareDone = std::function<void(double)>;
+
 struct Scene {
   std::string file;
   std::string name;
@@ -74,6 +85,7 @@ struct Scene {
   std::optional<double> budget;    ///< s per step, beyond which bristles are left out
   int threads = 1;
   std::uint32_t out_patches = 8;  ///< patches that the force file holds
+  SceneLimits limits;
   std::vector<SceneMaterial> materials;
   std::vector<ScenePatch> patches;
   std::vector<SceneBody> bodies;
@@ -83,12 +95,14 @@ struct Scene {
 };
 
 /// Throws UserError with file, line and key.
-Scene read_scene(const std::string& path);
-Scene parse_scene(const std::string& text, const std::string& path);
+Scene read_scene(const std::string& path, const SceneLimits& limits = {}, const ShareDone& progress = {});
+Scene parse_scene(const std::string& text, const std::string& path, const SceneLimits& limits = {},
+                  const ShareDone& progress = {});
 
 /// Replaces every trace of the scene, or every prescribed motion when it has none, by a motion file; the
 /// scene then lasts as long as the file. Throws UserError.
-void replace_motion(Scene& scene, const std::string& motion_path);
+/// `clip_load_n`: as read_motion_file.
+void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n = 0.0);
 
 /// Gives every patch this many representative bristles. Throws UserError when they are too many in all.
 void set_bristles(Scene& scene, std::uint32_t bristles);

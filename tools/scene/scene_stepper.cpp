@@ -31,9 +31,10 @@ std::uint64_t step_count(const Scene& scene) {
   return static_cast<std::uint64_t>(std::max(1.0, std::floor(steps + 0.5)));
 }
 
-SceneStepper::SceneStepper(const Scene& scene, const bristle::BatchOptions& options)
+SceneStepper::SceneStepper(const Scene& scene, const bristle::BatchOptions& options,
+                           const ShareDone& progress)
     : scene_(scene), batch_(make_batch(options)) {
-  add_patches();
+  add_patches(progress);
   add_bodies();
   batch_.warm_up();
 }
@@ -59,13 +60,15 @@ SceneCopy SceneStepper::make_copy(std::size_t p, std::uint32_t number, const dou
   return copy;
 }
 
-void SceneStepper::add_patches() {
+void SceneStepper::add_patches(const ShareDone& progress) {
+  const auto total = static_cast<double>(scene_.patch_count());
   for (std::size_t p = 0; p < scene_.patches.size(); ++p) {
     const ScenePatch& patch = scene_.patches[p];
     double line[2];
     const bool turned = patch.motion && patch.options.axes == 1 && patch.motion->moves_along_y() &&
                         patch.motion->stays_on_line(line);
     for (std::uint32_t i = 0; i < patch.count; ++i) {
+      if (progress && copies_.size() % 16 == 0) progress(static_cast<double>(copies_.size()) / total);
       const std::uint32_t number = i * patch.stride;
       bristle::PatchOptions copy_options = patch.options;
       copy_options.seed += number;

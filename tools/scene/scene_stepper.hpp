@@ -31,7 +31,7 @@ std::uint64_t step_count(const Scene& scene);
 class SceneStepper {
  public:
   /// The scene must outlive it. Throws UserError.
-  SceneStepper(const Scene& scene, const bristle::BatchOptions& options);
+  SceneStepper(const Scene& scene, const bristle::BatchOptions& options, const ShareDone& progress = {});
 
   /// Displacements and loads of all patches that no body carries, over the step from t on.
   void prescribe(double t);
@@ -53,7 +53,7 @@ class SceneStepper {
   const bristle::StepReport& report() const { return report_; }  ///< of the last step
 
  private:
-  void add_patches();
+  void add_patches(const ShareDone& progress);
   /// `line`: onto which the axis is turned; null: it stays.
   SceneCopy make_copy(std::size_t patch, std::uint32_t number, const double* line) const;
   void add_bodies();

@@ -298,7 +298,7 @@ struct BRISTLE_API Material {
   /// Bristle parameters from coefficients. The spread of the snap length is solved from
   /// peak / kinetic; a ratio that the family cannot reach throws with the reachable range.
   static Material from_coefficients(const Coefficients& coefficients);
-  /// The inverse: coefficients of these bristle parameters, at a speed (Coefficients::kinetic_speed; 0 with
+  /// The inverse, but for spreads that no peak tells. At a speed (Coefficients::kinetic_speed; 0 with
   /// saturating ageing: one presliding length in the ageing time). Ageing comes as fall_per_decade.
   Coefficients coefficients(double kinetic_speed_m_per_s = 0.0) const;
 

@@ -59,7 +59,7 @@ struct PatchOptions {
   Precision precision = Precision::single;
   StepRule step_rule = StepRule::exact;
   Sampling sampling = Sampling::stratified;
-  std::uint32_t seed = 1;  ///< shifts the stratified snap lengths, keys random draws
+  std::uint32_t seed = 1;  ///< rotates stratified lengths (independent ones: Sampling::random), keys draws
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::representatives;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
@@ -129,7 +129,7 @@ constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 /// Status::bad_input.
 struct Motion {
   PatchId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step
+  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step; below 3e-14 dbar it is 0
   double normal_load = 0.0;             ///< N, 0 to 1e15, holds over the whole step
   std::uint8_t has_velocity = 0;        ///< not 0: `velocity` is given; else it is displacement / dt
   double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only
@@ -168,9 +168,9 @@ struct Response {
   double force_limit = 0.0;
   double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
   double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
-  double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity ///<
+  double damper_work = 0.0;   ///< J, taken by dampers and lubricant; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< representatives' snaps in this step (Outputs::energy)
+  std::uint64_t snaps = 0;    ///< representatives' snaps (Outputs::energy); where they jump an estimate
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.

@@ -1,0 +1,70 @@
+// PatchBatch as Python has it.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "tools/python/module.hpp"
+
+namespace bristle_python {
+
+/// What a batch was made with, apart from its patches.
+struct ThreadsAndKernels {
+  int threads = 1;
+  std::optional<std::string> isa;
+  bool eager = false;
+  int servo_core = -1;
+
+  bristle::BatchOptions options() const {
+    return bristle::BatchOptions{}
+        .with_threads(threads)
+        .with_isa(isa ? isa->c_str() : nullptr)
+        .with_eager(eager)
+        .with_servo_core(servo_core);
+  }
+};
+
+/// A batch that only one Python thread at a time steps or reads, as step lets go of the interpreter's lock.
+class Batch {
+ public:
+  explicit Batch(ThreadsAndKernels made_with)
+      : made_with_(std::move(made_with)), batch(made_with_.options()) {}
+  const ThreadsAndKernels& made_with() const noexcept { return made_with_; }
+
+  /// For the time of a call of the stepping thread.
+  class Turn {
+   public:
+    explicit Turn(Batch& owner) : owner_(owner) {
+      if (owner_.stepping_.exchange(true)) {
+        throw bristle::Error("PatchBatch: another thread is stepping this batch; one thread steps and reads");
+      }
+    }
+    ~Turn() { owner_.stepping_.store(false); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    Batch& owner_;
+  };
+
+ private:
+  ThreadsAndKernels made_with_;
+
+ public:
+  bristle::PatchBatch batch;
+
+ private:
+  std::atomic<bool> stepping_{false};
+};
+
+// State and pickles (batch_state.cpp).
+
+py::bytes save_state(Batch& self);
+void restore_state(Batch& self, const py::bytes& state);
+/// What `unpickled` makes a batch of with the same patches, ids and state.
+py::tuple pickled(Batch& self);
+std::unique_ptr<Batch> unpickled(const py::tuple& state);
+
+}  // namespace bristle_python

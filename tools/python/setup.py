@@ -1,0 +1,125 @@
+"""Builds the module by CMake: pip install ./tools/python, pip wheel ./tools/python, from a checkout.
+
+What the module needs of the machine beside Python, numpy and the C and C++ runtime goes into the wheel: it runs without
+the checkout, its build folder and the packages that it was built with. JOBS is the number of compilers at a time.
+"""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+# Every machine that runs this Python has them.
+RUNTIME = re.compile(r"^(ld-linux.*|linux-vdso|lib(c|m|dl|rt|pthread|stdc\+\+|gcc_s))\.so")
+
+
+def version():
+    if not (ROOT / "CMakeLists.txt").exists():
+        sys.exit("bristle: its Python module is built from a checkout: pip install ./tools/python, pip wheel ./tools/python")
+    header = (ROOT / "core/include/bristle/version.hpp").read_text()
+    return ".".join(re.findall(r"#define BRISTLE_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)", header))
+
+
+def pybind11():
+    """Its version and where CMake finds it: a package of this Python, else one of the system."""
+    try:
+        import pybind11 as package
+    except ImportError:
+        text = pathlib.Path("/usr/include/pybind11/detail/common.h")
+        numbers = re.findall(r"#define PYBIND11_VERSION_(?:MAJOR|MINOR) (\d+)", text.read_text()) if text.exists() else ()
+        return tuple(map(int, numbers)), []
+    return package.version_info[:2], [f"-Dpybind11_DIR={package.get_cmake_dir()}"]
+
+
+def libraries_of(module):
+    """Shared libraries that the module loads and another machine may lack."""
+    lines = subprocess.run(["ldd", str(module)], check=True, capture_output=True, text=True).stdout.splitlines()
+    for line in lines:
+        name, _, path = line.strip().partition(" => ")
+        if not path or RUNTIME.match(name):
+            continue
+        if path.startswith("not found"):
+            sys.exit(f"bristle: {module.name} needs {name}, which is not there")
+        yield name, pathlib.Path(path.split(" (")[0])
+
+
+def licence_of(library):
+    """Debian keeps it with the package's documents."""
+    if shutil.which("dpkg-query") is None:
+        return None
+    for path in (library, library.resolve(), pathlib.Path("/usr") / library.resolve().relative_to("/")):
+        found = subprocess.run(["dpkg-query", "-S", str(path)], capture_output=True, text=True)
+        if found.returncode == 0:
+            text = pathlib.Path("/usr/share/doc", found.stdout.split(":")[0], "copyright")
+            return text if text.exists() else None
+    return None
+
+
+class CMakeBuild(build_ext):
+    def build_extension(self, extension):
+        target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
+        build = pathlib.Path(self.build_temp).resolve() / "cmake"
+        options = ["-DCMAKE_BUILD_TYPE=Release", "-DBRISTLE_SHARED=OFF", "-DBRISTLE_BUILD_PYTHON=ON", "-DBRISTLE_BUILD_TESTS=OFF",
+                   "-DBRISTLE_BUILD_BENCH=OFF", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
+                   f"-DPython_EXECUTABLE={sys.executable}",
+                   "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DCMAKE_INSTALL_RPATH=$ORIGIN/libraries",
+                   # Old style: what a library of ours loads is looked for there too.
+                   "-DCMAKE_MODULE_LINKER_FLAGS=-Wl,--disable-new-dtags", *pybind11()[1]]
+        if shutil.which("ninja"):
+            options.append("-GNinja")
+        options += os.environ.get("CMAKE_ARGS", "").split()
+        cmake = shutil.which("cmake") or sys.exit("bristle: cmake is needed, 3.25 or newer (apt install cmake)")
+        subprocess.run([cmake, "-S", str(ROOT), "-B", str(build), *options], check=True)
+        if not (build / "python").exists():
+            sys.exit("bristle: CMake left the Python module out; the line above that says so names what to install")
+        jobs = os.environ.get("JOBS", str(len(os.sched_getaffinity(0))))
+        subprocess.run([cmake, "--build", str(build), "--target", "bristle_python", "--parallel", jobs], check=True)
+        built = next((build / "python/bristle").glob("_bristle.*.so"))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(built, target)
+        if shutil.which("strip"):
+            subprocess.run(["strip", "--strip-unneeded", str(target)], check=True)
+        for name, library in libraries_of(built):
+            folder = target.parent / "libraries"
+            folder.mkdir(exist_ok=True)
+            shutil.copyfile(library, folder / name)
+            licence = licence_of(library)
+            if licence is not None:
+                shutil.copyfile(licence, folder / f"{name}.copyright")
+
+
+# Nothing is left in the folder of the sources.
+SCRATCH = ROOT / "build/python-package"
+SCRATCH.mkdir(parents=True, exist_ok=True)
+
+# pybind11 before 2.12 does not know the arrays of numpy 2.
+NUMPY = "numpy>=1.20" if pybind11()[0] >= (2, 12) else "numpy>=1.20,<2"
+
+setup(
+    name="bristle",
+    version=version(),
+    description="Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels",
+    long_description=(HERE / "README.md").read_text(),
+    long_description_content_type="text/markdown",
+    author="The bristle authors",
+    license="MIT",
+    license_files=[os.path.relpath(ROOT / "LICENSE", HERE)],
+    classifiers=["Programming Language :: Python :: 3", "Programming Language :: C++", "Operating System :: POSIX :: Linux",
+                 "Topic :: Scientific/Engineering :: Physics", "Typing :: Typed"],
+    python_requires=">=3.9",
+    install_requires=[NUMPY],
+    packages=["bristle"],
+    package_dir={"bristle": "package"},
+    package_data={"bristle": ["*.pyi", "py.typed"]},
+    ext_modules=[Extension("bristle._bristle", [])],
+    cmdclass={"build_ext": CMakeBuild},
+    zip_safe=False,
+    options={"build": {"build_base": os.path.relpath(SCRATCH)}, "egg_info": {"egg_base": os.path.relpath(SCRATCH)}},
+)

@@ -1,0 +1,127 @@
+#include "tools/scene/scene_memory.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include <bristle/error.hpp>
+#include <bristle/patch_batch.hpp>
+
+#include "tools/files/user_error.hpp"
+
+namespace cli {
+namespace {
+
+constexpr std::uint64_t beside_a_patch = 1900;     // slot, motion, response, statistics of a copy
+constexpr std::uint64_t surely_there = 128 << 20;  // less than this is not worth a look
+
+/// More than any patch of so many bristles or cohorts takes.
+std::uint64_t at_most(const bristle::PatchOptions& o) {
+  constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
+  return o.population == bristle::Population::infinite
+             ? fixed + most_cohort * std::max<std::uint64_t>(o.cohorts, 256)
+             : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
+}
+
+/// Asks the library: of a patch with few bristles, what one of many takes.
+class Probe {
+ public:
+  explicit Probe(const Scene& scene) : scene_(scene) {}
+
+  std::uint64_t bytes_of(const ScenePatch& patch) {
+    bristle::PatchOptions options = patch.options;
+    const bool infinite = options.population == bristle::Population::infinite;
+    if (!infinite && options.bristles > few) options.bristles = few;
+    const auto kind = std::tuple(patch.material, infinite, options.bristles, options.axes, options.precision,
+                                 options.cohorts, options.resolution, options.max_normal_load);
+    const auto [found, is_new] = known_.try_emplace(kind);
+    if (is_new) found->second = ask(scene_.materials[patch.material].material, options);
+    const auto& [bytes, per_bristle] = found->second;
+    if (infinite || patch.options.bristles <= few) return bytes;
+    return bytes + (patch.options.bristles - few) * per_bristle + (patch.options.bristles / few - 1) * block;
+  }
+
+ private:
+  static constexpr std::uint32_t few = 256;  // a block of bristles
+  static constexpr std::uint64_t block = 72;
+  struct Bytes {
+    std::uint64_t patch = 0, per_bristle = 0;
+  };
+
+  static Bytes ask(const bristle::Material& material, const bristle::PatchOptions& options) {
+    try {
+      bristle::PatchBatch batch;
+      const bristle::PatchInfo info = batch.info(batch.add(material, options));
+      return {info.memory_bytes, info.bytes_per_bristle};
+    } catch (const bristle::Error&) {
+      return {};  // the run says what is wrong with it, and where
+    }
+  }
+
+  const Scene& scene_;
+  std::map<
+      std::tuple<std::size_t, bool, std::uint32_t, int, bristle::Precision, std::uint32_t, double, double>,
+      Bytes>
+      known_;
+};
+
+/// Of the machine, and of what this process may still take of it. The largest number where nobody says.
+std::uint64_t free_memory() {
+  std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
+  std::ifstream machine("/proc/meminfo");
+  for (std::string line; std::getline(machine, line);) {
+    unsigned long long kilobytes = 0;
+    if (std::sscanf(line.c_str(), "MemAvailable: %llu kB", &kilobytes) == 1) bytes = kilobytes << 10;
+  }
+  struct rlimit limit;
+  std::uint64_t pages = 0;
+  if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
+      std::ifstream("/proc/self/statm") >> pages) {
+    const std::uint64_t taken = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    bytes = std::min<std::uint64_t>(bytes, limit.rlim_cur > taken ? limit.rlim_cur - taken : 0);
+  }
+  return bytes;
+}
+
+std::string size_text(std::uint64_t bytes) {
+  const double mebibytes = static_cast<double>(bytes) / (1 << 20);
+  return mebibytes < 1024.0 ? fmt::format("{:.0f} MiB", mebibytes)
+                            : fmt::format("{:.1f} GiB", mebibytes / 1024.0);
+}
+
+}  // namespace
+
+std::uint64_t estimate_memory(const Scene& scene) {
+  Probe probe(scene);
+  std::uint64_t bytes = 0;
+  for (const ScenePatch& patch : scene.patches)
+    bytes += patch.count * (probe.bytes_of(patch) + beside_a_patch);
+  return bytes;
+}
+
+void check_memory(const Scene& scene) {
+  std::uint64_t most = 0;
+  for (const ScenePatch& patch : scene.patches)
+    most += patch.count * (at_most(patch.options) + beside_a_patch);
+  const std::uint64_t allowed = scene.limits.bytes.value_or(surely_there);
+  if (most <= allowed) return;
+  const std::uint64_t needed = estimate_memory(scene);
+  const std::uint64_t there = scene.limits.bytes ? allowed : free_memory();
+  if (needed <= there) return;
+  throw UserError(
+      fmt::format("{}: {} patches need about {} of memory, and {} are {}; give fewer bristles, or "
+                  "--memory {}M to take so much",
+                  scene.file, scene.patch_count(), size_text(needed), size_text(there),
+                  scene.limits.bytes ? "allowed (--memory)" : "free", (needed >> 20) + 1));
+}
+
+}  // namespace cli
