@@ -85,8 +85,40 @@ inline double programme_length(const std::vector<Piece>& pieces) {
   return sum;
 }
 
+/// Slides at one speed with rests of 0.3 to 30 s between them.
+inline std::vector<Piece> slide_hold_slide() {
+  constexpr double v = 100e-6;
+  return {{3, v}, {1, 0}, {2, v}, {10, 0}, {2, v}, {0.3, 0}, {2, v}, {30, 0}, {2, v}, {3, 0}, {2, v}};
+}
+/// Speeds of 5 um/s to 1 mm/s, to and fro, with rests of 1 to 12 s.
+inline std::vector<Piece> velocity_steps() {
+  return {{2, 30e-6},   {1, 300e-6}, {3, -30e-6},  {1, -300e-6}, {5, 0},       {1, -300e-6}, {2, 30e-6}, {8, 5e-6},
+          {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0},       {8, -5e-6},   {3, -100e-6}};
+}
+
 inline double logarithmic_growth(double age, double beta, double tau) {
   return 1.0 + beta * std::log1p(age / tau);
+}
+
+/// Friction over load in sliding at a speed: mean of r S(r / g(r/v)) over mean of S(r / g(r/v)) (redraw; the
+/// shared reference's README), by sums; then strengthening.
+inline double kinetic_at(const SyntheticFriction& s, double speed) {
+  double elastic = s.kinetic;
+  if (s.growth) {
+    const double deviation = std::sqrt(std::log1p(s.spread * s.spread)), pieces = 4000.0;
+    const auto survival = [&](double r) {
+      return 0.5 * std::erfc((std::log(r / s.length) + 0.5 * deviation * deviation) / (deviation * std::sqrt(2.0)));
+    };
+    double sum = 0.0, moment = 0.0;
+    for (int i = 0; i < 40000; ++i) {
+      const double r = (i + 0.5) * s.length / pieces;
+      const double share = survival(r / s.growth(r / speed));
+      sum += share;
+      moment += r * share;
+    }
+    elastic *= moment / sum / (s.length * 0.5 * (1.0 + s.spread * s.spread));
+  }
+  return elastic + s.strengthening * std::asinh(speed / (2.0 * s.strengthening_speed));
 }
 
 inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {

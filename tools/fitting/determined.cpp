@@ -187,6 +187,51 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   return false;
 }
 
+/// Where the data leave the time of ageing or the speed of strengthening open, the others are fitted with each of
+/// a row of them. The point takes the middle one of those that are as good as the best; what the others differ
+/// by over these is a part of their error.
+FitPoint Fitter::try_scales(FitPoint point, FitParameter scale) {
+  constexpr int tried = 6;
+  constexpr double as_good = 3.84;  // gain in the likelihood (twice its logarithm)
+  const FitParameter term = scale == fit_ageing_time ? fit_ageing : fit_strengthening;
+  if (!contains(point.free, term) || contains(point.free, scale)) return point;
+  assume(model_, point);
+  const double low = model_.lowest(scale), high = model_.highest(scale);
+  std::vector<FitPoint> row{point};
+  for (int i = 0; i < tried; ++i) {
+    FitPoint other = point;
+    other.values[scale] = low * std::pow(high / low, (i + 0.25) / tried);
+    other = minimise(model_, other);
+    if (other.values[term] > 0.0) row.push_back(other);
+  }
+  const FitPoint best = *std::min_element(row.begin(), row.end(), better);
+  const double noise =
+      best.sum_of_squares / static_cast<double>(samples()) * correlated_samples(residuals(best));
+  row.erase(std::remove_if(row.begin(), row.end(),
+                           [&](const FitPoint& q) {
+                             return q.sum_of_squares > best.sum_of_squares + as_good * noise;
+                           }),
+            row.end());
+  std::sort(row.begin(), row.end(),
+            [&](const FitPoint& a, const FitPoint& b) { return a.values[scale] < b.values[scale]; });
+  const FitPoint middle = row[row.size() / 2];
+  const auto count = static_cast<Eigen::Index>(middle.free.size());
+  if (scale_error_.rows() != count) scale_error_ = Eigen::MatrixXd::Zero(count, count);
+  for (const FitPoint& q : row) {
+    Eigen::VectorXd off(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const FitParameter p = middle.free[static_cast<std::size_t>(i)];
+      off[i] = FitModel::is_logarithmic(p) ? std::log(q.values[p] / middle.values[p])
+                                           : (q.values[p] - middle.values[p]) / model_.scale(middle.values, p);
+    }
+    scale_error_ += off * off.transpose() / static_cast<double>(row.size());
+  }
+  if (row.size() > 1)
+    why_[scale] = fmt::format("{:.2g} to {:.2g} {} do as well", row.front().values[scale],
+                              row.back().values[scale], scale == fit_ageing_time ? "s" : "m/s");
+  return middle;
+}
+
 FitPoint Fitter::keep_determined(FitPoint point) {
   for (const FitParameter p : {fit_offset, fit_drift, fit_offset_y, fit_drift_y}) {
     if (!two_ways()) why_[p] = "the motion has one direction only";
@@ -197,6 +242,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   // With the error of the bristles themselves some are not determined after all.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
+  for (const FitParameter scale : {fit_ageing_time, fit_strengthening_speed}) point = try_scales(point, scale);
   return point;
 }
 

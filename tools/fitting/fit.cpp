@@ -115,7 +115,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
     for (std::size_t i = 0; i < point.free.size(); ++i) {
       const FitParameter p = point.free[i];
       if (!shapes_friction(p)) continue;
-      const double step = p == fit_ageing || p == fit_strengthening ? 0.002 : 0.02;
+      const double step = p == fit_ageing || p == fit_strengthening ? 0.1 * point.values[p] : 0.02;
       const FitValues up = moved(p, step), down = moved(p, -step);
       const double between = FitModel::is_logarithmic(p)
                                  ? std::log(up[p] / down[p])
@@ -208,7 +208,8 @@ FitResult Fitter::report(const FitPoint& point) {
   const PopulationError population = bristle_error(point, j, r);
   result.fluctuating_bristles =
       population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();
-  const Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
+  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
+  if (scale_error_.rows() == cov.rows()) cov += scale_error_;
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
   result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();

@@ -47,7 +47,8 @@ class Fitter {
   }
   FitResult finish(const Found& found) {
     why_ = found.why;
-    const FitPoint point = found.point.free.empty() ? found.point : minimise(model_, found.point);
+    FitPoint point = found.point.free.empty() ? found.point : minimise(model_, found.point);
+    if (options_.rule == bristle::SnapRule::keep) point = polish(point);
     refuse_without_friction(point);
     return report(keep_determined(point));
   }
@@ -56,6 +57,7 @@ class Fitter {
   FitPoint search_plain();
   FitPoint search_whole_memory(const FitPoint& about);
   FitPoint search_rubbed();
+  FitPoint polish(const FitPoint& point);
   FitPoint choose();
   FitParameterSet bending() const {
     FitParameterSet set{fit_length};
@@ -86,6 +88,7 @@ class Fitter {
   bool at_an_edge(FitPoint& point);
   std::string lacking(FitParameter p) const;
   void leave(FitPoint& point, FitParameter p, const std::string& why);
+  FitPoint try_scales(FitPoint point, FitParameter scale);
   double widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p);
   void refuse_without_friction(const FitPoint& point);
   std::string why_no_peak(const FitPoint& point, const FitResult& result);
@@ -117,6 +120,7 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
+  Eigen::MatrixXd scale_error_;  // of the free parameters, as covariance(); empty: none
   Progress& progress_;
 };
 

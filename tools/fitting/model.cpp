@@ -124,7 +124,8 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
 /// By differences of the logarithm or of the number. The force is smooth over such a step, and far from
 /// rounding; that of kept lengths has waves.
 Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter parameter, bool central) {
-  const double smooth = options_.rule == bristle::SnapRule::keep ? 0.01 : 0.02;
+  const bool keep = options_.rule == bristle::SnapRule::keep;
+  const double smooth = !keep ? 0.02 : parameter == fit_spread ? 0.05 : 0.01;
   const bool faint = parameter == fit_ageing && frame_.form == bristle::AgeingForm::logarithmic;
   const double step = parameter == fit_renewal       ? smooth * (1.0 + p[fit_renewal])
                       : parameter == fit_ageing_time ? 0.2

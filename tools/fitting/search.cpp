@@ -214,6 +214,41 @@ FitPoint Fitter::search_whole_memory(const FitPoint& about) {
   return best;
 }
 
+/// Kept lengths leave waves in the sum of squares, on which Levenberg-Marquardt stops: a grid of lengths and
+/// spreads about the point, then smaller and smaller steps from the best. All else is linear.
+FitPoint Fitter::polish(const FitPoint& point) {
+  FitParameterSet linear;
+  for (const FitParameter p : point.free) {
+    if (p == fit_asymmetry) return point;
+    if (!FitModel::bends(p) && p != fit_stribeck && p != fit_strengthening_speed) linear.push_back(p);
+  }
+  if (!contains(point.free, fit_length) || !contains(linear, fit_kinetic)) return point;
+  const bool spreads = contains(point.free, fit_spread);
+  assume(model_, point);
+  FitPoint best = point;
+  const auto try_at = [&](const FitPoint& about, double longer, double wider) {
+    FitValues bent = about.values;
+    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(longer), model_.lowest(fit_length), model_.highest(fit_length));
+    if (spreads)
+      bent[fit_spread] =
+          std::clamp(bent[fit_spread] * std::exp(wider), model_.lowest(fit_spread), 0.99 * model_.highest(fit_spread));
+    FitPoint other = linear_start(bent, linear);
+    other.free = point.free;
+    if (other.values[fit_kinetic] > 0.0 && other.values[fit_strengthening] >= 0.0 && better(other, best)) best = other;
+  };
+  for (int i = -2; i <= 2; ++i)
+    for (int k = spreads ? -4 : 0; k <= (spreads ? 4 : 0); ++k) try_at(point, 0.004 * i, 0.05 * k);
+  for (double part = 1.0; part > 0.03;) {
+    const FitPoint from = best;
+    for (const double sign : {-1.0, 1.0}) {
+      try_at(from, 0.003 * part * sign, 0.0);
+      if (spreads) try_at(from, 0.0, 0.04 * part * sign);
+    }
+    if (!better(best, from)) part *= 0.5;
+  }
+  return best;
+}
+
 /// A brush that can be rubbed; nothing free where both numbers are held.
 FitPoint Fitter::search_rubbed() {
   if (options_.residual && options_.renewal) return {};
