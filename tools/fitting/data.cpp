@@ -149,6 +149,16 @@ int count_reversals(const std::vector<double>& x, double slack) {
   return reversals;
 }
 
+/// Whether the motion turns at sample i as smoothly as a parabola: it slows down before and gathers speed after.
+/// A stage that goes back at once turns at the sample, or no one knows where.
+bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
+  if (i < 2 || i + 2 >= x.size()) return false;
+  const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i], after = x[i + 2] - x[i + 1];
+  const double bend = 0.25 * (a - b);
+  return (before - a) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend) &&
+         (b - after) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend);
+}
+
 /// Samples, and between them the turning points that the parabola through three samples shows.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise) {
@@ -159,7 +169,8 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
-      if (a * b < 0.0 && std::min(std::fabs(a), std::fabs(b)) > 4.0 * noise && even > 0.8 && even < 1.25) {
+      if (a * b < 0.0 && std::min(std::fabs(a), std::fabs(b)) > 4.0 * noise && even > 0.8 && even < 1.25 &&
+          turns_smoothly(x, i)) {
         place = 0.5 * (a + b) / (a - b);
         turn.x = x[i] + 0.25 * (a + b) * place;
         turn.t = t[i] + place * (place > 0.0 ? t[i + 1] - t[i] : t[i] - t[i - 1]);

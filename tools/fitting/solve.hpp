@@ -48,7 +48,7 @@ struct PopulationError {
   double noise = 0.0;     ///< N^2, variance that they leave to the sensor
 };
 /// `usual_bristles` at the mean load are assumed as far as the residuals do not show how many there are.
-PopulationError population_error(FitModel& model, const FitPoint& point,
+PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles);
 
