@@ -39,6 +39,7 @@ struct SyntheticFriction {
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
+  double most_load = 0.0;  // N, of a load that changes: that of all bristles. The last in is the first out.
 };
 
 struct RecordedFriction {
@@ -138,6 +139,15 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
       deflection = aged.x();
     } else {
       deflection = plain.step(next - x, 0.0).end_x;
+      if (s.most_load > 0.0) {
+        std::vector<BruteBristle>& all = plain.bristles();
+        const auto in_contact = static_cast<std::size_t>(s.load(t) / s.most_load * static_cast<double>(all.size()));
+        deflection = 0.0;
+        for (std::size_t k = 0; k < all.size(); ++k) {
+          if (k >= in_contact) all[k].zx = 0.0;
+          deflection += all[k].zx / static_cast<double>(in_contact);
+        }
+      }
     }
     const double moved = next - x;
     x = next;

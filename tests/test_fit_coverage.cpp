@@ -70,6 +70,8 @@ std::vector<Record> time_records() {
   skewed.asymmetry = 0.05;
   skewed.drift = [](double) { return 0.03; };
   skewed.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
+  skewed.most_load = 3.0;
+  skewed.bristles = 2700;
   return {{"ageing, slide-hold-slide", holds},
           {"ageing, velocity steps and holds", steps},
           {"ageing, loops and strokes", strokes},

@@ -17,6 +17,7 @@ using bristle::SnapLaw;
 constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
 constexpr double widest_scale = 1.2;      // the same of a time or a speed: a factor of a hundred
 constexpr double widest_offset = 0.25;    // deviation over the rms of the force
+constexpr double nearly_alike = 5.0;      // widened by so much, two terms differ by no more than their laws are good for
 constexpr double widest_asymmetry = 0.1;
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 
@@ -130,6 +131,8 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   const FitParameter rival = p == fit_ageing ? fit_strengthening : fit_ageing;
   if (contains(point.free, rival) || !several_speeds() || point.frame.speed == 0.0) return 1.0;
   if (rival == fit_ageing && options_.rule == bristle::SnapRule::keep) return 1.0;
+  // Ageing follows a change of speed over a length of the way, strengthening does at once.
+  if (!contains(point.free, fit_length)) return 1e6;
   FitValues values = point.values;
   values[fit_strengthening_speed] = rival == fit_strengthening ? 0.1 * data_.slow : values[fit_strengthening_speed];
   if (rival == fit_ageing) values[fit_ageing_time] = model_.lowest(fit_ageing_time);
@@ -169,8 +172,9 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       if (j.col(i).norm() >= nothing) continue;
     } else if (is_determined(point, j, cov, i)) {
       if (p != fit_ageing && p != fit_strengthening) continue;
-      const double deviation = std::sqrt(cov(i, i)) * widened_by_rival(point, j, p);
-      if (point.values[p] >= 2.0 * deviation * model_.scale(point.values, p)) continue;
+      const double wider = widened_by_rival(point, j, p);
+      const double deviation = std::sqrt(cov(i, i)) * wider;
+      if (wider < nearly_alike && point.values[p] >= 2.0 * deviation * model_.scale(point.values, p)) continue;
       leave(point, p, "the record does not tell ageing from strengthening: only their difference is determined");
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
