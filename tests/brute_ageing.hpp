@@ -1,8 +1,8 @@
-// Bristles that grow stronger while they hold, once more, for trust: bristle by bristle in the plane, every snap
-// at its own time, in double precision. Nothing here comes from bristle itself.
+// Bristles that grow stronger while they hold, once more, for trust: bristle by bristle in the plane, every
+// snap at its own time, in double precision. Nothing here comes from bristle itself.
 //
-// A bristle holds up to |z| = delta0 g(a), a the time since it was last straight; it then becomes straight and
-// draws a fresh length. Lengths and times may be in any unit; results are means over the bristles.
+// A bristle holds up to |z| = delta0 g(a), a the time since it was last straight; it then becomes straight
+// and draws a fresh length. Lengths and times may be in any unit; results are means over the bristles.
 #pragma once
 
 #include <cmath>

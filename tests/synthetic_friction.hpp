@@ -24,8 +24,8 @@ struct SyntheticFriction {
   double stribeck = 1e-3;  // m/s
   bool redraw = true;
   std::size_t bristles = 1800;
-  // Ageing: the snap length after a rest of `age` seconds over that of a bristle that has just snapped. Empty:
-  // none. Then `length` is that of a bristle just straight, and `kinetic` holds where nothing ages.
+  // Ageing: the snap length after a rest of `age` seconds over that of a bristle that has just snapped.
+  // Empty: none. Then `length` is that of a bristle just straight, and `kinetic` holds where nothing ages.
   std::function<double(double age)> growth;
   double strengthening = 0.0;          // a of a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // m/s
@@ -93,8 +93,8 @@ inline std::vector<Piece> slide_hold_slide() {
 }
 /// Speeds of 5 um/s to 1 mm/s, to and fro, with rests of 1 to 12 s.
 inline std::vector<Piece> velocity_steps() {
-  return {{2, 30e-6},   {1, 300e-6}, {3, -30e-6},  {1, -300e-6}, {5, 0},       {1, -300e-6}, {2, 30e-6}, {8, 5e-6},
-          {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0},       {8, -5e-6},   {3, -100e-6}};
+  return {{2, 30e-6},  {1, 300e-6}, {3, -30e-6}, {1, -300e-6}, {5, 0}, {1, -300e-6}, {2, 30e-6},  {8, 5e-6},
+          {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0}, {8, -5e-6},   {3, -100e-6}};
 }
 
 inline double logarithmic_growth(double age, double beta, double tau) {
@@ -108,7 +108,8 @@ inline double kinetic_at(const SyntheticFriction& s, double speed) {
   if (s.growth) {
     const double deviation = std::sqrt(std::log1p(s.spread * s.spread)), pieces = 4000.0;
     const auto survival = [&](double r) {
-      return 0.5 * std::erfc((std::log(r / s.length) + 0.5 * deviation * deviation) / (deviation * std::sqrt(2.0)));
+      return 0.5 *
+             std::erfc((std::log(r / s.length) + 0.5 * deviation * deviation) / (deviation * std::sqrt(2.0)));
     };
     double sum = 0.0, moment = 0.0;
     for (int i = 0; i < 40000; ++i) {
@@ -141,7 +142,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
       deflection = plain.step(next - x, 0.0).end_x;
       if (s.most_load > 0.0) {
         std::vector<BruteBristle>& all = plain.bristles();
-        const auto in_contact = static_cast<std::size_t>(s.load(t) / s.most_load * static_cast<double>(all.size()));
+        const auto in_contact =
+            static_cast<std::size_t>(s.load(t) / s.most_load * static_cast<double>(all.size()));
         deflection = 0.0;
         for (std::size_t k = 0; k < all.size(); ++k) {
           if (k >= in_contact) all[k].zx = 0.0;
@@ -155,7 +157,8 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     const double v = s.growth ? moved * s.rate : (s.motion(t + h) - s.motion(t - h)) / (2.0 * h);
     const double load = s.load(t);
     double force = s.kinetic * load * deflection / bend;
-    if (s.strengthening > 0.0) force += load * s.strengthening * std::asinh(v / (2.0 * s.strengthening_speed));
+    if (s.strengthening > 0.0)
+      force += load * s.strengthening * std::asinh(v / (2.0 * s.strengthening_speed));
     force *= force > 0.0 ? 1.0 + s.asymmetry : 1.0 - s.asymmetry;
     force += s.viscous * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);

@@ -72,14 +72,10 @@ std::vector<Record> time_records() {
   skewed.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
   skewed.most_load = 3.0;
   skewed.bristles = 2700;
-  return {{"ageing, slide-hold-slide", holds},
-          {"ageing, velocity steps and holds", steps},
-          {"ageing, loops and strokes", strokes},
-          {"ageing and strengthening, velocity steps", both},
-          {"strengthening, velocity steps", stronger},
-          {"saturating ageing, velocity steps", skin},
-          {"no ageing, velocity steps", none},
-          {"direction and offset, load of 1 to 3 N", skewed}};
+  return {{"ageing, slide-hold-slide", holds},         {"ageing, velocity steps and holds", steps},
+          {"ageing, loops and strokes", strokes},      {"ageing and strengthening, velocity steps", both},
+          {"strengthening, velocity steps", stronger}, {"saturating ageing, velocity steps", skin},
+          {"no ageing, velocity steps", none},         {"direction and offset, load of 1 to 3 N", skewed}};
 }
 
 /// Estimates of one parameter.
@@ -134,8 +130,9 @@ void run_record(const Record& r, SnapRule rule, int repeats) {
   if (only && name.find(only) == std::string::npos) return;
   SyntheticFriction s = r.setting;
   s.redraw = rule == SnapRule::redraw;
-  std::vector<Held> held = {{"kinetic"},     {"length"},        {"spread"},              {"stiffness"}, {"ageing"},
-                            {"ageing time"}, {"strengthening"}, {"strengthening speed"}, {"asymmetry"}, {"offset"}};
+  std::vector<Held> held = {{"kinetic"},   {"length"},      {"spread"},        {"stiffness"},
+                            {"ageing"},    {"ageing time"}, {"strengthening"}, {"strengthening speed"},
+                            {"asymmetry"}, {"offset"}};
   int other_form = 0;
   for (int i = 0; i < repeats; ++i) {
     const cli::FitResult result = fit_of(s, rule, 1000 + 10 * static_cast<std::uint64_t>(i));

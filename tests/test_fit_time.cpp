@@ -1,5 +1,5 @@
-// `bristle fit` of what changes with time, speed and direction, and in the plane: known parameters come back, what
-// the data do not tell apart is said. The data are made by brute_ageing.hpp and brute_force.hpp.
+// `bristle fit` of what changes with time, speed and direction, and in the plane: known parameters come back,
+// what the data do not tell apart is said. The data are made by brute_ageing.hpp and brute_force.hpp.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -58,11 +58,12 @@ std::string spiral(double kinetic, double length, double spread, double offset_x
 }  // namespace
 
 TEST_CASE("The force along a path follows bristles that age, through slides, rests and reversals", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force: five deviations; pieces of 1/16 lengths are second
-  // order.
+  // 20,000 bristles fluctuate by 0.5 % of the kinetic force: five deviations; pieces of 1/16 lengths are
+  // second order.
   const double length = 1e-5, spread = 0.3, strength = 0.05, time = 0.01;
-  AgedBristles bristles(20000, lognormal_quantile(length, spread),
-                        [=](double age) { return logarithmic_growth(age, strength, time); }, 3);
+  AgedBristles bristles(
+      20000, lognormal_quantile(length, spread),
+      [=](double age) { return logarithmic_growth(age, strength, time); }, 3);
   std::vector<cli::PathPoint> path{{0.0, 2.0, false, 0.0}};
   std::vector<double> expected;
   const auto go = [&](double lengths, double seconds, int pieces) {
@@ -82,8 +83,7 @@ TEST_CASE("The force along a path follows bristles that age, through slides, res
   cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, spread};
   shape.ageing_strength = strength;
   shape.ageing_time = time;
-  const std::vector<double> force =
-      cli::PathForce(path).find(shape, length, {}, cli::Detail::finish);
+  const std::vector<double> force = cli::PathForce(path).find(shape, length, {}, cli::Detail::finish);
   const double bend = 0.5 * (1.0 + spread * spread);
   double worst = 0.0;
   for (std::size_t i = 0; i < force.size(); ++i)
@@ -102,7 +102,8 @@ TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit
   }
   const cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, 0.4};
   const std::vector<double> force = cli::PathForce(path).find(shape, length, {}, cli::Detail::finish);
-  for (int k : {1, strokes - 2, strokes - 1}) CHECK(std::abs(force[samples * (k + 1) - 1]) == Approx(1.0).epsilon(1e-3));
+  for (int k : {1, strokes - 2, strokes - 1})
+    CHECK(std::abs(force[samples * (k + 1) - 1]) == Approx(1.0).epsilon(1e-3));
 }
 
 TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
@@ -160,8 +161,10 @@ TEST_CASE("Ageing and strengthening are not found where there is none, or nothin
     }
   }
   SECTION("steady sliding at six speeds, one way: only the difference of the two shows") {
-    // Five seconds from sample to sample, a length or more: no sample lies on the way from one force to the next.
-    SyntheticFriction s = noisy({{50, 1e-3}, {100, 0.1e-3}, {300, 20e-6}, {600, 4e-6}, {100, 0.3e-3}, {200, 40e-6}});
+    // Five seconds from sample to sample, a length or more: no sample lies on the way from one force to the
+    // next.
+    SyntheticFriction s =
+        noisy({{50, 1e-3}, {100, 0.1e-3}, {300, 20e-6}, {600, 4e-6}, {100, 0.3e-3}, {200, 40e-6}});
     s.rate = 0.2;
     s.strengthening = 0.02;
     s.strengthening_speed = 1e-8;
@@ -184,7 +187,8 @@ TEST_CASE("A fit tells ageing that comes to an end from ageing that goes on", "[
   CHECK(fitted.result.material.ageing_form == bristle::AgeingForm::saturating);
 }
 
-TEST_CASE("Friction that differs with the direction is told from an offset of the sensor by the load", "[fit]") {
+TEST_CASE("Friction that differs with the direction is told from an offset of the sensor by the load",
+          "[fit]") {
   SyntheticFriction s;
   s.motion = loops_and_strokes;
   s.rate = 100.0;
@@ -207,9 +211,11 @@ TEST_CASE("Friction that differs with the direction is told from an offset of th
   CHECK_FALSE(one[cli::fit_asymmetry].fitted);
   CHECK_THAT(one[cli::fit_asymmetry].why, Contains("one load only"));
   // Together 0.03 N and in sliding 5 % of 0.35 x 2 N, in loops less.
-  CHECK(one[cli::fit_offset].value == Approx(0.03 + 0.75 * 0.05 * 0.35 * 2.0).margin(0.25 * 0.05 * 0.35 * 2.0));
+  CHECK(one[cli::fit_offset].value ==
+        Approx(0.03 + 0.75 * 0.05 * 0.35 * 2.0).margin(0.25 * 0.05 * 0.35 * 2.0));
   REQUIRE(one.result.notes.size() == 1);
-  CHECK_THAT(one.result.notes[0], Contains("differs with the direction") && Contains("one load does not tell"));
+  CHECK_THAT(one.result.notes[0],
+             Contains("differs with the direction") && Contains("one load does not tell"));
 }
 
 TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {

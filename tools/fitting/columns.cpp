@@ -25,10 +25,11 @@ enum Column : unsigned {
   column_count
 };
 constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time},    {"x", length_units, most_length},     {"v", speed_units, most_speed},
-    {"vx", speed_units, most_speed}, {"load", force_units, most_force},    {"force", force_units, most_force},
-    {"fx", force_units, most_force}, {"friction", force_units, most_force}, {"y", length_units, most_length},
-    {"fy", force_units, most_force}};
+    {"t", time_units, most_time},      {"x", length_units, most_length},
+    {"v", speed_units, most_speed},    {"vx", speed_units, most_speed},
+    {"load", force_units, most_force}, {"force", force_units, most_force},
+    {"fx", force_units, most_force},   {"friction", force_units, most_force},
+    {"y", length_units, most_length},  {"fy", force_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
 /// The one of several names for a thing that is there; column_count when none is.
@@ -58,8 +59,9 @@ bool varies(const std::vector<double>& column) {
 void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   const bool moves = has_y && varies(data.y), measured = has_fy && varies(data.force_y);
   if (moves && !has_fy)
-    throw UserError(data.name + ": column y varies, and there is no column fy: add the force along y, or leave "
-                                "out column y if that motion has no part in the friction");
+    throw UserError(data.name +
+                    ": column y varies, and there is no column fy: add the force along y, or leave "
+                    "out column y if that motion has no part in the friction");
   if (moves && measured) {
     if (!data.has_x)
       throw UserError(data.name + ": a record in the plane needs the positions x and y; here is no column x");
@@ -67,8 +69,9 @@ void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
     return;
   }
   if (moves)
-    throw UserError(data.name + ": column y varies, and column fy is one value throughout: no friction of a "
-                                "motion in the plane");
+    throw UserError(data.name +
+                    ": column y varies, and column fy is one value throughout: no friction of a "
+                    "motion in the plane");
   if (has_y && !moves) data.ignored_columns.push_back("y");
   if (has_fy) data.ignored_columns.push_back("fy");
   data.y.clear();

@@ -34,8 +34,8 @@ std::vector<double> differences(const std::vector<double>& values) {
 
 // ------------------------------------------------------------------------------------------ position
 
-/// Whether the moves are those of a stage on a programme: long runs of equal ones. An encoder's counts come at
-/// every other sample, or jump.
+/// Whether the moves are those of a stage on a programme: long runs of equal ones. An encoder's counts come
+/// at every other sample, or jump.
 bool runs_evenly(const std::vector<double>& moves, double smallest) {
   std::size_t changes = 0, moving = 0;
   for (std::size_t i = 1; i < moves.size(); ++i) {
@@ -149,11 +149,12 @@ int count_reversals(const std::vector<double>& x, double slack) {
   return reversals;
 }
 
-/// Whether the motion turns at sample i as smoothly as a parabola: it slows down before and gathers speed after.
-/// A stage that goes back at once turns at the sample, or no one knows where.
+/// Whether the motion turns at sample i as smoothly as a parabola: it slows down before and gathers speed
+/// after. A stage that goes back at once turns at the sample, or no one knows where.
 bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
   if (i < 2 || i + 2 >= x.size()) return false;
-  const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i], after = x[i + 2] - x[i + 1];
+  const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
+               after = x[i + 2] - x[i + 1];
   const double bend = 0.25 * (a - b);
   return (before - a) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend) &&
          (b - after) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend);
@@ -191,7 +192,8 @@ std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std:
   return path;
 }
 
-/// s, of the longest rest: the path stays within what noise moves it, and a part of a thousandth of its range.
+/// s, of the longest rest: the path stays within what noise moves it, and a part of a thousandth of its
+/// range.
 double longest_rest(const std::vector<PathPoint>& path, double slack) {
   double longest = 0.0;
   std::size_t begin = 0;
@@ -311,8 +313,8 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// What lies between two samples that stay: its highest and lowest place, where it goes beyond both of them; in
-/// the plane the place that is farthest from the line between them.
+/// What lies between two samples that stay: its highest and lowest place, where it goes beyond both of them;
+/// in the plane the place that is farthest from the line between them.
 class Between {
  public:
   void add(const PathPoint& point) {
@@ -331,22 +333,24 @@ class Between {
   }
 
  private:
-  void put_turns(double slack, const PathPoint& from, const PathPoint& end, std::vector<PathPoint>& path) const {
+  void put_turns(double slack, const PathPoint& from, const PathPoint& end,
+                 std::vector<PathPoint>& path) const {
     if (passed_.empty()) return;
     const auto [low, high] = std::minmax_element(passed_.begin(), passed_.end(),
                                                  [](const auto& a, const auto& b) { return a.x < b.x; });
-    const bool up = high->x > std::max(from.x, end.x) + slack, down = low->x < std::min(from.x, end.x) - slack;
+    const bool up = high->x > std::max(from.x, end.x) + slack,
+               down = low->x < std::min(from.x, end.x) - slack;
     if (up && high < low) path.push_back(*high);
     if (down) path.push_back(*low);
     if (up && !(high < low)) path.push_back(*high);
   }
-  void put_corner(double slack, const PathPoint& from, const PathPoint& end, std::vector<PathPoint>& path) const {
+  void put_corner(double slack, const PathPoint& from, const PathPoint& end,
+                  std::vector<PathPoint>& path) const {
     const double dx = end.x - from.x, dy = end.y - from.y, square = std::max(dx * dx + dy * dy, 1e-300);
     double farthest = slack;
     const PathPoint* corner = nullptr;
     for (const PathPoint& p : passed_) {
-      const double along =
-          std::clamp(((p.x - from.x) * dx + (p.y - from.y) * dy) / square, 0.0, 1.0);
+      const double along = std::clamp(((p.x - from.x) * dx + (p.y - from.y) * dy) / square, 0.0, 1.0);
       const double away = std::hypot(p.x - from.x - along * dx, p.y - from.y - along * dy);
       if (away > farthest) {
         farthest = away;

@@ -17,7 +17,7 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 struct FitColumns {
   std::string name;  ///< of the file
   std::vector<double> t, x, v, load,
-      force;  ///< SI units; v empty without a column, x integrated where only v is there
+      force;                       ///< SI units; v empty without a column, x integrated where only v is there
   std::vector<double> y, force_y;  ///< of a record in the plane; else empty
   bool has_x = false, has_load = false;
   bool planar() const { return !y.empty(); }
@@ -28,15 +28,15 @@ struct FitColumns {
 struct FitData {
   FitColumns columns;
   ForceSign sign = ForceSign::by_body;
-  bool sign_found = false;              ///< from the data, not given
+  bool sign_found = false;  ///< from the data, not given
   unsigned axes = 1;
   std::vector<double> force;     ///< N, by the body: positive along the motion. Two axes: all x, then all y
   std::vector<double> load;      ///< N, as the fit uses it
   std::vector<double> velocity;  ///< m/s, for what goes with the speed; as `force`
-  std::vector<PathPoint> path;          ///< samples and the turning points between them
-  bool steady_load = false;             ///< it wobbles so little that it is taken as constant
-  double quantum = 0.0;                 ///< m, of an encoder; 0: none seen
-  double position_noise = 0.0;          ///< m
+  std::vector<PathPoint> path;   ///< samples and the turning points between them
+  bool steady_load = false;      ///< it wobbles so little that it is taken as constant
+  double quantum = 0.0;          ///< m, of an encoder; 0: none seen
+  double position_noise = 0.0;   ///< m
   double range = 0.0, travelled = 0.0;  ///< m
   double finest_move = 0.0;             ///< m, between samples: a tenth of the moves are shorter
   int reversals = 0;

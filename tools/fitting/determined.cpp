@@ -17,7 +17,8 @@ using bristle::SnapLaw;
 constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
 constexpr double widest_scale = 1.2;      // the same of a time or a speed: a factor of a hundred
 constexpr double widest_offset = 0.25;    // deviation over the rms of the force
-constexpr double nearly_alike = 5.0;      // widened by so much, two terms differ by no more than their laws are good for
+constexpr double nearly_alike =
+    5.0;  // widened by so much, two terms differ by no more than their laws are good for
 constexpr double widest_asymmetry = 0.1;
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 
@@ -67,8 +68,8 @@ bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strength
 
 /// Parameters that ran to an end of their range stay there.
 bool Fitter::at_an_edge(FitPoint& point) {
-  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time,
-                               fit_strengthening_speed}) {
+  for (const FitParameter p :
+       {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time, fit_strengthening_speed}) {
     if (!contains(point.free, p)) continue;
     const double low = model_.lowest(p), high = model_.highest(p);
     const double place = FitModel::is_logarithmic(p) ? std::log(point.values[p] / low) / std::log(high / low)
@@ -77,7 +78,7 @@ bool Fitter::at_an_edge(FitPoint& point) {
     take_out(point.free, p);
     point.values[p] = place < 0.5 ? low : high;
     if (is_scale(p)) {
-      why_[p] = place < 0.5                ? lacking(p)
+      why_[p] = place < 0.5            ? lacking(p)
                 : p == fit_ageing_time ? "longer than the record: ageing in proportion to time"
                                        : "faster than the record: strengthening in proportion to speed";
       return true;
@@ -134,7 +135,8 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   // Ageing follows a change of speed over a length of the way, strengthening does at once.
   if (!contains(point.free, fit_length)) return 1e6;
   FitValues values = point.values;
-  values[fit_strengthening_speed] = rival == fit_strengthening ? 0.1 * data_.slow : values[fit_strengthening_speed];
+  values[fit_strengthening_speed] =
+      rival == fit_strengthening ? 0.1 * data_.slow : values[fit_strengthening_speed];
   if (rival == fit_ageing) values[fit_ageing_time] = model_.lowest(fit_ageing_time);
   Eigen::MatrixXd wide(j.rows(), j.cols() + 1);
   wide << j, model_.derivative(values, rival);
@@ -174,8 +176,10 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       if (p != fit_ageing && p != fit_strengthening) continue;
       const double wider = widened_by_rival(point, j, p);
       const double deviation = std::sqrt(cov(i, i)) * wider;
-      if (wider < nearly_alike && point.values[p] >= 2.0 * deviation * model_.scale(point.values, p)) continue;
-      leave(point, p, "the record does not tell ageing from strengthening: only their difference is determined");
+      if (wider < nearly_alike && point.values[p] >= 2.0 * deviation * model_.scale(point.values, p))
+        continue;
+      leave(point, p,
+            "the record does not tell ageing from strengthening: only their difference is determined");
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
     }
@@ -191,9 +195,9 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   return false;
 }
 
-/// Where the data leave the time of ageing or the speed of strengthening open, the others are fitted with each of
-/// a row of them. The point takes the middle one of those that are as good as the best; what the others differ
-/// by over these is a part of their error.
+/// Where the data leave the time of ageing or the speed of strengthening open, the others are fitted with
+/// each of a row of them. The point takes the middle one of those that are as good as the best; what the
+/// others differ by over these is a part of their error.
 FitPoint Fitter::try_scales(FitPoint point, FitParameter scale) {
   constexpr int tried = 6;
   constexpr double as_good = 3.84;  // gain in the likelihood (twice its logarithm)
@@ -211,10 +215,9 @@ FitPoint Fitter::try_scales(FitPoint point, FitParameter scale) {
   const FitPoint best = *std::min_element(row.begin(), row.end(), better);
   const double noise =
       best.sum_of_squares / static_cast<double>(samples()) * correlated_samples(residuals(best));
-  row.erase(std::remove_if(row.begin(), row.end(),
-                           [&](const FitPoint& q) {
-                             return q.sum_of_squares > best.sum_of_squares + as_good * noise;
-                           }),
+  row.erase(std::remove_if(
+                row.begin(), row.end(),
+                [&](const FitPoint& q) { return q.sum_of_squares > best.sum_of_squares + as_good * noise; }),
             row.end());
   std::sort(row.begin(), row.end(),
             [&](const FitPoint& a, const FitPoint& b) { return a.values[scale] < b.values[scale]; });
@@ -225,8 +228,9 @@ FitPoint Fitter::try_scales(FitPoint point, FitParameter scale) {
     Eigen::VectorXd off(count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const FitParameter p = middle.free[static_cast<std::size_t>(i)];
-      off[i] = FitModel::is_logarithmic(p) ? std::log(q.values[p] / middle.values[p])
-                                           : (q.values[p] - middle.values[p]) / model_.scale(middle.values, p);
+      off[i] = FitModel::is_logarithmic(p)
+                   ? std::log(q.values[p] / middle.values[p])
+                   : (q.values[p] - middle.values[p]) / model_.scale(middle.values, p);
     }
     scale_error_ += off * off.transpose() / static_cast<double>(row.size());
   }
@@ -246,7 +250,8 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   // With the error of the bristles themselves some are not determined after all.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
-  for (const FitParameter scale : {fit_ageing_time, fit_strengthening_speed}) point = try_scales(point, scale);
+  for (const FitParameter scale : {fit_ageing_time, fit_strengthening_speed})
+    point = try_scales(point, scale);
   return point;
 }
 

@@ -21,8 +21,8 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-constexpr double least_explained = 0.3;   // of the force: below, this is no friction of this motion
-constexpr double least_friction = 0.01;   // of the force: below, the brush has no part in it
+constexpr double least_explained = 0.3;  // of the force: below, this is no friction of this motion
+constexpr double least_friction = 0.01;  // of the force: below, the brush has no part in it
 constexpr std::size_t search_samples = 2000;
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
@@ -47,8 +47,7 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   const std::size_t n = data.samples();
   for (std::size_t i = 0; i < data.force.size(); ++i) {
     const FitParameter offset = i < n ? fit_offset : fit_offset_y, drift = i < n ? fit_drift : fit_drift_y;
-    f[static_cast<Eigen::Index>(i)] =
-        data.force[i] - p[offset] - p[drift] * (data.columns.t[i % n] - middle);
+    f[static_cast<Eigen::Index>(i)] = data.force[i] - p[offset] - p[drift] * (data.columns.t[i % n] - middle);
   }
   return f;
 }
@@ -117,9 +116,8 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
       if (!shapes_friction(p)) continue;
       const double step = p == fit_ageing || p == fit_strengthening ? 0.1 * point.values[p] : 0.02;
       const FitValues up = moved(p, step), down = moved(p, -step);
-      const double between = FitModel::is_logarithmic(p)
-                                 ? std::log(up[p] / down[p])
-                                 : (up[p] - down[p]) / model_.scale(point.values, p);
+      const double between = FitModel::is_logarithmic(p) ? std::log(up[p] / down[p])
+                                                         : (up[p] - down[p]) / model_.scale(point.values, p);
       gradient[static_cast<Eigen::Index>(i)] = std::log(function(up) / function(down)) / between;
     }
     const double width = quantile * std::sqrt(std::max(gradient.dot(cov * gradient), 0.0));
@@ -127,11 +125,10 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
     estimate.low = estimate.value * std::exp(-width);
     estimate.high = estimate.value * std::exp(width);
   };
-  interval(result.peak,
-           [&](const FitValues& p) {
-             const bristle::Material m = make_material(p, options_, model_);
-             return p[fit_ageing] > 0.0 ? m.peak_coefficient(point.frame.age) : m.peak_coefficient();
-           });
+  interval(result.peak, [&](const FitValues& p) {
+    const bristle::Material m = make_material(p, options_, model_);
+    return p[fit_ageing] > 0.0 ? m.peak_coefficient(point.frame.age) : m.peak_coefficient();
+  });
   interval(result.stiffness,
            [&](const FitValues& p) { return model_.elastic_coefficient(p) / model_.kinetic_deflection(p); });
   interval(result.forward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 + p[fit_asymmetry]); });
@@ -157,14 +154,16 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
 void Fitter::note(const FitPoint& point, FitResult& result) const {
   const FitFrame& frame = result.frame;
   if (frame.speed > 0.0) {
-    result.notes.push_back(fmt::format("kinetic is the dry friction in sliding at {:.3g} mm/s", 1e3 * frame.speed));
+    result.notes.push_back(
+        fmt::format("kinetic is the dry friction in sliding at {:.3g} mm/s", 1e3 * frame.speed));
   }
   if (point.values[fit_ageing] > 0.0) {
     result.notes.push_back(fmt::format(
         "presliding length and peak are those of bristles that have held for {:.3g} s", frame.age));
     const bool logarithmic = frame.form == bristle::AgeingForm::logarithmic;
     result.notes.push_back(fmt::format(
-        "ageing is {}{}", logarithmic ? "logarithmic: growth per e-fold of time" : "saturating: growth in all",
+        "ageing is {}{}",
+        logarithmic ? "logarithmic: growth per e-fold of time" : "saturating: growth in all",
         frame.form_assumed ? "; this form is assumed, the data do not tell it from the other" : ""));
     if (point.past.rested > 0.0)
       result.notes.push_back(
@@ -232,7 +231,8 @@ FitResult Fitter::report(const FitPoint& point) {
       estimate.low = estimate.value - width * model_.scale(point.values, p);
       estimate.high = estimate.value + width * model_.scale(point.values, p);
     }
-    if (p == fit_residual || p == fit_renewal || p == fit_ageing || p == fit_strengthening) estimate.low = std::max(estimate.low, 0.0);
+    if (p == fit_residual || p == fit_renewal || p == fit_ageing || p == fit_strengthening)
+      estimate.low = std::max(estimate.low, 0.0);
     if (p == fit_residual) estimate.high = std::min(estimate.high, 1.0);
   }
   FitEstimate& length = result.estimates[fit_length];

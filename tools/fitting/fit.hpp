@@ -38,15 +38,15 @@ struct FitOptions {
 
 /// What is fitted: twelve numbers of the material, one that no material has, and those of the force sensor.
 enum FitParameter : unsigned {
-  fit_kinetic,  ///< dry friction over load in sliding; with ageing or strengthening at FitFrame::speed
-  fit_length,   ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
-  fit_spread,   ///< deviation of the snap length over its mean
-  fit_residual,             ///< share of the presliding length that a snap leaves
-  fit_renewal,              ///< bristles renewed per snap, where all are bent far enough
-  fit_ageing,               ///< logarithmic: growth of the snap length per e-fold of age, over that at
-                            ///< FitFrame::age. saturating: Ageing::strength
-  fit_ageing_time,          ///< s
-  fit_strengthening,        ///< Material::speed_strengthening
+  fit_kinetic,        ///< dry friction over load in sliding; with ageing or strengthening at FitFrame::speed
+  fit_length,         ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
+  fit_spread,         ///< deviation of the snap length over its mean
+  fit_residual,       ///< share of the presliding length that a snap leaves
+  fit_renewal,        ///< bristles renewed per snap, where all are bent far enough
+  fit_ageing,         ///< logarithmic: growth of the snap length per e-fold of age, over that at
+                      ///< FitFrame::age. saturating: Ageing::strength
+  fit_ageing_time,    ///< s
+  fit_strengthening,  ///< Material::speed_strengthening
   fit_strengthening_speed,  ///< m/s
   fit_viscous,              ///< N s/m
   fit_damping,              ///< s/m, per newton of load
@@ -61,14 +61,14 @@ enum FitParameter : unsigned {
 using FitValues = std::array<double, fit_parameters>;
 
 /// Where a parameter stays when the data do not determine it.
-inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0,  0.0, 0.0, 1.0, 0.0, 1e-6,
+inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3,  0.0, 0.0, 0.0, 1.0, 0.0, 1e-6,
                                            0.0,  0.0,   1e-3, 0.0, 0.0, 0.0, 0.0, 0.0};
 
 /// At which speed and age numbers are given that change with them: in the middle of the record, so that the
 /// data determine them as well as they can.
 struct FitFrame {
-  double speed = 0.0;  ///< m/s; 0 without ageing and strengthening
-  double age = 0.0;    ///< s
+  double speed = 0.0;                            ///< m/s; 0 without ageing and strengthening
+  double age = 0.0;                              ///< s
   double shortest_age = 0.0, longest_age = 0.0;  ///< s, of bristles in the record
   bristle::AgeingForm form = bristle::AgeingForm::logarithmic;
   bool form_assumed = true;  ///< the data do not tell it from the other

@@ -377,8 +377,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
                                 until, columns.t.back() - columns.t.front()));
   }
   if (columns.planar()) {
-    throw UserError(columns.name +
-                    ": --rivals has one axis; leave out y and fy, or fit without --rivals");
+    throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
   }
   const FitData train = prepare_fit_data(part, options.sign, options.load);
   const FitData whole = prepare_fit_data(columns, train.sign, options.load);

@@ -27,8 +27,8 @@ FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail
   }
 }
 
-/// At fit_length, which is given at an age A, delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): b is
-/// what the data show, whatever tau is.
+/// At fit_length, which is given at an age A, delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): b
+/// is what the data show, whatever tau is.
 bristle::Ageing FitModel::ageing(const FitValues& p) const {
   if (p[fit_ageing] == 0.0) return {};
   if (frame_.form == bristle::AgeingForm::saturating)
@@ -115,7 +115,8 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
     const std::size_t k = row % n;
     const double v = data_.velocity[row], load = data_.load[k];
     if (load > 0.0) f[i] += v * (p[fit_viscous] + load * p[fit_damping] * decay(speed_[k], p[fit_stribeck]));
-    const FitParameter offset = row < n ? fit_offset : fit_offset_y, drift = row < n ? fit_drift : fit_drift_y;
+    const FitParameter offset = row < n ? fit_offset : fit_offset_y,
+                       drift = row < n ? fit_drift : fit_drift_y;
     f[i] += p[offset] + p[drift] * (data_.columns.t[k] - middle);
   }
   return f;
@@ -155,7 +156,8 @@ Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter,
   if (bends(parameter)) return bent_derivative(p, parameter, central);
   if (parameter == fit_asymmetry) {
     FitValues dry = p;
-    for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping, fit_offset, fit_drift}) dry[q] = 0.0;
+    for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping, fit_offset, fit_drift})
+      dry[q] = 0.0;
     return unit * force(dry).cwiseAbs();
   }
   Eigen::VectorXd d = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data_.force.size()));

@@ -15,8 +15,8 @@ using bristle::SnapRule;
 /// The brush is computed at this length and the path scaled to it, so that one material serves all lengths.
 constexpr double unit_length = 1e-5;  // m
 /// Longer than any law remembers (core/patches/COHORTS.md: 1,260 lengths at a spread of 2).
-constexpr double long_slide = 3000.0;  // presliding lengths
-constexpr double shortest_step = 1e-9;     // s
+constexpr double long_slide = 3000.0;   // presliding lengths
+constexpr double shortest_step = 1e-9;  // s
 constexpr std::size_t most_made = 8;
 
 struct Direction {
@@ -26,7 +26,8 @@ struct Direction {
 Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   if (axes == 1) return {1.0, 0.0};
   double range = 0.0;
-  for (const PathPoint& p : path) range = std::max(range, std::hypot(p.x - path.front().x, p.y - path.front().y));
+  for (const PathPoint& p : path)
+    range = std::max(range, std::hypot(p.x - path.front().x, p.y - path.front().y));
   for (const PathPoint& p : path) {
     const double x = p.x - path.front().x, y = p.y - path.front().y, way = std::hypot(x, y);
     if (way > 0.01 * range) return {x / way, y / way};
@@ -108,8 +109,8 @@ PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail)
 
 namespace {
 
-/// A slide so long that nothing of what was before it is left, in presliding lengths: twice the longest of ten
-/// million bristles, and the waves of the first loading.
+/// A slide so long that nothing of what was before it is left, in presliding lengths: twice the longest of
+/// ten million bristles, and the waves of the first loading.
 double forgetting_slide(const BrushShape& shape) {
   const bristle::SnapLength law = make_snap_length(shape.law, 1.0, shape.spread);
   return 2.0 * law.quantile(1.0 - 1e-7) + 0.5 / (law.cv() * law.cv());
@@ -120,7 +121,8 @@ double forgetting_slide(const BrushShape& shape) {
 class Slides {
  public:
   explicit Slides(double forgetting) : forgetting_(forgetting) {}
-  /// Before a move of so many lengths, under a load: the length of the slide that it ends, with its sign, or 0.
+  /// Before a move of so many lengths, under a load: the length of the slide that it ends, with its sign, or
+  /// 0.
   double ended(double move, double load) {
     const bool turns = move * run_ < 0.0;
     const double slide = turns && load == load_ && std::fabs(run_) > forgetting_ ? run_ : 0.0;

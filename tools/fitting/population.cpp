@@ -26,7 +26,9 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   std::vector<bristle::Motion> motions(brushes);
   std::vector<bristle::Response> responses(brushes);
   bristle::PatchOptions options;
-  options.with_axes(static_cast<int>(data.axes)).with_max_normal_load(most_load).with_bristles(bristles_of_each);
+  options.with_axes(static_cast<int>(data.axes))
+      .with_max_normal_load(most_load)
+      .with_bristles(bristles_of_each);
   options.with_sampling(bristle::Sampling::random);
   for (std::size_t i = 0; i < brushes; ++i)
     motions[i].id = batch.add(material, options.with_seed(static_cast<std::uint32_t>(i + 1)));
@@ -42,7 +44,8 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   const PathPoint& first = data.path.front();
   if (point.past.start != StartState::straight) {
     const double way = (point.past.start == StartState::forward ? 1.0 : -1.0) * point.values[fit_length];
-    const double speed = point.frame.speed, seconds = speed > 0.0 ? widest_slide * std::fabs(way) / speed : 0.0;
+    const double speed = point.frame.speed,
+                 seconds = speed > 0.0 ? widest_slide * std::fabs(way) / speed : 0.0;
     for (int i = 0; i < 2; ++i) step(0.5 * widest_slide * way, 0.0, first.load, 0.5 * seconds);
   } else if (point.past.rested > 0.0) {
     step(0.0, 0.0, first.load, 0.0);
@@ -120,8 +123,8 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
     error.bristles = of_mean_load / std::max(shown, 1e-12);
   }
   error.covariance = moved * moved.transpose() * (share / (count - 1.0));
-  // Bristles that remember all repeat the same errors in every stroke, and the sum of squares has many minima: of
-  // forty fits three in four held the truth by linear theory. Measured, not derived.
+  // Bristles that remember all repeat the same errors in every stroke, and the sum of squares has many
+  // minima: of forty fits three in four held the truth by linear theory. Measured, not derived.
   if (model.options().rule == bristle::SnapRule::keep && point.past.memory == Memory::whole)
     error.covariance *= whole_memory_variance;
   error.noise = std::max(r.squaredNorm() - share * squares, 0.05 * r.squaredNorm()) /

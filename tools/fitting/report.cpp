@@ -156,8 +156,8 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   std::string text = fmt::format(
       "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
       "{:.4g} mm\n",
-      count_text(data.samples()), data.length(), 1.0 / data.sample_time, data.reversals,
-      1e3 * data.travelled, 1e3 * data.range);
+      count_text(data.samples()), data.length(), 1.0 / data.sample_time, data.reversals, 1e3 * data.travelled,
+      1e3 * data.range);
   text +=
       fmt::format("            {:.3g} to {:.3g} mm/s, load {:.4g} N{}{}\n", 1e3 * data.slow, 1e3 * data.fast,
                   data.mean_load, data.steady_load ? " (taken as constant)" : " on average",
@@ -194,8 +194,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   text += fmt::format(
       "\nresiduals   {:.3g} N rms; the brush explains {:.2f} % of the force; {:.1f} samples count as one\n",
       r.residual_rms, 100.0 * r.explained, r.correlated_samples);
-  for (std::size_t i = 0; i < r.notes.size(); ++i)
-    text += wrapped(i == 0 ? "notes" : "", r.notes[i]);
+  for (std::size_t i = 0; i < r.notes.size(); ++i) text += wrapped(i == 0 ? "notes" : "", r.notes[i]);
   return text;
 }
 

@@ -18,7 +18,8 @@ using bristle::SnapRule;
 
 constexpr double least_back = 0.02;  // of the travel, for an offset
 
-/// Share of the travel that goes the way that it goes less; in the plane of the travel that does not lead away.
+/// Share of the travel that goes the way that it goes less; in the plane of the travel that does not lead
+/// away.
 double share_back(const std::vector<PathPoint>& path) {
   double travel = 0.0;
   for (std::size_t i = 1; i < path.size(); ++i)
@@ -89,8 +90,7 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   FitParameterSet linear = linear_set();
   FitParameterSet free = linear;
   free.insert(free.end(), bending.begin(), bending.end());
-  if (several_speeds())
-    linear.push_back(fit_viscous);  // else it would bend the force of the brush
+  if (several_speeds()) linear.push_back(fit_viscous);  // else it would bend the force of the brush
 
   std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
   std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
@@ -228,13 +228,15 @@ FitPoint Fitter::polish(const FitPoint& point) {
   FitPoint best = point;
   const auto try_at = [&](const FitPoint& about, double longer, double wider) {
     FitValues bent = about.values;
-    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(longer), model_.lowest(fit_length), model_.highest(fit_length));
+    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(longer), model_.lowest(fit_length),
+                                  model_.highest(fit_length));
     if (spreads)
-      bent[fit_spread] =
-          std::clamp(bent[fit_spread] * std::exp(wider), model_.lowest(fit_spread), 0.99 * model_.highest(fit_spread));
+      bent[fit_spread] = std::clamp(bent[fit_spread] * std::exp(wider), model_.lowest(fit_spread),
+                                    0.99 * model_.highest(fit_spread));
     FitPoint other = linear_start(bent, linear);
     other.free = point.free;
-    if (other.values[fit_kinetic] > 0.0 && other.values[fit_strengthening] >= 0.0 && better(other, best)) best = other;
+    if (other.values[fit_kinetic] > 0.0 && other.values[fit_strengthening] >= 0.0 && better(other, best))
+      best = other;
   };
   for (int i = -2; i <= 2; ++i)
     for (int k = spreads ? -4 : 0; k <= (spreads ? 4 : 0); ++k) try_at(point, 0.004 * i, 0.05 * k);

@@ -16,8 +16,8 @@ using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
 constexpr double rest_samples = 10.0;  // as many at one place are a rest
-constexpr double told_apart = 12.0;    // gain in the likelihood (twice its logarithm) of one form over the other:
-                                       // without bristles that differ by chance 4 would do
+constexpr double told_apart = 12.0;    // gain in the likelihood (twice its logarithm) of one form over the
+                                     // other: without bristles that differ by chance 4 would do
 constexpr int tried_times = 4, tried_speeds = 5;
 
 /// A number of one digit, in the middle of two on a logarithmic scale.
@@ -40,9 +40,8 @@ struct Projection {
 Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force) {
   const Eigen::VectorXd length = columns.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * length.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd solution = (scaled.transpose() * scaled)
-                                       .completeOrthogonalDecomposition()
-                                       .solve(scaled.transpose() * force);
+  const Eigen::VectorXd solution =
+      (scaled.transpose() * scaled).completeOrthogonalDecomposition().solve(scaled.transpose() * force);
   return {solution.cwiseQuotient(length), force - scaled * solution};
 }
 
@@ -58,8 +57,8 @@ FitFrame Fitter::time_frame(const FitPoint& core) const {
   return frame;
 }
 
-/// The likeliest combinations of ageing, strengthening and lubricant, each from its best time and speed, by the
-/// linear theory about the brush without them: those that promise to pay for their parameters.
+/// The likeliest combinations of ageing, strengthening and lubricant, each from its best time and speed, by
+/// the linear theory about the brush without them: those that promise to pay for their parameters.
 std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& base) {
   FitPoint about = core;
   about.frame = time_frame(core);
@@ -78,8 +77,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   std::vector<Scaled> ageing{{0.0, {}}}, strengthening{{0.0, {}}}, lubricant{{0.0, {}}};
   if (options_.rule == bristle::SnapRule::redraw) {
     for (int i = 0; i < tried_times; ++i) {
-      const double time = between(model_.lowest(fit_ageing_time), model_.highest(fit_ageing_time),
-                                  (i + 0.3) / tried_times);
+      const double time =
+          between(model_.lowest(fit_ageing_time), model_.highest(fit_ageing_time), (i + 0.3) / tried_times);
       ageing.push_back({time, column_at(fit_ageing, fit_ageing_time, time)});
     }
   }
@@ -145,7 +144,8 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   std::vector<std::size_t> order;
   for (std::size_t kind = 0; kind < best.size(); ++kind)
     if (promise[kind] > 0.0) order.push_back(kind);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return promise[a] > promise[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return promise[a] > promise[b]; });
   if (order.size() > most_starts) order.resize(most_starts);
   std::vector<FitPoint> starts;
   for (const std::size_t kind : order) starts.push_back(best[kind]);
