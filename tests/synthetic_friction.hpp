@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/brute_ageing.hpp"
 #include "tests/brute_force.hpp"
 
 namespace bristle_test {
@@ -23,6 +24,12 @@ struct SyntheticFriction {
   double stribeck = 1e-3;  // m/s
   bool redraw = true;
   std::size_t bristles = 1800;
+  // Ageing: the snap length after a rest of `age` seconds over that of a bristle that has just snapped.
+  // Empty: none. Then `length` is that of a bristle just straight, and `kinetic` holds where nothing ages.
+  std::function<double(double age)> growth;
+  double strengthening = 0.0;          // a of a N asinh(v / (2 v*))
+  double strengthening_speed = 10e-6;  // m/s
+  double asymmetry = 0.0;              // friction towards +x larger, towards -x smaller by this share
   // The sensors.
   double noise = 0.0;                                                // N
   double encoder = 0.0;                                              // m
@@ -32,6 +39,7 @@ struct SyntheticFriction {
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
+  double most_load = 0.0;  // N, of a load that changes: that of all bristles. The last in is the first out.
 };
 
 struct RecordedFriction {
@@ -55,8 +63,69 @@ inline double loops_and_strokes(double t) {
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
+/// Where a slide of `speed` stops: time of a programme of slides and rests.
+struct Piece {
+  double seconds, speed;  // m/s
+};
+/// Position over time of a programme, from 0 on; the last piece goes on.
+inline std::function<double(double)> programme(std::vector<Piece> pieces) {
+  return [pieces = std::move(pieces)](double t) {
+    double x = 0.0;
+    for (const Piece& piece : pieces) {
+      const double spent = std::fmin(t, piece.seconds);
+      x += spent * piece.speed;
+      t -= spent;
+      if (t <= 0.0) break;
+    }
+    return x;
+  };
+}
+inline double programme_length(const std::vector<Piece>& pieces) {
+  double sum = 0.0;
+  for (const Piece& piece : pieces) sum += piece.seconds;
+  return sum;
+}
+
+/// Slides at one speed with rests of 0.3 to 30 s between them.
+inline std::vector<Piece> slide_hold_slide() {
+  constexpr double v = 100e-6;
+  return {{3, v}, {1, 0}, {2, v}, {10, 0}, {2, v}, {0.3, 0}, {2, v}, {30, 0}, {2, v}, {3, 0}, {2, v}};
+}
+/// Speeds of 5 um/s to 1 mm/s, to and fro, with rests of 1 to 12 s.
+inline std::vector<Piece> velocity_steps() {
+  return {{2, 30e-6},  {1, 300e-6}, {3, -30e-6}, {1, -300e-6}, {5, 0}, {1, -300e-6}, {2, 30e-6},  {8, 5e-6},
+          {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0}, {8, -5e-6},   {3, -100e-6}};
+}
+
+inline double logarithmic_growth(double age, double beta, double tau) {
+  return 1.0 + beta * std::log1p(age / tau);
+}
+
+/// Friction over load in sliding at a speed: mean of r S(r / g(r/v)) over mean of S(r / g(r/v)) (redraw; the
+/// shared reference's README), by sums; then strengthening.
+inline double kinetic_at(const SyntheticFriction& s, double speed) {
+  double elastic = s.kinetic;
+  if (s.growth) {
+    const double deviation = std::sqrt(std::log1p(s.spread * s.spread)), pieces = 4000.0;
+    const auto survival = [&](double r) {
+      return 0.5 *
+             std::erfc((std::log(r / s.length) + 0.5 * deviation * deviation) / (deviation * std::sqrt(2.0)));
+    };
+    double sum = 0.0, moment = 0.0;
+    for (int i = 0; i < 40000; ++i) {
+      const double r = (i + 0.5) * s.length / pieces;
+      const double share = survival(r / s.growth(r / speed));
+      sum += share;
+      moment += r * share;
+    }
+    elastic *= moment / sum / (s.length * 0.5 * (1.0 + s.spread * s.spread));
+  }
+  return elastic + s.strengthening * std::asinh(speed / (2.0 * s.strengthening_speed));
+}
+
 inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
-  BruteForcePatch brush(s.bristles, lognormal_quantile(s.length, s.spread), s.redraw, seed);
+  BruteForcePatch plain(s.growth ? 0 : s.bristles, lognormal_quantile(s.length, s.spread), s.redraw, seed);
+  AgedBristles aged(s.growth ? s.bristles : 0, lognormal_quantile(s.length, s.spread), s.growth, seed);
   const double bend = s.length * 0.5 * (s.redraw ? 1.0 + s.spread * s.spread : 1.0);
   std::mt19937_64 generator(seed + 1);
   std::normal_distribution<double> normal;
@@ -65,11 +134,33 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   double x = s.motion(0.0);
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
-    const double deflection = brush.step(next - x, 0.0).end_x;
+    double deflection = 0.0;
+    if (s.growth) {
+      if (i > 0) aged.step(next - x, 0.0, 1.0 / s.rate);
+      deflection = aged.x();
+    } else {
+      deflection = plain.step(next - x, 0.0).end_x;
+      if (s.most_load > 0.0) {
+        std::vector<BruteBristle>& all = plain.bristles();
+        const auto in_contact =
+            static_cast<std::size_t>(s.load(t) / s.most_load * static_cast<double>(all.size()));
+        deflection = 0.0;
+        for (std::size_t k = 0; k < all.size(); ++k) {
+          if (k >= in_contact) all[k].zx = 0.0;
+          deflection += all[k].zx / static_cast<double>(in_contact);
+        }
+      }
+    }
+    const double moved = next - x;
     x = next;
     const double h = 1e-4 / s.rate;
-    const double v = (s.motion(t + h) - s.motion(t - h)) / (2.0 * h), load = s.load(t);
-    double force = s.kinetic * load * deflection / bend + s.viscous * v;
+    const double v = s.growth ? moved * s.rate : (s.motion(t + h) - s.motion(t - h)) / (2.0 * h);
+    const double load = s.load(t);
+    double force = s.kinetic * load * deflection / bend;
+    if (s.strengthening > 0.0)
+      force += load * s.strengthening * std::asinh(v / (2.0 * s.strengthening_speed));
+    force *= force > 0.0 ? 1.0 + s.asymmetry : 1.0 - s.asymmetry;
+    force += s.viscous * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     force += s.drift(t) + s.noise * normal(generator);
     if (i % s.every != 0) continue;

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "tests/brute_rubbing.hpp"
+#include "tests/fit_helpers.hpp"
 #include "tests/reference_table.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tools/files/text_file.hpp"
@@ -28,28 +29,6 @@ using bristle::SnapLaw;
 using bristle::SnapRule;
 
 namespace {
-
-struct Fitted {
-  cli::FitData data;
-  cli::FitResult result;
-  const cli::FitEstimate& operator[](cli::FitParameter p) const { return result.estimates[p]; }
-};
-
-Fitted fit(const std::string& csv, cli::FitOptions options = {}) {
-  Fitted fitted;
-  fitted.data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), options.sign, options.load);
-  fitted.result = cli::fit_material(fitted.data, options);
-  return fitted;
-}
-
-std::string refusal(const std::string& csv, const cli::FitOptions& options = {}) {
-  try {
-    fit(csv, options);
-  } catch (const cli::UserError& error) {
-    return error.what();
-  }
-  return {};
-}
 
 /// Loops and strokes at 100 Hz.
 SyntheticFriction usual() {
@@ -75,18 +54,6 @@ std::string made(int rows, const std::function<double(double)>& x,
 std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, const cli::BrushShape& shape,
                                    double length, cli::Past past = {}) {
   return cli::PathForce(path).find(shape, length, past, cli::Detail::finish);
-}
-
-/// The interval holds the truth with room: a half-width is two standard errors, and one in 16 is outside;
-/// five standard errors are 2.5 half-widths, beyond which a fixed seed would have to be very unlucky.
-void check_recovered(const cli::FitEstimate& estimate, double truth, double most_width) {
-  CAPTURE(estimate.value, estimate.low, estimate.high, truth);
-  REQUIRE(estimate.fitted);
-  CHECK(estimate.low < estimate.value);
-  CHECK(estimate.value < estimate.high);
-  CHECK(std::abs(estimate.value - truth) <=
-        2.5 * std::max(estimate.high - estimate.value, estimate.value - estimate.low));
-  CHECK(estimate.high - estimate.low <= 2.0 * most_width);  // a wide interval would hold anything
 }
 
 }  // namespace

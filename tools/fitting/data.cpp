@@ -34,6 +34,18 @@ std::vector<double> differences(const std::vector<double>& values) {
 
 // ------------------------------------------------------------------------------------------ position
 
+/// Whether the moves are those of a stage on a programme: long runs of equal ones. An encoder's counts come
+/// at every other sample, or jump.
+bool runs_evenly(const std::vector<double>& moves, double smallest) {
+  std::size_t changes = 0, moving = 0;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    if (moves[i] == 0.0 && moves[i - 1] == 0.0) continue;
+    ++moving;
+    changes += std::fabs(moves[i] - moves[i - 1]) > 0.5 * smallest ? 1 : 0;
+  }
+  return 10 * changes < moving;
+}
+
 /// The step of an encoder: the smallest move, if all moves are whole multiples of it and many samples repeat.
 double find_quantum(const std::vector<double>& x) {
   double smallest = 0.0;
@@ -47,7 +59,7 @@ double find_quantum(const std::vector<double>& x) {
       smallest = std::fabs(d);
     }
   }
-  if (smallest == 0.0) return 0.0;
+  if (smallest == 0.0 || runs_evenly(moves, smallest)) return 0.0;
   // A mean over single steps: the differences are rounded to the digits of the file.
   double sum = 0.0, steps = 0.0;
   for (const double d : moves) {
@@ -62,14 +74,21 @@ double find_quantum(const std::vector<double>& x) {
 }
 
 /// Where an encoder creeps up or down by single steps the position is put on the line between the middles of
-/// the steps. It moves by half a step at most. Standing still and turning back stay as they are.
+/// the steps. It moves by half a step at most. Standing still and turning back stay as they are: a count that
+/// lasts much longer than its neighbours is a rest.
 std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector<double>& x, double quantum) {
+  constexpr double rest = 4.0;
   std::vector<double> smooth = x;
   const std::size_t n = x.size();
+  std::size_t last = 0;  // samples of the count before
   for (std::size_t begin = 0; begin < n;) {
-    std::size_t end = begin + 1;
+    std::size_t end = begin + 1, next = begin;
     while (end < n && x[end] == x[begin]) ++end;
-    if (begin > 0 && end < n) {
+    for (next = end; next < n && x[next] == x[end];) ++next;
+    const auto of_neighbours = static_cast<double>(std::max(last, next - end));
+    const bool rests = static_cast<double>(end - begin) > rest * std::max(of_neighbours, 1.0);
+    last = end - begin;
+    if (begin > 0 && end < n && !rests) {
       const double before = (x[begin] - x[begin - 1]) / quantum, after = (x[end] - x[begin]) / quantum;
       if (std::fabs(std::fabs(before) - 1.0) < 0.1 && std::fabs(after - before) < 0.1) {
         const double enters = 0.5 * (t[begin - 1] + t[begin]), leaves = 0.5 * (t[end - 1] + t[end]);
@@ -100,7 +119,13 @@ std::vector<double> find_velocity(const std::vector<double>& t, const std::vecto
     for (std::size_t w = 1; w <= widest; ++w) {
       const std::size_t a = i > w ? i - w : 0, b = std::min(i + w, n - 1);
       velocity[i] = (x[b] - x[a]) / (t[b] - t[a]);
-      if (std::fabs(x[b] - x[a]) > 20.0 * noise) break;
+      // Where noise is all that moves it rests, up to where it starts or stops.
+      const auto moved = [&](std::size_t by) {
+        return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
+      };
+      const bool far = moved(w) > 20.0 * noise;
+      if ((far || w == widest) && w > 1 && moved(w / 2) <= 3.0 * noise) velocity[i] = 0.0;
+      if (far) break;
     }
   }
   return velocity;
@@ -124,26 +149,62 @@ int count_reversals(const std::vector<double>& x, double slack) {
   return reversals;
 }
 
+/// Whether the motion turns at sample i as smoothly as a parabola: it slows down before and gathers speed
+/// after. A stage that goes back at once turns at the sample, or no one knows where.
+bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
+  if (i < 2 || i + 2 >= x.size()) return false;
+  const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
+               after = x[i + 2] - x[i + 1];
+  const double bend = 0.25 * (a - b);
+  return (before - a) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend) &&
+         (b - after) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend);
+}
+
 /// Samples, and between them the turning points that the parabola through three samples shows.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise) {
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    PathPoint turn{0.0, load[i], false};
+    PathPoint turn{0.0, load[i], false, t[i]};
     double place = 0.0;  // of the turning point, in samples from this one
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
-      if (a * b < 0.0 && std::min(std::fabs(a), std::fabs(b)) > 4.0 * noise && even > 0.8 && even < 1.25) {
+      if (a * b < 0.0 && std::min(std::fabs(a), std::fabs(b)) > 4.0 * noise && even > 0.8 && even < 1.25 &&
+          turns_smoothly(x, i)) {
         place = 0.5 * (a + b) / (a - b);
         turn.x = x[i] + 0.25 * (a + b) * place;
+        turn.t = t[i] + place * (place > 0.0 ? t[i + 1] - t[i] : t[i] - t[i - 1]);
       }
     }
     if (place < 0.0) path.push_back(turn);
-    path.push_back({x[i], load[i], true});
+    path.push_back({x[i], load[i], true, t[i]});
     if (place > 0.0) path.push_back(turn);
   }
   return path;
+}
+
+/// In the plane the samples themselves: what turns smoothly has no turning points.
+std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
+                                        const std::vector<double>& y, const std::vector<double>& load) {
+  std::vector<PathPoint> path;
+  for (std::size_t i = 0; i < x.size(); ++i) path.push_back({x[i], load[i], true, t[i], y[i]});
+  return path;
+}
+
+/// s, of the longest rest: the path stays within what noise moves it, and a part of a thousandth of its
+/// range.
+double longest_rest(const std::vector<PathPoint>& path, double slack) {
+  double longest = 0.0;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (std::hypot(path[i].x - path[begin].x, path[i].y - path[begin].y) <= slack) {
+      longest = std::max(longest, path[i].t - path[begin].t);
+    } else {
+      begin = i;
+    }
+  }
+  return longest;
 }
 
 // -------------------------------------------------------------------------------------------- force
@@ -152,45 +213,54 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
 double share_back(const std::vector<double>& x) {
   double forth = 0.0, back = 0.0;
   for (std::size_t i = 1; i < x.size(); ++i) (x[i] > x[i - 1] ? forth : back) += std::fabs(x[i] - x[i - 1]);
-  return std::min(forth, back) / (forth + back);
+  return std::min(forth, back) / std::max(forth + back, 1e-300);
+}
+
+/// Motion and force along one axis.
+struct Axis {
+  const std::vector<double>&x, &f;
+};
+std::vector<Axis> axes_of(const FitColumns& c) {
+  if (c.planar()) return {{c.x, c.force}, {c.y, c.force_y}};
+  return {{c.x, c.force}};
 }
 
 /// How the force goes with the motion, -1 to 1: work over the most that it could be. The middle of the force
 /// is taken out where the motion goes to and fro, so that an offset of the sensor does no work; a slide of
 /// which a few samples go back has its friction on one side.
-double relative_work(const FitData& data) {
-  const auto& f = data.columns.force;
-  const auto& x = data.columns.x;
-  const double middle =
-      share_back(x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
+double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    const double w = (0.5 * (f[i] + f[i - 1]) - middle) * (x[i] - x[i - 1]);
-    work += w;
-    most += std::fabs(w);
+  for (const auto& [x, f] : axes_of(c)) {
+    const double middle =
+        share_back(x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
+    for (std::size_t i = 1; i < x.size(); ++i) {
+      const double w = (0.5 * (f[i] + f[i - 1]) - middle) * (x[i] - x[i - 1]);
+      work += w;
+      most += std::fabs(w);
+    }
   }
   return most > 0.0 ? work / most : 0.0;
 }
 
 /// The same for small motion, where little is lost: whether the force grows with the displacement.
-double relative_stiffness(const FitData& data) {
-  const auto& f = data.columns.force;
-  const auto& x = data.columns.x;
-  const double n = static_cast<double>(x.size());
-  const double mx = std::accumulate(x.begin(), x.end(), 0.0) / n,
-               mf = std::accumulate(f.begin(), f.end(), 0.0) / n;
+double relative_stiffness(const FitColumns& c) {
   double xf = 0.0, xx = 0.0, ff = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    xf += (x[i] - mx) * (f[i] - mf);
-    xx += (x[i] - mx) * (x[i] - mx);
-    ff += (f[i] - mf) * (f[i] - mf);
+  for (const auto& [x, f] : axes_of(c)) {
+    const double n = static_cast<double>(x.size());
+    const double mx = std::accumulate(x.begin(), x.end(), 0.0) / n,
+                 mf = std::accumulate(f.begin(), f.end(), 0.0) / n;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      xf += (x[i] - mx) * (f[i] - mf);
+      xx += (x[i] - mx) * (x[i] - mx);
+      ff += (f[i] - mf) * (f[i] - mf);
+    }
   }
   return xf / std::sqrt(xx * ff);
 }
 
 void settle_sign(FitData& data, ForceSign sign) {
-  const double work = relative_work(data);
-  double direction = std::fabs(work) > 0.15 ? work : relative_stiffness(data);
+  const double work = relative_work(data.columns);
+  double direction = std::fabs(work) > 0.15 ? work : relative_stiffness(data.columns);
   if (std::fabs(direction) < 0.15) {
     refuse(data.columns,
            fmt::format("the force does not go with the motion (its work is {:.0f} % of what a force that "
@@ -209,6 +279,7 @@ void settle_sign(FitData& data, ForceSign sign) {
   }
   data.sign = found;
   data.force = data.columns.force;
+  data.force.insert(data.force.end(), data.columns.force_y.begin(), data.columns.force_y.end());
   if (found == ForceSign::on_body) {
     for (double& f : data.force) f = -f;
   }
@@ -236,75 +307,159 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("{} data rows; a fit needs at least {}", c.t.size(), fewest_samples));
   }
   const auto [low, high] = std::minmax_element(c.x.begin(), c.x.end());
-  if (*low == *high) refuse(c, "no motion: the position never changes");
+  if (*low == *high && !c.planar()) refuse(c, "no motion: the position never changes");
   const auto [least, most] = std::minmax_element(c.force.begin(), c.force.end());
-  if (*least == *most)
+  if (*least == *most && !c.planar())
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// What lies between two samples that stay: its highest and lowest place, where it goes beyond both of them.
+/// What lies between two samples that stay: its highest and lowest place, where it goes beyond both of them;
+/// in the plane the place that is farthest from the line between them.
 class Between {
  public:
   void add(const PathPoint& point) {
-    const PathPoint place{point.x, point.load, false};
-    if (count_ == 0 || point.x > high_.x) {
-      high_ = place;
-      high_at_ = count_;
-    }
-    if (count_ == 0 || point.x < low_.x) {
-      low_ = place;
-      low_at_ = count_;
-    }
-    ++count_;
+    passed_.push_back(point);
+    passed_.back().wanted = false;
   }
   /// Puts them before the end and forgets them.
-  void close(double slack, const PathPoint& end, std::vector<PathPoint>& path) {
-    const double from = path.empty() ? end.x : path.back().x;
-    const bool up = count_ > 0 && high_.x > std::max(from, end.x) + slack;
-    const bool down = count_ > 0 && low_.x < std::min(from, end.x) - slack;
-    const bool high_first = high_at_ < low_at_;
-    if (up && high_first) path.push_back(high_);
-    if (down) path.push_back(low_);
-    if (up && !high_first) path.push_back(high_);
+  void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
+    const PathPoint from = path.empty() ? end : path.back();
+    if (axes == 1)
+      put_turns(slack, from, end, path);
+    else
+      put_corner(slack, from, end, path);
     path.push_back(end);
-    count_ = 0;
+    passed_.clear();
   }
 
  private:
-  PathPoint high_, low_;
-  std::size_t high_at_ = 0, low_at_ = 0, count_ = 0;
+  void put_turns(double slack, const PathPoint& from, const PathPoint& end,
+                 std::vector<PathPoint>& path) const {
+    if (passed_.empty()) return;
+    const auto [low, high] = std::minmax_element(passed_.begin(), passed_.end(),
+                                                 [](const auto& a, const auto& b) { return a.x < b.x; });
+    const bool up = high->x > std::max(from.x, end.x) + slack,
+               down = low->x < std::min(from.x, end.x) - slack;
+    if (up && high < low) path.push_back(*high);
+    if (down) path.push_back(*low);
+    if (up && !(high < low)) path.push_back(*high);
+  }
+  void put_corner(double slack, const PathPoint& from, const PathPoint& end,
+                  std::vector<PathPoint>& path) const {
+    const double dx = end.x - from.x, dy = end.y - from.y, square = std::max(dx * dx + dy * dy, 1e-300);
+    double farthest = slack;
+    const PathPoint* corner = nullptr;
+    for (const PathPoint& p : passed_) {
+      const double along = std::clamp(((p.x - from.x) * dx + (p.y - from.y) * dy) / square, 0.0, 1.0);
+      const double away = std::hypot(p.x - from.x - along * dx, p.y - from.y - along * dy);
+      if (away > farthest) {
+        farthest = away;
+        corner = &p;
+      }
+    }
+    if (corner) path.push_back(*corner);
+  }
+
+  std::vector<PathPoint> passed_;
 };
 
 }  // namespace
 
-FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept) {
-  const std::size_t every = (data.force.size() + most - 1) / most;
-  FitData thin = data;
-  thin.columns.t.clear();
-  for (std::vector<double>* column : {&thin.columns.x, &thin.columns.v, &thin.columns.load,
-                                      &thin.columns.force, &thin.force, &thin.load, &thin.velocity})
-    column->clear();
-  thin.path.clear();
+namespace {
+
+/// A record of the samples that stay, in order, and the turning points between them.
+FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
+  const std::size_t n = data.samples();
+  FitData part = data;
+  part.path.clear();
   Between between;
-  std::size_t sample = 0;
+  std::size_t sample = 0, next = 0;
+  const double slack = stay.size() < n ? 4.0 * data.position_noise : 0.0;
   for (const PathPoint& point : data.path) {
     const std::size_t i = sample;
     if (point.wanted) ++sample;
-    if (!point.wanted || i % every != 0) {
+    if (!point.wanted || next == stay.size() || i != stay[next]) {
       between.add(point);
       continue;
     }
-    between.close(every > 1 ? 4.0 * data.position_noise : 0.0, point, thin.path);
-    thin.columns.t.push_back(data.columns.t[i]);
-    thin.columns.x.push_back(data.columns.x[i]);
-    thin.columns.force.push_back(data.columns.force[i]);
-    thin.force.push_back(data.force[i]);
-    thin.load.push_back(data.load[i]);
-    thin.velocity.push_back(data.velocity[i]);
-    if (kept) kept->push_back(i);
+    between.close(slack, point, data.axes, part.path);
+    ++next;
   }
-  return thin;
+  const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
+    to.clear();
+    for (std::size_t begin = 0; begin < from.size(); begin += n)
+      for (const std::size_t i : stay) to.push_back(from[begin + i]);
+  };
+  take(data.columns.t, part.columns.t);
+  take(data.columns.x, part.columns.x);
+  take(data.columns.y, part.columns.y);
+  take(data.columns.v, part.columns.v);
+  take(data.columns.load, part.columns.load);
+  take(data.columns.force, part.columns.force);
+  take(data.columns.force_y, part.columns.force_y);
+  take(data.force, part.force);
+  take(data.load, part.load);
+  take(data.velocity, part.velocity);
+  return part;
 }
+
+/// How far noise moves a path, m.
+double rest_slack(const FitData& data) {
+  return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
+}
+
+}  // namespace
+
+FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept) {
+  const std::size_t n = data.samples(), every = (n + most - 1) / most;
+  std::vector<std::size_t> stay;
+  for (std::size_t i = 0; i < n; i += every) stay.push_back(i);
+  if (kept) *kept = stay;
+  return taken(data, stay);
+}
+
+FitData without_rests(const FitData& data) {
+  constexpr std::size_t shortest = 50;  // samples
+  const std::size_t n = data.samples();
+  const double slack = rest_slack(data);
+  std::vector<PathPoint> places;
+  for (const PathPoint& point : data.path)
+    if (point.wanted) places.push_back(point);
+  std::vector<std::size_t> stay;
+  for (std::size_t begin = 0; begin < n;) {
+    std::size_t end = begin + 1;
+    while (end < n && std::hypot(places[end].x - places[begin].x, places[end].y - places[begin].y) <= slack &&
+           data.load[end] == data.load[begin])
+      ++end;
+    const bool rests = end - begin >= shortest;
+    for (std::size_t i = begin, step = 1; i < end; i += step) {
+      stay.push_back(i);
+      if (rests) step = 1 + (i - begin) / 4;
+    }
+    if (stay.back() != end - 1) stay.push_back(end - 1);
+    begin = end;
+  }
+  return stay.size() == n ? data : taken(data, stay);
+}
+
+namespace {
+
+/// Speeds of samples that move, and the loads of these.
+void describe_motion(FitData& data, const std::vector<double>& speed) {
+  const double fastest = *std::max_element(speed.begin(), speed.end());
+  std::vector<double> speeds, loads;
+  for (std::size_t i = 0; i < speed.size(); ++i) {
+    if (speed[i] <= 1e-3 * fastest) continue;
+    speeds.push_back(speed[i]);
+    loads.push_back(data.load[i]);
+  }
+  data.slow = quantile_of(speeds, 0.1);
+  data.fast = quantile_of(speeds, 0.9);
+  data.least_load = quantile_of(loads, 0.1);
+  data.most_load = quantile_of(loads, 0.9);
+}
+
+}  // namespace
 
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load) {
   FitData data;
@@ -312,36 +467,47 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   const FitColumns& c = data.columns;
   refuse_hopeless(c);
   settle_load(data, load);
+  data.axes = c.planar() ? 2 : 1;
 
   data.sample_time = quantile_of(differences(c.t), 0.5);
-  data.quantum = c.has_x ? find_quantum(c.x) : 0.0;
-  const std::vector<double> x = data.quantum > 0.0 ? smooth_creep(c.t, c.x, data.quantum) : c.x;
-  const double noise = c.has_x ? position_noise(x, data.quantum) : 0.0;
-  data.position_noise = noise;
-  const auto [low, high] = std::minmax_element(x.begin(), x.end());
-  data.range = *high - *low;
+  std::vector<std::vector<double>> places, velocities;
+  double square_range = 0.0;
+  for (const Axis& axis : axes_of(c)) {
+    const double quantum = c.has_x ? find_quantum(axis.x) : 0.0;
+    places.push_back(quantum > 0.0 ? smooth_creep(c.t, axis.x, quantum) : axis.x);
+    const std::vector<double>& x = places.back();
+    const double noise = c.has_x ? position_noise(x, quantum) : 0.0;
+    const auto [low, high] = std::minmax_element(x.begin(), x.end());
+    square_range += (*high - *low) * (*high - *low);
+    velocities.push_back(c.v.empty() ? find_velocity(c.t, x, noise) : c.v);
+    data.quantum = std::max(data.quantum, quantum);
+    data.position_noise = std::max(data.position_noise, noise);
+  }
+  data.range = std::sqrt(square_range);
   if (data.range < 4.0 * data.quantum) {
     refuse(c, fmt::format("no motion to speak of: the position takes {:.0f} steps of its encoder ({:.3g} m)",
                           data.range / data.quantum, data.quantum));
   }
-  data.velocity = c.v.empty() ? find_velocity(c.t, x, noise) : c.v;
-  data.reversals = count_reversals(x, std::max(5.0 * std::min(noise, 0.01 * data.range), 2.0 * data.quantum));
-  data.path = make_path(c.t, x, data.load, noise);
+  const double noise = data.position_noise;
+  const double slack = std::max(5.0 * std::min(noise, 0.01 * data.range), 2.0 * data.quantum);
+  for (std::size_t axis = 0; axis < places.size(); ++axis) {
+    data.velocity.insert(data.velocity.end(), velocities[axis].begin(), velocities[axis].end());
+    data.reversals = std::max(data.reversals, count_reversals(places[axis], slack));
+  }
+  data.path = data.axes == 1 ? make_path(c.t, places[0], data.load, noise)
+                             : make_planar_path(c.t, places[0], places[1], data.load);
+  data.longest_rest = longest_rest(data.path, rest_slack(data));
 
-  std::vector<double> speeds, moves;
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    const double move = std::fabs(x[i] - x[i - 1]);
+  std::vector<double> speed, moves;
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    const auto by = [&](const std::vector<double>& x) { return i > 0 ? x[i] - x[i - 1] : 0.0; };
+    const double across = data.axes == 2 ? by(places[1]) : 0.0;
+    const double move = std::hypot(by(places[0]), across);
     data.travelled += move;
     if (move > data.quantum) moves.push_back(move);
+    speed.push_back(std::hypot(velocities[0][i], data.axes == 2 ? velocities[1][i] : 0.0));
   }
-  const double fastest =
-      std::fabs(*std::max_element(data.velocity.begin(), data.velocity.end(),
-                                  [](double a, double b) { return std::fabs(a) < std::fabs(b); }));
-  for (const double v : data.velocity) {
-    if (std::fabs(v) > 1e-3 * fastest) speeds.push_back(std::fabs(v));
-  }
-  data.slow = quantile_of(speeds, 0.1);
-  data.fast = quantile_of(speeds, 0.9);
+  describe_motion(data, speed);
   data.finest_move = moves.empty() ? data.quantum : quantile_of(moves, 0.1);
   settle_sign(data, sign);
   double squares = 0.0;

@@ -17,8 +17,10 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 struct FitColumns {
   std::string name;  ///< of the file
   std::vector<double> t, x, v, load,
-      force;  ///< SI units; v empty without a column, x integrated where only v is there
+      force;                       ///< SI units; v empty without a column, x integrated where only v is there
+  std::vector<double> y, force_y;  ///< of a record in the plane; else empty
   bool has_x = false, has_load = false;
+  bool planar() const { return !y.empty(); }
   bool replayable = false;  ///< `run` can read it as a motion file
   std::vector<std::string> ignored_columns;
 };
@@ -26,20 +28,24 @@ struct FitColumns {
 struct FitData {
   FitColumns columns;
   ForceSign sign = ForceSign::by_body;
-  bool sign_found = false;              ///< from the data, not given
-  std::vector<double> force;            ///< N, by the body: positive along the motion
-  std::vector<double> load;             ///< N, as the fit uses it
-  std::vector<double> velocity;         ///< m/s, for the damper and the lubricant
-  std::vector<PathPoint> path;          ///< samples and the turning points between them
-  bool steady_load = false;             ///< it wobbles so little that it is taken as constant
-  double quantum = 0.0;                 ///< m, of an encoder; 0: none seen
-  double position_noise = 0.0;          ///< m
+  bool sign_found = false;  ///< from the data, not given
+  unsigned axes = 1;
+  std::vector<double> force;     ///< N, by the body: positive along the motion. Two axes: all x, then all y
+  std::vector<double> load;      ///< N, as the fit uses it
+  std::vector<double> velocity;  ///< m/s, for what goes with the speed; as `force`
+  std::vector<PathPoint> path;   ///< samples and the turning points between them
+  bool steady_load = false;      ///< it wobbles so little that it is taken as constant
+  double quantum = 0.0;          ///< m, of an encoder; 0: none seen
+  double position_noise = 0.0;   ///< m
   double range = 0.0, travelled = 0.0;  ///< m
   double finest_move = 0.0;             ///< m, between samples: a tenth of the moves are shorter
   int reversals = 0;
+  double longest_rest = 0.0;      ///< s, between motions
   double slow = 0.0, fast = 0.0;  ///< m/s, a tenth of the moving samples is slower, a tenth faster
   double mean_load = 0.0, force_scale = 0.0;  ///< N, force: rms
   double sample_time = 0.0;                   ///< s, median
+  double least_load = 0.0, most_load = 0.0;   ///< N, of moving samples: a tenth is below, a tenth above
+  std::size_t samples() const { return load.size(); }
   double start() const { return columns.t.front(); }
   double length() const { return columns.t.back() - columns.t.front(); }
 };
@@ -53,6 +59,9 @@ void check_fit_columns(const FitColumns& columns);
 
 /// `load`: in place of the file's column. Throws UserError on data that nothing can be learnt from.
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load);
+
+/// A record without most samples of its rests, in which nothing new happens: they thin out as they grow old.
+FitData without_rests(const FitData& data);
 
 /// A record of at most `most` samples, evenly taken, and the turning points between them. What was found of
 /// the whole (sign, noise, speeds) stays. `kept`: which samples, if wanted.

@@ -32,27 +32,48 @@ struct FitOptions {
   std::string json, csv, write, plot;  ///< files; empty: none
   bool for_prediction = false;  ///< takes what lessens the residuals, and takes nothing out for its interval
   bool no_drift = false;        ///< the sensor's is held at 0
+  bool no_time = false;         ///< neither ageing nor strengthening with speed is looked for
   bool quiet = false;           ///< no progress on a terminal
 };
 
-/// What is fitted: eight numbers of the material, two of the force sensor.
+/// What is fitted: twelve numbers of the material, one that no material has, and those of the force sensor.
 enum FitParameter : unsigned {
-  fit_kinetic,    ///< friction over load in slow sliding
-  fit_length,     ///< m, presliding length: residual and mean snap length
-  fit_spread,     ///< deviation of the snap length over its mean
-  fit_residual,   ///< share of the presliding length that a snap leaves
-  fit_renewal,    ///< bristles renewed per snap, where all are bent far enough
-  fit_viscous,    ///< N s/m
-  fit_damping,    ///< s/m, per newton of load
-  fit_stribeck,   ///< m/s
-  fit_offset,     ///< N, of the sensor, in the middle of the record
-  fit_drift,      ///< N/s
-  fit_parameters  ///< how many
+  fit_kinetic,        ///< dry friction over load in sliding; with ageing or strengthening at FitFrame::speed
+  fit_length,         ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
+  fit_spread,         ///< deviation of the snap length over its mean
+  fit_residual,       ///< share of the presliding length that a snap leaves
+  fit_renewal,        ///< bristles renewed per snap, where all are bent far enough
+  fit_ageing,         ///< logarithmic: growth of the snap length per e-fold of age, over that at
+                      ///< FitFrame::age. saturating: Ageing::strength
+  fit_ageing_time,    ///< s
+  fit_strengthening,  ///< Material::speed_strengthening
+  fit_strengthening_speed,  ///< m/s
+  fit_viscous,              ///< N s/m
+  fit_damping,              ///< s/m, per newton of load
+  fit_stribeck,             ///< m/s
+  fit_asymmetry,            ///< friction towards +x is larger by this share, towards -x smaller
+  fit_offset,               ///< N, of the sensor, in the middle of the record
+  fit_drift,                ///< N/s
+  fit_offset_y,             ///< N, of the sensor of a second axis
+  fit_drift_y,              ///< N/s
+  fit_parameters            ///< how many
 };
 using FitValues = std::array<double, fit_parameters>;
 
 /// Where a parameter stays when the data do not determine it.
-inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0};
+inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3,  0.0, 0.0, 0.0, 1.0, 0.0, 1e-6,
+                                           0.0,  0.0,   1e-3, 0.0, 0.0, 0.0, 0.0, 0.0};
+
+/// At which speed and age numbers are given that change with them: in the middle of the record, so that the
+/// data determine them as well as they can.
+struct FitFrame {
+  double speed = 0.0;                            ///< m/s; 0 without ageing and strengthening
+  double age = 0.0;                              ///< s
+  double shortest_age = 0.0, longest_age = 0.0;  ///< s, of bristles in the record
+  bristle::AgeingForm form = bristle::AgeingForm::logarithmic;
+  bool form_assumed = true;  ///< the data do not tell it from the other
+  friend bool operator==(const FitFrame&, const FitFrame&) = default;
+};
 
 struct FitEstimate {
   double value = 0.0;
@@ -63,7 +84,11 @@ struct FitEstimate {
 
 struct FitResult {
   std::array<FitEstimate, fit_parameters> estimates;
-  FitEstimate peak, stiffness;  ///< follow from the others: peak coefficient, K over load in 1/m
+  FitFrame frame;
+  /// Follow from the others: peak coefficient (with ageing of bristles of FitFrame::age), K over load in 1/m,
+  /// friction over load towards +x and -x where these differ.
+  FitEstimate peak, stiffness, forward, backward;
+  std::vector<std::string> notes;  ///< what else a reader of these numbers must know
   bristle::Material material;
   Past past;
   std::vector<double> curve;        ///< N, the fit at the samples, by the body, offset and drift included
@@ -75,8 +100,8 @@ struct FitResult {
   int evaluations = 0;                ///< of the force of the brush along the path
 };
 
-/// What a report calls the fitted numbers, by FitParameter, then peak and stiffness.
-inline constexpr std::size_t fit_report_rows = fit_parameters + 2;
+/// What a report calls the fitted numbers, by FitParameter, then peak, stiffness, forward and backward.
+inline constexpr std::size_t fit_report_rows = fit_parameters + 4;
 extern const std::array<const char*, fit_report_rows> fit_names;
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 

@@ -376,6 +376,9 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
     throw UserError(fmt::format("--fit-until {:g} s: nothing is left to judge; the record ends after {:g} s",
                                 until, columns.t.back() - columns.t.front()));
   }
+  if (columns.planar()) {
+    throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
+  }
   const FitData train = prepare_fit_data(part, options.sign, options.load);
   const FitData whole = prepare_fit_data(columns, train.sign, options.load);
   Progress progress("rivals", options.quiet);
@@ -383,7 +386,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   // The brush, each time with the drift of the sensor held: it must not be drawn on beyond what was fitted.
   FitOptions held = options;
-  held.no_drift = held.for_prediction = true;
+  held.no_drift = held.for_prediction = held.no_time = true;
   held.quiet = true;
   const FitResult rubbed = fit_material(train, held);
   progress.update(0.25);
@@ -400,6 +403,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   const auto add_brush = [&](const std::string& name, const FitResult& result, const FitOptions& used) {
     FitModel model(whole, used, Detail::finish);
     model.set_past(result.past);
+    model.set_frame(result.frame);
     FitValues values{};
     int parameters = 0;
     for (unsigned p = 0; p < fit_parameters; ++p) {

@@ -7,19 +7,59 @@
 
 namespace cli {
 
+namespace {
+
+/// Of the snap length at an age.
+double growth(const bristle::Ageing& ageing, double age) {
+  bristle::Material m;
+  m.with_ageing(ageing);
+  return m.ageing_factor(age);
+}
+
+}  // namespace
+
+FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail)
+    : data_(data), options_(options), detail_(detail), brush_(data.path, data.axes) {
+  const std::size_t n = data.samples();
+  for (std::size_t k = 0; k < n; ++k) {
+    speed_.push_back(data.axes == 1 ? std::fabs(data.velocity[k])
+                                    : std::hypot(data.velocity[k], data.velocity[k + n]));
+  }
+}
+
+/// At fit_length, which is given at an age A, delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): b
+/// is what the data show, whatever tau is.
+bristle::Ageing FitModel::ageing(const FitValues& p) const {
+  if (p[fit_ageing] == 0.0) return {};
+  if (frame_.form == bristle::AgeingForm::saturating)
+    return bristle::Ageing::saturating(p[fit_ageing], p[fit_ageing_time]);
+  const double fresh = 1.0 - p[fit_ageing] * std::log1p(frame_.age / p[fit_ageing_time]);
+  const double beta = fresh > 0.0 ? p[fit_ageing] / fresh : bristle::largest_ageing;
+  return bristle::Ageing::logarithmic(std::min(beta, bristle::largest_ageing), p[fit_ageing_time]);
+}
+
 BrushShape FitModel::shape(const FitValues& p) const {
-  return {options_.law, options_.rule, p[fit_spread], p[fit_residual], p[fit_renewal]};
+  BrushShape shape{options_.law, options_.rule, p[fit_spread], p[fit_residual], p[fit_renewal]};
+  const bristle::Ageing a = ageing(p);
+  shape.ageing_form = a.form;
+  shape.ageing_strength = a.strength;
+  shape.ageing_time = a.time;
+  if (a.strength > 0.0) shape.growth = growth(a, frame_.age);
+  return shape;
 }
 
 Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
   ++evaluations_;
-  const std::vector<double> forces = brush_.find(shape(p), p[fit_length], past_, detail_);
+  Past past = past_;
+  past.speed = frame_.speed;
+  const std::vector<double> forces = brush_.find(shape(p), p[fit_length], past, detail_, frame_.speed);
   return Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size()));
 }
 
 const Eigen::VectorXd& FitModel::elastic(const FitValues& p) {
-  const auto same = [&](FitParameter q) { return p[q] == known_values_[q]; };
-  if (!(same(fit_length) && same(fit_spread) && same(fit_residual) && same(fit_renewal))) {
+  bool same = true;
+  for (unsigned q = fit_length; q <= fit_ageing_time; ++q) same = same && p[q] == known_values_[q];
+  if (!same) {
     known_ = elastic_at(p);
     known_values_ = p;
   }
@@ -31,7 +71,15 @@ bristle::Material FitModel::unit_material(const FitValues& p) const {
 }
 
 double FitModel::kinetic_deflection(const FitValues& p) const {
-  return unit_material(p).kinetic_coefficient();
+  const bristle::Material material = unit_material(p);
+  return frame_.speed > 0.0 ? material.kinetic_coefficient(frame_.speed) : material.kinetic_coefficient();
+}
+
+double FitModel::elastic_coefficient(const FitValues& p) const {
+  if (p[fit_strengthening] == 0.0) return p[fit_kinetic];
+  const double rest =
+      p[fit_kinetic] - p[fit_strengthening] * std::asinh(frame_.speed / (2.0 * p[fit_strengthening_speed]));
+  return std::max(rest, 1e-3 * p[fit_kinetic]);
 }
 
 double FitModel::decay(double speed, double stribeck) const {
@@ -40,44 +88,97 @@ double FitModel::decay(double speed, double stribeck) const {
   return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
 }
 
+Eigen::VectorXd FitModel::skewed(Eigen::VectorXd force, double asymmetry) const {
+  if (asymmetry != 0.0) force.array() *= 1.0 + asymmetry * force.array().sign();
+  return force;
+}
+
+double FitModel::strengthening(std::size_t row, double speed_scale) const {
+  const std::size_t k = row % data_.samples();
+  if (speed_[k] == 0.0) return 0.0;
+  return std::asinh(speed_[k] / (2.0 * speed_scale)) * data_.velocity[row] / speed_[k];
+}
+
 Eigen::VectorXd FitModel::force(const FitValues& p) {
-  Eigen::VectorXd f = p[fit_kinetic] * elastic(p);
+  Eigen::VectorXd f = elastic_coefficient(p) * elastic(p);
+  const std::size_t n = data_.samples();
+  if (p[fit_strengthening] != 0.0) {
+    for (Eigen::Index i = 0; i < f.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      f[i] += data_.load[row % n] * p[fit_strengthening] * strengthening(row, p[fit_strengthening_speed]);
+    }
+  }
+  f = skewed(std::move(f), p[fit_asymmetry]);
   const double middle = data_.start() + 0.5 * data_.length();
   for (Eigen::Index i = 0; i < f.size(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double v = data_.velocity[k], load = data_.load[k];
-    if (load > 0.0)
-      f[i] += v * (p[fit_viscous] + load * p[fit_damping] * decay(std::fabs(v), p[fit_stribeck]));
-    f[i] += p[fit_offset] + p[fit_drift] * (data_.columns.t[k] - middle);
+    const auto row = static_cast<std::size_t>(i);
+    const std::size_t k = row % n;
+    const double v = data_.velocity[row], load = data_.load[k];
+    if (load > 0.0) f[i] += v * (p[fit_viscous] + load * p[fit_damping] * decay(speed_[k], p[fit_stribeck]));
+    const FitParameter offset = row < n ? fit_offset : fit_offset_y,
+                       drift = row < n ? fit_drift : fit_drift_y;
+    f[i] += p[offset] + p[drift] * (data_.columns.t[k] - middle);
   }
   return f;
 }
 
+/// By differences of the logarithm or of the number. The force is smooth over such a step, and far from
+/// rounding; that of kept lengths has waves.
+Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter parameter, bool central) {
+  const bool keep = options_.rule == bristle::SnapRule::keep;
+  const double smooth = !keep ? 0.02 : parameter == fit_spread ? 0.05 : 0.01;
+  const bool faint = parameter == fit_ageing && frame_.form == bristle::AgeingForm::logarithmic;
+  const double step = parameter == fit_renewal       ? smooth * (1.0 + p[fit_renewal])
+                      : parameter == fit_ageing_time ? 0.2
+                      : faint                        ? 0.1 * smooth
+                                                     : smooth;
+  const auto moved = [&](double by) {
+    FitValues values = p;
+    values[parameter] = is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by;
+    return values;
+  };
+  const auto elastic_force = [&](double by) {
+    const FitValues values = moved(by);
+    return skewed(elastic_coefficient(values) * (by == 0.0 ? elastic(values) : elastic_at(values)),
+                  p[fit_asymmetry]);
+  };
+  const bool at_top = parameter != fit_length && moved(step)[parameter] > highest(parameter);
+  const bool at_bottom = !is_logarithmic(parameter) && moved(-step)[parameter] < lowest(parameter);
+  if (at_bottom) return (elastic_force(step) - elastic_force(0.0)) / step;
+  if (!central || at_top) return (elastic_force(0.0) - elastic_force(-step)) / step;
+  return (elastic_force(step) - elastic_force(-step)) / (2.0 * step);
+}
+
 Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter, bool central) {
-  const auto n = static_cast<Eigen::Index>(data_.columns.t.size());
+  const std::size_t n = data_.samples();
   const double unit = scale(p, parameter);
-  if (parameter == fit_kinetic) return unit * elastic(p);
-  if (bends(parameter)) {
-    // Difference of the logarithm or of the number. The force is smooth over such a step, and far from
-    // rounding; that of kept lengths has waves.
-    const double smooth = options_.rule == bristle::SnapRule::keep ? 0.01 : 0.02;
-    const double step = parameter == fit_renewal ? smooth * (1.0 + p[fit_renewal]) : smooth;
-    const auto moved = [&](double by) {
-      FitValues values = p;
-      values[parameter] = is_logarithmic(parameter) ? p[parameter] * std::exp(by) : p[parameter] + by;
-      return values;
-    };
-    const bool at_top = parameter != fit_length && moved(step)[parameter] > highest(parameter);
-    const bool at_bottom = !is_logarithmic(parameter) && moved(-step)[parameter] < lowest(parameter);
-    if (at_bottom) return p[fit_kinetic] * (elastic_at(moved(step)) - elastic(p)) / step;
-    if (!central || at_top) return p[fit_kinetic] * (elastic(p) - elastic_at(moved(-step))) / step;
-    return p[fit_kinetic] * (elastic_at(moved(step)) - elastic_at(moved(-step))) / (2.0 * step);
+  if (parameter == fit_kinetic) return skewed(unit * elastic(p), p[fit_asymmetry]);
+  if (bends(parameter)) return bent_derivative(p, parameter, central);
+  if (parameter == fit_asymmetry) {
+    FitValues dry = p;
+    for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping, fit_offset, fit_drift})
+      dry[q] = 0.0;
+    return unit * force(dry).cwiseAbs();
   }
-  Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data_.force.size()));
   const double middle = data_.start() + 0.5 * data_.length();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double v = data_.velocity[k], load = data_.load[k], speed = std::fabs(v);
+  if (parameter == fit_strengthening || parameter == fit_strengthening_speed) {
+    const double speed = p[fit_strengthening_speed], reference = frame_.speed / (2.0 * speed);
+    const bool slope = parameter == fit_strengthening_speed;
+    const auto of = [&](double u) { return slope ? -u / std::sqrt(1.0 + u * u) : std::asinh(u); };
+    const double factor = slope ? p[fit_strengthening] : unit;
+    for (Eigen::Index i = 0; i < d.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      const double v = speed_[row % n];
+      if (v > 0.0) d[i] = factor * data_.load[row % n] * of(v / (2.0 * speed)) * data_.velocity[row] / v;
+    }
+    return d - factor * of(reference) * elastic(p);
+  }
+  for (Eigen::Index i = 0; i < d.size(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    const std::size_t k = row % n;
+    const bool of_x = row < n;
+    const double v = data_.velocity[row], load = data_.load[k], speed = speed_[k];
     switch (parameter) {
       case fit_viscous:
         d[i] = load > 0.0 ? unit * v : 0.0;
@@ -92,10 +193,11 @@ Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter,
         break;
       }
       case fit_offset:
-        d[i] = unit;
+      case fit_offset_y:
+        d[i] = of_x == (parameter == fit_offset) ? unit : 0.0;
         break;
       default:
-        d[i] = unit * (data_.columns.t[k] - middle);
+        d[i] = of_x == (parameter == fit_drift) ? unit * (data_.columns.t[k] - middle) : 0.0;
     }
   }
   return d;
@@ -107,12 +209,17 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
   switch (parameter) {
     case fit_residual:
     case fit_renewal:
+    case fit_ageing:
+    case fit_asymmetry:
       return 1.0;
+    case fit_strengthening:
+      return force / data_.mean_load;
     case fit_viscous:
       return force / std::max(data_.fast, 1e-12);
     case fit_damping:  // of a damper whose highest force is that of the data
       return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
     case fit_drift:
+    case fit_drift_y:
       return force / data_.length();
     default:
       return force;
@@ -127,7 +234,12 @@ double FitModel::lowest(FitParameter parameter) const {
       return 0.0525;  // the infinite brush takes 0.05, and derivatives look a little beyond
     case fit_residual:
     case fit_renewal:
+    case fit_ageing:
       return 0.0;
+    case fit_ageing_time:
+      return std::clamp(0.01 * frame_.shortest_age, 1e-7, 1e6);
+    case fit_strengthening_speed:
+      return std::clamp(1e-3 * data_.slow, 1e-12, 1.0);
     case fit_stribeck:
       return std::max(0.1 * data_.slow, 1e-9);
     case fit_kinetic:
@@ -147,6 +259,12 @@ double FitModel::highest(FitParameter parameter) const {
       return widest_residual;
     case fit_renewal:
       return most_renewed;
+    case fit_ageing:
+      return frame_.form == bristle::AgeingForm::saturating ? bristle::largest_ageing : 0.2;
+    case fit_ageing_time:
+      return std::clamp(frame_.longest_age, 10.0 * lowest(fit_ageing_time), 1e8);
+    case fit_strengthening_speed:
+      return std::max(data_.fast, 10.0 * lowest(fit_strengthening_speed));
     case fit_stribeck:
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
     case fit_kinetic:

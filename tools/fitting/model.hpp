@@ -9,14 +9,18 @@ namespace cli {
 
 class FitModel {
  public:
-  FitModel(const FitData& data, const FitOptions& options, Detail detail)
-      : data_(data), options_(options), detail_(detail), brush_(data.path) {}
+  FitModel(const FitData& data, const FitOptions& options, Detail detail);
 
   void set_past(Past past) {
     if (past != past_) known_values_ = {};
     past_ = past;
   }
   Past past() const { return past_; }
+  void set_frame(const FitFrame& frame) {
+    if (frame != frame_) known_values_ = {};
+    frame_ = frame;
+  }
+  const FitFrame& frame() const { return frame_; }
   Detail detail() const { return detail_; }
 
   /// N, by the body, at the samples.
@@ -28,20 +32,23 @@ class FitModel {
   /// is fitted), else a natural unit of the data.
   double scale(const FitValues& values, FitParameter parameter) const;
   static bool is_logarithmic(FitParameter p) {
-    return p == fit_kinetic || p == fit_length || p == fit_spread || p == fit_stribeck;
+    return p == fit_kinetic || p == fit_length || p == fit_spread || p == fit_stribeck ||
+           p == fit_ageing_time || p == fit_strengthening_speed;
   }
   /// A number that shapes the elastic force, which is the same for all others.
-  static bool bends(FitParameter p) {
-    return p == fit_length || p == fit_spread || p == fit_residual || p == fit_renewal;
-  }
+  static bool bends(FitParameter p) { return p >= fit_length && p <= fit_ageing_time; }
   /// Range in which a parameter is looked for.
   double lowest(FitParameter parameter) const;
   double highest(FitParameter parameter) const;
 
-  /// Elastic friction for a kinetic coefficient of 1, N.
+  /// Elastic friction for an elastic coefficient of 1, N.
   const Eigen::VectorXd& elastic(const FitValues& values);
-  /// Mean deflection in steady sliding, m: kinetic coefficient over stiffness per newton.
+  /// The part of fit_kinetic that is not strengthening with speed.
+  double elastic_coefficient(const FitValues& values) const;
+  /// Mean deflection in steady sliding, m: elastic coefficient over stiffness per newton.
   double kinetic_deflection(const FitValues& values) const;
+  /// Of the form of the frame, as a material has it.
+  bristle::Ageing ageing(const FitValues& values) const;
   /// Kinetic coefficient 1 per metre of it, one bristle per newton.
   bristle::Material unit_material(const FitValues& values) const;
   int evaluations() const { return evaluations_; }
@@ -52,12 +59,19 @@ class FitModel {
   double decay(double speed, double stribeck) const;
   BrushShape shape(const FitValues& values) const;
   Eigen::VectorXd elastic_at(const FitValues& values);
+  Eigen::VectorXd bent_derivative(const FitValues& values, FitParameter parameter, bool central);
+  /// Larger one way than the other.
+  Eigen::VectorXd skewed(Eigen::VectorXd force, double asymmetry) const;
+  /// Friction over load of strengthening with speed per unit of it at a sample, along the axis.
+  double strengthening(std::size_t row, double speed_scale) const;
 
   const FitData& data_;
   const FitOptions& options_;
   Detail detail_;
   PathForce brush_;
   Past past_;
+  FitFrame frame_;
+  std::vector<double> speed_;  // m/s, at the samples
   FitValues known_values_{};
   Eigen::VectorXd known_;
   int evaluations_ = 0;

@@ -1,6 +1,7 @@
 #include "tools/fitting/path_force.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <bristle/patch_batch.hpp>
 
@@ -14,8 +15,25 @@ using bristle::SnapRule;
 /// The brush is computed at this length and the path scaled to it, so that one material serves all lengths.
 constexpr double unit_length = 1e-5;  // m
 /// Longer than any law remembers (core/patches/COHORTS.md: 1,260 lengths at a spread of 2).
-constexpr double long_slide = 3000.0;  // presliding lengths
+constexpr double long_slide = 3000.0;   // presliding lengths
+constexpr double shortest_step = 1e-9;  // s
 constexpr std::size_t most_made = 8;
+
+struct Direction {
+  double x, y;
+};
+/// Of a slide before the record: +x on one axis, that of the first motion in the plane.
+Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
+  if (axes == 1) return {1.0, 0.0};
+  double range = 0.0;
+  for (const PathPoint& p : path)
+    range = std::max(range, std::hypot(p.x - path.front().x, p.y - path.front().y));
+  for (const PathPoint& p : path) {
+    const double x = p.x - path.front().x, y = p.y - path.front().y, way = std::hypot(x, y);
+    if (way > 0.01 * range) return {x / way, y / way};
+  }
+  return {1.0, 0.0};
+}
 
 }  // namespace
 
@@ -25,10 +43,13 @@ bristle::Material BrushShape::material(double length) const {
   m.bristle_stiffness = 1.0;
   m.asperity_height_deviation = 1e-6;
   m.normal_stiffness = 1e6;
-  m.snap_length = make_snap_length(law, (1.0 - share) * length, spread);
+  m.snap_length = make_snap_length(law, (1.0 - share) * length / growth, spread);
   m.snap_rule = rule;
   m.residual_length = share * length;
   m.shared_renewal = rule == SnapRule::keep ? 0.0 : shared_renewal;
+  m.ageing_form = ageing_form;
+  m.ageing_strength = rule == SnapRule::keep ? 0.0 : ageing_strength;
+  m.ageing_time = ageing_time;
   return m;
 }
 
@@ -36,15 +57,14 @@ bristle::Material BrushShape::material(double length) const {
 struct PathForce::Infinite {
   BrushShape shape;
   Detail detail;
-  double kinetic;
+  bristle::Material material;
   bristle::PatchBatch batch;
   bristle::PatchId patch;
 
-  Infinite(const BrushShape& s, Detail d, double most_load) : shape(s), detail(d) {
-    const bristle::Material material = shape.material(unit_length);
-    kinetic = material.kinetic_coefficient();
+  Infinite(const BrushShape& s, Detail d, unsigned axes, double most_load)
+      : shape(s), detail(d), material(s.material(unit_length)) {
     patch = batch.add(material, bristle::PatchOptions{}
-                                    .with_axes(1)
+                                    .with_axes(axes)
                                     .with_max_normal_load(most_load)
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(d == Detail::search ? 8.0 : 16.0)
@@ -52,19 +72,23 @@ struct PathForce::Infinite {
     batch.warm_up();
   }
 
-  /// Friction by the body after a step, N, for a kinetic coefficient of 1.
-  double step(double displacement, double load) {
+  struct Force {
+    double x, y;
+  };
+  /// Friction by the body after a step, N, for a stiffness of 1 N/m and newton.
+  Force step(double dx, double dy, double load, double dt) {
     bristle::Motion motion;
     motion.id = patch;
-    motion.displacement[0] = displacement;
+    motion.displacement[0] = dx;
+    motion.displacement[1] = dy;
     motion.normal_load = load;
     bristle::Response response;
-    batch.step(1.0, {&motion, 1}, {&response, 1});
-    return -response.elastic[0] / kinetic;
+    batch.step(std::max(dt, shortest_step), {&motion, 1}, {&response, 1});
+    return {-response.elastic[0], -response.elastic[1]};
   }
 };
 
-PathForce::PathForce(const std::vector<PathPoint>& path) : path_(path) {
+PathForce::PathForce(const std::vector<PathPoint>& path, unsigned axes) : path_(path), axes_(axes) {
   for (const PathPoint& point : path) most_load_ = std::max(most_load_, point.load);
 }
 PathForce::~PathForce() = default;
@@ -78,26 +102,79 @@ PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail)
     made_.front()->batch.reset(made_.front()->patch);
   } else {
     if (made_.size() == most_made) made_.pop_back();
-    made_.push_front(std::make_unique<Infinite>(shape, detail, most_load_));
+    made_.push_front(std::make_unique<Infinite>(shape, detail, axes_, most_load_));
   }
   return *made_.front();
 }
 
-std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail) {
+namespace {
+
+/// A slide so long that nothing of what was before it is left, in presliding lengths: twice the longest of
+/// ten million bristles, and the waves of the first loading.
+double forgetting_slide(const BrushShape& shape) {
+  const bristle::SnapLength law = make_snap_length(shape.law, 1.0, shape.spread);
+  return 2.0 * law.quantile(1.0 - 1e-7) + 0.5 / (law.cv() * law.cv());
+}
+
+/// Follows a path on one axis, and says when a slide has ended that forgot all before it. The infinite brush
+/// ends such a slide with the little that is bent farthest still there, and a row of strokes would gather it.
+class Slides {
+ public:
+  explicit Slides(double forgetting) : forgetting_(forgetting) {}
+  /// Before a move of so many lengths, under a load: the length of the slide that it ends, with its sign, or
+  /// 0.
+  double ended(double move, double load) {
+    const bool turns = move * run_ < 0.0;
+    const double slide = turns && load == load_ && std::fabs(run_) > forgetting_ ? run_ : 0.0;
+    if (turns || load != load_) run_ = 0.0;
+    run_ += move;
+    load_ = load;
+    return slide;
+  }
+
+ private:
+  double forgetting_, run_ = 0.0, load_ = 0.0;
+};
+
+}  // namespace
+
+std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail,
+                                    double kinetic_speed) {
   if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length, past, detail);
   Infinite& brush = infinite(shape, detail);
+  const double scale = unit_length / length;
+  const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * scale)
+                                             : brush.material.kinetic_coefficient();
+  const PathPoint& first = path_.front();
   if (past.start != StartState::straight) {
+    const Direction e = first_direction(path_, axes_);
     const double way = past.start == StartState::forward ? long_slide : -long_slide;
-    brush.step(way * unit_length, path_.front().load);
+    const double seconds = past.speed > 0.0 ? long_slide * length / past.speed : 0.0;
+    brush.step(way * unit_length * e.x, way * unit_length * e.y, first.load, seconds);
+  } else if (past.rested > 0.0) {
+    brush.step(0.0, 0.0, first.load, 0.0);
+    brush.step(0.0, 0.0, first.load, past.rested);
   }
-  std::vector<double> forces;
-  forces.reserve(path_.size());
-  double x = path_.front().x;
+  std::vector<double> forces, across;
+  forces.reserve(axes_ * path_.size());
+  // Where bristles age what was before is not forgotten: the speeds of the slide are in it.
+  const bool refreshes = axes_ == 1 && shape.ageing_strength == 0.0;
+  Slides slides(forgetting_slide(shape));
+  PathPoint at = first;
   for (const PathPoint& point : path_) {
-    const double force = brush.step((point.x - x) * (unit_length / length), point.load);
-    x = point.x;
-    if (point.wanted) forces.push_back(force);
+    const double slide = refreshes ? slides.ended((point.x - at.x) / length, point.load) : 0.0;
+    if (slide != 0.0) {
+      brush.batch.reset(brush.patch);
+      brush.step(slide * unit_length, 0.0, at.load, 1.0);
+    }
+    const Infinite::Force force =
+        brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
+    at = point;
+    if (!point.wanted) continue;
+    forces.push_back(force.x / kinetic);
+    if (axes_ == 2) across.push_back(force.y / kinetic);
   }
+  forces.insert(forces.end(), across.begin(), across.end());
   return forces;
 }
 

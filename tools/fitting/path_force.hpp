@@ -16,13 +16,15 @@ struct PathPoint {
   double x = 0.0;      ///< m
   double load = 0.0;   ///< N
   bool wanted = true;  ///< the force here is wanted; else a place passed on the way (a turning point)
+  double t = 0.0;      ///< s, for contacts that age
+  double y = 0.0;      ///< m, of a record in the plane
 };
 
 /// How the bristles stand at the first point.
 enum class StartState : unsigned char {
   straight,  ///< set down there
-  forward,   ///< after a long slide towards +x
-  backward   ///< after a long slide towards -x
+  forward,   ///< after a long slide towards +x; in the plane along the first motion
+  backward   ///< after a long slide towards -x; in the plane against the first motion
 };
 
 /// What a population that keeps its lengths knows of the way that it came.
@@ -35,6 +37,8 @@ enum class Memory : unsigned char {
 struct Past {
   StartState start = StartState::straight;
   Memory memory = Memory::forgotten;
+  double rested = 0.0;  ///< s, of straight bristles that age
+  double speed = 0.0;   ///< m/s, of the slide before; 0: so fast that nothing ages
   friend bool operator==(const Past&, const Past&) = default;
 };
 
@@ -45,6 +49,10 @@ struct BrushShape {
   double spread = 0.3;
   double residual_share = 0.0;  ///< keep: not used
   double shared_renewal = 0.0;  ///< keep: not used
+  bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
+  double ageing_strength = 0.0;  ///< keep: not used
+  double ageing_time = 1.0;      ///< s
+  double growth = 1.0;           ///< of the mean snap length at the age at which lengths are given
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
   /// A material of this shape whose friction is that of one bristle stiffness and one bristle per newton.
@@ -61,19 +69,22 @@ enum class Detail : unsigned char {
 /// table of its law again. For one thread.
 class PathForce {
  public:
-  explicit PathForce(const std::vector<PathPoint>& path);
+  explicit PathForce(const std::vector<PathPoint>& path, unsigned axes = 1);
   ~PathForce();
   PathForce(const PathForce&) = delete;
   PathForce& operator=(const PathForce&) = delete;
 
-  /// Elastic friction (positive along the motion) at every wanted point, N, for a kinetic coefficient of 1.
-  std::vector<double> find(const BrushShape& shape, double presliding_length_m, Past past, Detail detail);
+  /// Elastic friction (positive along the motion) at every wanted point, N, for a kinetic coefficient of 1 at
+  /// `kinetic_speed` (m/s; 0: so fast that nothing ages). In the plane first all x, then all y.
+  std::vector<double> find(const BrushShape& shape, double presliding_length_m, Past past, Detail detail,
+                           double kinetic_speed = 0.0);
 
  private:
   struct Infinite;
   Infinite& infinite(const BrushShape& shape, Detail detail);
 
   const std::vector<PathPoint>& path_;
+  unsigned axes_;
   double most_load_ = 0.0;
   std::list<std::unique_ptr<Infinite>> made_;  // the last used first
 };

@@ -37,13 +37,30 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0},
                                        {"spread", "", 1.0},
                                        {"residual_share", "", 1.0},
                                        {"shared_renewal", "", 1.0},
+                                       {"ageing", "", 1.0},
+                                       {"ageing_time", "s", 1.0},
+                                       {"speed_strengthening", "", 1.0},
+                                       {"strengthening_speed", "mm/s", 1e3},
                                        {"viscous_friction", "N s/m", 1.0},
                                        {"damping_per_newton", "s/m", 1.0},
                                        {"stribeck_velocity", "mm/s", 1e3},
+                                       {"asymmetry", "", 1.0},
                                        {"sensor offset", "N", 1.0},
                                        {"sensor drift", "N/s", 1.0},
+                                       {"sensor offset y", "N", 1.0},
+                                       {"sensor drift y", "N/s", 1.0},
                                        {"peak", "", 1.0},
-                                       {"stiffness / load", "1/mm", 1e-3}};
+                                       {"stiffness / load", "1/mm", 1e-3},
+                                       {"kinetic towards +x", "", 1.0},
+                                       {"kinetic towards -x", "", 1.0}};
+
+/// Rows that a record of this kind has.
+bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
+  if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
+  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // friction either way
+  return row != fit_asymmetry || data.axes == 1;
+}
+
 const char* start_text(StartState start) {
   return start == StartState::straight  ? "straight"
          : start == StartState::forward ? "sliding towards +x"
@@ -55,6 +72,26 @@ const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on"
 /// Replay: the interval of the measurement, or a finer whole part of it, 1 ms at most.
 std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
+}
+
+/// Lines of at most 80 columns under a heading.
+std::string wrapped(const std::string& heading, const std::string& text) {
+  std::string out = fmt::format("{:<12}", heading);
+  std::size_t column = 12;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    if (column > 12 && column + 1 + end - begin > 80) {
+      out += "\n" + std::string(12, ' ');
+      column = 12;
+    } else if (column > 12) {
+      out += ' ';
+      ++column;
+    }
+    out += text.substr(begin, end - begin);
+    column += end - begin;
+    begin = end + 1;
+  }
+  return out + '\n';
 }
 
 std::string quoted(const std::string& text) {
@@ -92,24 +129,35 @@ const std::array<const char*, fit_report_rows> fit_names = {"kinetic",
                                                             "spread",
                                                             "residual_share",
                                                             "shared_renewal",
+                                                            "ageing",
+                                                            "ageing_time",
+                                                            "speed_strengthening",
+                                                            "strengthening_speed",
                                                             "viscous_friction",
                                                             "damping_per_newton",
                                                             "stribeck_velocity",
+                                                            "asymmetry",
                                                             "sensor_offset",
                                                             "sensor_drift",
+                                                            "sensor_offset_y",
+                                                            "sensor_drift_y",
                                                             "peak",
-                                                            "stiffness_per_newton"};
+                                                            "stiffness_per_newton",
+                                                            "kinetic_forward",
+                                                            "kinetic_backward"};
 
 const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
-  return row < fit_parameters ? r.estimates[row] : row == fit_parameters ? r.peak : r.stiffness;
+  if (row < fit_parameters) return r.estimates[row];
+  const FitEstimate* const follow[] = {&r.peak, &r.stiffness, &r.forward, &r.backward};
+  return *follow[row - fit_parameters];
 }
 
 std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& r) {
   std::string text = fmt::format(
       "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
       "{:.4g} mm\n",
-      count_text(data.force.size()), data.length(), 1.0 / data.sample_time, data.reversals,
-      1e3 * data.travelled, 1e3 * data.range);
+      count_text(data.samples()), data.length(), 1.0 / data.sample_time, data.reversals, 1e3 * data.travelled,
+      1e3 * data.range);
   text +=
       fmt::format("            {:.3g} to {:.3g} mm/s, load {:.4g} N{}{}\n", 1e3 * data.slow, 1e3 * data.fast,
                   data.mean_load, data.steady_load ? " (taken as constant)" : " on average",
@@ -122,7 +170,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   Table table({"<parameter", "value", "95 % from", "to", "<unit"});
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     const FitEstimate& e = report_estimate(r, i);
-    if (!e.fitted) continue;
+    if (!e.fitted || !concerns(data, r, i)) continue;
     const double k = rows[i].per_si;
     table.add({rows[i].name, fmt::format("{:.4g}", k * e.value), fmt::format("{:.4g}", k * e.low),
                fmt::format("{:.4g}", k * e.high), rows[i].unit});
@@ -132,7 +180,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   Table left({"<", ">", "<", "<"});
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     const FitEstimate& e = report_estimate(r, i);
-    if (e.fitted) continue;
+    if (e.fitted || !concerns(data, r, i)) continue;
     left.add({std::string("  ") + rows[i].name, fmt::format("{:.4g}", rows[i].per_si * e.value), rows[i].unit,
               e.why});
   }
@@ -146,6 +194,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   text += fmt::format(
       "\nresiduals   {:.3g} N rms; the brush explains {:.2f} % of the force; {:.1f} samples count as one\n",
       r.residual_rms, 100.0 * r.explained, r.correlated_samples);
+  for (std::size_t i = 0; i < r.notes.size(); ++i) text += wrapped(i == 0 ? "notes" : "", r.notes[i]);
   return text;
 }
 
@@ -154,7 +203,8 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
   report["schema"] = "bristle-fit-1";
   report["conditions"] = to_json(conditions());
   report["data"] = {{"file", data.columns.name},
-                    {"samples", data.force.size()},
+                    {"samples", data.samples()},
+                    {"axes", data.axes},
                     {"length_s", data.length()},
                     {"sample_time_s", data.sample_time},
                     {"reversals", data.reversals},
@@ -163,6 +213,7 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
                     {"slow_m_per_s", data.slow},
                     {"fast_m_per_s", data.fast},
                     {"encoder_step_m", data.quantum},
+                    {"longest_rest_s", data.longest_rest},
                     {"mean_load_n", data.mean_load},
                     {"steady_load", data.steady_load},
                     {"sign", sign_text(data.sign)},
@@ -172,6 +223,7 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
   report["rule"] = options.rule == bristle::SnapRule::keep ? "keep" : "redraw";
   report["start"] = start_text(r.past.start);
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    if (!concerns(data, r, i)) continue;
     const FitEstimate& e = report_estimate(r, i);
     Json entry = {{"value", e.value}, {"determined", e.fitted}};
     if (e.fitted) {
@@ -182,6 +234,19 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
     }
     report["parameters"][fit_names[i]] = entry;
   }
+  if (r.frame.speed > 0.0) {
+    const bool ages = r.estimates[fit_ageing].value > 0.0;
+    report["holds_at"] = {{"speed_m_per_s", r.frame.speed}};
+    if (ages) {
+      report["holds_at"]["age_s"] = r.frame.age;
+      report["ageing"] = {
+          {"form", r.frame.form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating"},
+          {"form_assumed", r.frame.form_assumed},
+          {"strength", r.material.ageing_strength},
+          {"time_s", r.material.ageing_time}};
+    }
+  }
+  report["notes"] = r.notes;
   report["residuals"] = {{"rms_n", r.residual_rms},
                          {"explained", r.explained},
                          {"correlated_samples", r.correlated_samples},
@@ -194,10 +259,21 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
 std::string fit_csv(const FitData& data, const FitResult& r) {
   fmt::memory_buffer out;
   const auto to = std::back_inserter(out);
-  fmt::format_to(to, "t,x,load,force,fit,residual\n");
-  for (std::size_t i = 0; i < r.curve.size(); ++i) {
-    fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", data.columns.t[i], data.columns.x[i],
-                   data.load[i], data.force[i], r.curve[i], data.force[i] - r.curve[i]);
+  const std::size_t n = data.samples();
+  const bool planar = data.axes == 2;
+  out.append(std::string_view(planar ? "t,x,y,load,fx,fy,fit_x,fit_y,residual_x,residual_y\n"
+                                     : "t,x,load,force,fit,residual\n"));
+  for (std::size_t i = 0; i < n; ++i) {
+    const FitColumns& c = data.columns;
+    fmt::format_to(to, "{:.9g},{:.9g},", c.t[i], c.x[i]);
+    if (planar) {
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", c.y[i], data.load[i],
+                     data.force[i], data.force[i + n], r.curve[i], r.curve[i + n], data.force[i] - r.curve[i],
+                     data.force[i + n] - r.curve[i + n]);
+    } else {
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g}\n", data.load[i], data.force[i], r.curve[i],
+                     data.force[i] - r.curve[i]);
+    }
   }
   return fmt::to_string(out);
 }
@@ -208,6 +284,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
       "# `bristle run` on this file. Values with their 95 % intervals:\n",
       std::filesystem::path(data.columns.name).filename().string());
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    if (!concerns(data, r, i)) continue;
     const FitEstimate& e = report_estimate(r, i);
     if (e.fitted) {
       text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}) {}\n", rows[i].name, rows[i].per_si * e.value,
@@ -217,6 +294,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
                           rows[i].unit, e.why);
     }
   }
+  for (const std::string& note : r.notes) text += "# " + note + '\n';
   const bristle::Material& m = r.material;
   const bristle::SnapLength& law = m.snap_length;
   const std::string name = bristle::to_string(options.law);
@@ -242,11 +320,20 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
       options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.residual_length, m.shared_renewal,
       m.viscous_friction, m.stribeck_velocity,
       options.decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
+  if (m.ageing_strength > 0.0) {
+    text += fmt::format("ageing_form = \"{}\"\nageing_strength = {}\nageing_time = {}  # s\n",
+                        m.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating",
+                        m.ageing_strength, m.ageing_time);
+  }
+  if (m.speed_strengthening > 0.0) {
+    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", m.speed_strengthening,
+                        m.strengthening_speed);
+  }
   text += fmt::format(
       "\n[scene]\nname = \"fitted\"\ndt = {}  # s\n{}\n[[patch]]\nname = \"body\"\nmaterial = \"fitted\"\n"
-      "max_normal_load = {}  # N\naxes = 1\n\n[[motion]]\npatch = \"body\"\n",
+      "max_normal_load = {}  # N\naxes = {}\n\n[[motion]]\npatch = \"body\"\n",
       replay_dt(data), data.columns.replayable ? "" : fmt::format("duration = {}  # s\n", data.length()),
-      1.001 * most_load);
+      1.001 * most_load, data.axes);
   if (data.columns.replayable) {
     namespace fs = std::filesystem;
     std::error_code error;
@@ -293,6 +380,8 @@ void fit_command(const FitOptions& options) {
   };
   write(options.write, fit_toml(data, options, result));
   write(options.csv, fit_csv(data, result));
+  if (!options.plot.empty() && data.axes == 2)
+    throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
   if (!options.plot.empty()) draw(data, result, options.plot);
   write(options.json, fit_json(data, options, result));
   if (!on_stdout) fmt::print("{}", fit_table(data, options, result));

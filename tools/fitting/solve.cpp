@@ -62,7 +62,9 @@ class Coordinates {
   }
 
  private:
-  static bool ranged(FitParameter p) { return FitModel::bends(p) || p == fit_stribeck; }
+  static bool ranged(FitParameter p) {
+    return FitModel::bends(p) || p == fit_stribeck || p == fit_strengthening_speed;
+  }
   static double scaled(FitParameter p, double value) {
     return FitModel::is_logarithmic(p) ? std::log(value) : value;
   }
@@ -103,8 +105,13 @@ Eigen::Map<const Eigen::VectorXd> measured_force(const FitModel& model) {
 
 }  // namespace
 
+void assume(FitModel& model, const FitPoint& point) {
+  model.set_past(point.past);
+  model.set_frame(point.frame);
+}
+
 FitPoint minimise(FitModel& model, FitPoint from) {
-  model.set_past(from.past);
+  assume(model, from);
   const Coordinates coordinates(model, from);
   FitPoint best = from;
   if (!from.free.empty()) {
@@ -129,7 +136,7 @@ FitPoint minimise(FitModel& model, FitPoint from) {
 }
 
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
-  model.set_past(point.past);
+  assume(model, point);
   Eigen::MatrixXd j(static_cast<Eigen::Index>(model.data().force.size()),
                     static_cast<Eigen::Index>(point.free.size()));
   for (std::size_t i = 0; i < point.free.size(); ++i) {

@@ -15,8 +15,12 @@ struct FitPoint {
   FitValues values = fit_defaults;
   FitParameterSet free;
   Past past;
+  FitFrame frame;
   double sum_of_squares = 0.0;  ///< N^2
 };
+
+/// The past and the frame of a point: what its values mean.
+void assume(FitModel& model, const FitPoint& point);
 
 /// Levenberg-Marquardt from `from` over its free parameters.
 FitPoint minimise(FitModel& model, FitPoint from);

@@ -169,10 +169,12 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
           "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
-          "viscous_friction (N s/m), "
-          "damping_per_newton (s/m), stribeck_velocity (m/s), sensor_offset (N), sensor_drift (N/s), and "
-          "what "
-          "follows from them: peak, stiffness_per_newton (1/m).")
+          "ageing, ageing_time (s), speed_strengthening, strengthening_speed (m/s), viscous_friction (N "
+          "s/m), "
+          "damping_per_newton (s/m), stribeck_velocity (m/s), asymmetry, sensor_offset (N), sensor_drift "
+          "(N/s), the same of "
+          "a second axis, and what follows from them: peak, stiffness_per_newton (1/m), kinetic_forward, "
+          "kinetic_backward. With ageing or strengthening report[\"holds_at\"] says at which speed and age.")
       .def_property_readonly(
           "not_determined", [](const Fit& fit) { return parameters_of(fit, false, true); },
           "Those of parameters that the data do not determine.")
@@ -187,9 +189,9 @@ void define_result(py::module_& module) {
           "x", column_property([](const Fit& f) -> const auto& { return f.data.columns.x; }), "Samples, m.")
       .def_property_readonly("load", column_property([](const Fit& f) -> const auto& { return f.data.load; }),
                              "Samples as the fit uses them, N.")
-      .def_property_readonly("force",
-                             column_property([](const Fit& f) -> const auto& { return f.data.force; }),
-                             "Samples, N, by the body: positive along the motion.")
+      .def_property_readonly(
+          "force", column_property([](const Fit& f) -> const auto& { return f.data.force; }),
+          "Samples, N, by the body: positive along the motion. Two axes: all x, then all y.")
       .def_property_readonly("curve",
                              column_property([](const Fit& f) -> const auto& { return f.result.curve; }),
                              "The fit at the samples, N, by the body, sensor offset and drift included.")

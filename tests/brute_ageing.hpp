@@ -1,0 +1,71 @@
+// Bristles that grow stronger while they hold, once more, for trust: bristle by bristle in the plane, every
+// snap at its own time, in double precision. Nothing here comes from bristle itself.
+//
+// A bristle holds up to |z| = delta0 g(a), a the time since it was last straight; it then becomes straight
+// and draws a fresh length. Lengths and times may be in any unit; results are means over the bristles.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "brute_force.hpp"
+
+namespace bristle_test {
+
+class AgedBristles {
+ public:
+  /// `growth`: g, concave, 1 at 0.
+  AgedBristles(std::size_t count, Quantile quantile, std::function<double(double)> growth, std::uint64_t seed)
+      : quantile_(std::move(quantile)), growth_(std::move(growth)), generator_(seed), bristles_(count) {
+    for (Bristle& b : bristles_) b.fresh = draw();
+  }
+
+  /// Moves by (dx, dy) at constant velocity in a time.
+  void step(double dx, double dy, double seconds) {
+    for (Bristle& b : bristles_) advance(b, dx / seconds, dy / seconds, seconds);
+  }
+  double x() const { return mean(&Bristle::x); }
+  double y() const { return mean(&Bristle::y); }
+
+ private:
+  struct Bristle {
+    double x = 0.0, y = 0.0, age = 0.0, fresh = 0.0;
+  };
+
+  double draw() { return quantile_((static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53); }
+  double mean(double Bristle::*value) const {
+    double sum = 0.0;
+    for (const Bristle& b : bristles_) sum += b.*value;
+    return sum / static_cast<double>(bristles_.size());
+  }
+  /// How far a bristle is bent beyond what it holds, a time from now: convex, hence one crossing.
+  double excess(const Bristle& b, double vx, double vy, double s) const {
+    const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
+    return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // g >= 1
+  }
+  void advance(Bristle& b, double vx, double vy, double left) {
+    while (excess(b, vx, vy, left) > 0.0) {
+      double low = 0.0, high = left;
+      for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (low + high);
+        (excess(b, vx, vy, middle) > 0.0 ? high : low) = middle;
+      }
+      left -= high;
+      b = {0.0, 0.0, 0.0, draw()};
+    }
+    b.x += left * vx;
+    b.y += left * vy;
+    b.age += left;
+  }
+
+  Quantile quantile_;
+  std::function<double(double)> growth_;
+  std::mt19937_64 generator_;
+  std::vector<Bristle> bristles_;
+};
+
+}  // namespace bristle_test

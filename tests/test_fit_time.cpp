@@ -1,0 +1,274 @@
+// `bristle fit` of what changes with time, speed and direction, and in the plane: known parameters come back,
+// what the data do not tell apart is said. The data are made by brute_ageing.hpp and brute_force.hpp.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/fit_helpers.hpp"
+#include "tests/synthetic_friction.hpp"
+#include "tools/fitting/judge.hpp"
+#include "tools/fitting/path_force.hpp"
+
+using Catch::Matchers::Contains;
+using namespace bristle_test;
+using bristle::SnapRule;
+
+namespace {
+
+constexpr double beta = 0.02, tau = 1e-3;  // ageing per e-fold, from 1 ms on
+
+double grown(double age) { return logarithmic_growth(age, beta, tau); }
+
+SyntheticFriction noisy(const std::vector<Piece>& pieces) {
+  SyntheticFriction s;
+  s.rate = 100.0;
+  s.noise = 0.01;
+  s.motion = programme(pieces);
+  s.duration = programme_length(pieces);
+  return s;
+}
+
+/// A record in the plane: a spiral that opens to 60 um and 1.5 turns a second.
+std::string spiral(double kinetic, double length, double spread, double offset_x, double offset_y) {
+  BruteForcePatch brush(1800, lognormal_quantile(length, spread), true, 5);
+  const double bend = 0.5 * length * (1.0 + spread * spread), load = 2.0;
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  std::string csv = "t,x,y,load,fx,fy\n";
+  double x = 0.0, y = 0.0;
+  for (int i = 0; i < 800; ++i) {
+    const double t = 0.01 * i, radius = 60e-6 * t / 8.0, angle = 2.0 * M_PI * 1.5 * t;
+    const double next_x = radius * std::cos(angle), next_y = 0.6 * radius * std::sin(angle);
+    const BruteStep step = brush.step(next_x - x, next_y - y);
+    x = next_x;
+    y = next_y;
+    csv += fmt::format("{},{},{},{},{},{}\n", t, x, y, load,
+                       kinetic * load * step.end_x / bend + offset_x + noise(generator),
+                       kinetic * load * step.end_y / bend + offset_y + noise(generator));
+  }
+  return csv;
+}
+
+}  // namespace
+
+TEST_CASE("The force along a path follows bristles that age, through slides, rests and reversals", "[fit]") {
+  // 20,000 bristles fluctuate by 0.5 % of the kinetic force: five deviations; pieces of 1/16 lengths are
+  // second order.
+  const double length = 1e-5, spread = 0.3, strength = 0.05, time = 0.01;
+  AgedBristles bristles(
+      20000, lognormal_quantile(length, spread),
+      [=](double age) { return logarithmic_growth(age, strength, time); }, 3);
+  std::vector<cli::PathPoint> path{{0.0, 2.0, false, 0.0}};
+  std::vector<double> expected;
+  const auto go = [&](double lengths, double seconds, int pieces) {
+    for (int i = 0; i < pieces; ++i) {
+      const cli::PathPoint last = path.back();
+      bristles.step(lengths * length / pieces, 0.0, seconds / pieces);
+      path.push_back({last.x + lengths * length / pieces, 2.0, true, last.t + seconds / pieces});
+      expected.push_back(bristles.x() / length);
+    }
+  };
+  go(6.0, 0.6, 60);
+  go(0.0, 100.0, 1);
+  go(3.0, 0.3, 30);
+  go(-5.0, 5.0, 50);
+  go(0.0, 10.0, 5);
+  go(-4.0, 0.004, 40);
+  cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, spread};
+  shape.ageing_strength = strength;
+  shape.ageing_time = time;
+  const std::vector<double> force = cli::PathForce(path).find(shape, length, {}, cli::Detail::finish);
+  const double bend = 0.5 * (1.0 + spread * spread);
+  double worst = 0.0;
+  for (std::size_t i = 0; i < force.size(); ++i)
+    worst = std::max(worst, std::abs(0.5 * force[i] * bend - expected[i]));
+  CHECK(worst < 0.025 * bend);
+}
+
+TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit]") {
+  // A stroke of 27 lengths forgets all: no bristle in ten million is longer.
+  const double length = 1e-5;
+  std::vector<cli::PathPoint> path{{0.0, 1.0, false}};
+  const int strokes = 60, samples = 27;
+  for (int k = 0; k < strokes; ++k) {
+    for (int i = 1; i <= samples; ++i)
+      path.push_back({length * (k % 2 ? samples - i : i), 1.0, true, static_cast<double>(path.size())});
+  }
+  const cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, 0.4};
+  const std::vector<double> force = cli::PathForce(path).find(shape, length, {}, cli::Detail::finish);
+  for (int k : {1, strokes - 2, strokes - 1})
+    CHECK(std::abs(force[samples * (k + 1) - 1]) == Approx(1.0).epsilon(1e-3));
+}
+
+TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
+  SyntheticFriction s = noisy(slide_hold_slide());
+  s.growth = grown;
+  const Fitted fitted = fit(record(s, 11).csv());
+  const cli::FitFrame& frame = fitted.result.frame;
+  CHECK(frame.speed == Approx(100e-6));
+  check_recovered(fitted[cli::fit_kinetic], kinetic_at(s, frame.speed), 0.01);
+  check_recovered(fitted[cli::fit_length], s.length * grown(frame.age), 3e-6);
+  check_recovered(fitted[cli::fit_ageing], beta / grown(frame.age), 0.012);
+  // Every age is far above the millisecond from which on it ages; and one speed shows no strengthening.
+  CHECK_FALSE(fitted[cli::fit_ageing_time].fitted);
+  CHECK_THAT(fitted[cli::fit_ageing_time].why, Contains("do as well"));
+  CHECK_THAT(fitted[cli::fit_strengthening].why, Contains("one speed only"));
+  // The material has what was found.
+  const bristle::Material& m = fitted.result.material;
+  CHECK(m.ageing_strength > 0.0);
+  CHECK(m.kinetic_coefficient(frame.speed) == Approx(fitted[cli::fit_kinetic].value).epsilon(1e-6));
+  const std::string scene = cli::fit_toml(fitted.data, {}, fitted.result);
+  CHECK_THAT(scene, Contains("ageing_form = \"logarithmic\"") && Contains("ageing_strength = "));
+  CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("this form is") && Contains("notes"));
+  CHECK(fitted.result.curve.size() == fitted.data.samples());
+}
+
+TEST_CASE("A fit recovers ageing and strengthening with speed together", "[fit]") {
+  SyntheticFriction s = noisy(velocity_steps());
+  s.growth = grown;
+  s.strengthening = 0.01;
+  s.strengthening_speed = 1e-6;
+  const Fitted fitted = fit(record(s, 11).csv());
+  const cli::FitFrame& frame = fitted.result.frame;
+  check_recovered(fitted[cli::fit_kinetic], kinetic_at(s, frame.speed), 0.01);
+  check_recovered(fitted[cli::fit_length], s.length * grown(frame.age), 2e-6);
+  check_recovered(fitted[cli::fit_ageing], beta / grown(frame.age), 0.015);
+  check_recovered(fitted[cli::fit_strengthening], s.strengthening, 0.006);
+  CHECK(fitted.result.material.speed_strengthening == fitted[cli::fit_strengthening].value);
+  CHECK_FALSE(fitted[cli::fit_damping].fitted);
+}
+
+TEST_CASE("Ageing and strengthening are not found where there is none, or nothing that shows them", "[fit]") {
+  SECTION("speeds and rests of bristles that do not age") {
+    const Fitted fitted = fit(record(noisy(velocity_steps()), 11).csv());
+    CHECK(fitted[cli::fit_ageing].value == 0.0);
+    CHECK(fitted[cli::fit_strengthening].value == 0.0);
+    CHECK(fitted.result.frame.speed == 0.0);
+  }
+  SECTION("one speed, no rest") {
+    SyntheticFriction s = noisy({{1, 50e-6}, {1, -50e-6}, {1, 50e-6}, {1, -50e-6}, {1, 50e-6}});
+    s.growth = grown;
+    const Fitted fitted = fit(record(s, 11).csv());
+    for (const auto p : {cli::fit_ageing, cli::fit_strengthening}) {
+      CHECK(fitted[p].value == 0.0);
+      CHECK_THAT(fitted[p].why, Contains("one speed and no rest"));
+    }
+  }
+  SECTION("steady sliding at six speeds, one way: only the difference of the two shows") {
+    // Five seconds from sample to sample, a length or more: no sample lies on the way from one force to the
+    // next.
+    SyntheticFriction s =
+        noisy({{50, 1e-3}, {100, 0.1e-3}, {300, 20e-6}, {600, 4e-6}, {100, 0.3e-3}, {200, 40e-6}});
+    s.rate = 0.2;
+    s.strengthening = 0.02;
+    s.strengthening_speed = 1e-8;
+    const Fitted fitted = fit(record(s, 11).csv());
+    CHECK_FALSE(fitted[cli::fit_ageing].fitted);
+    CHECK_FALSE(fitted[cli::fit_strengthening].fitted);
+    CAPTURE(cli::fit_table(fitted.data, {}, fitted.result));
+    CHECK_THAT(fitted[cli::fit_ageing].why, Contains("does not tell ageing from strengthening"));
+  }
+}
+
+TEST_CASE("A fit tells ageing that comes to an end from ageing that goes on", "[fit]") {
+  SyntheticFriction s = noisy(velocity_steps());
+  s.growth = [](double age) { return 1.0 + 0.15 * (1.0 - std::exp(-age / 0.5)); };
+  const Fitted fitted = fit(record(s, 11).csv());
+  CHECK(fitted.result.frame.form == bristle::AgeingForm::saturating);
+  CHECK_FALSE(fitted.result.frame.form_assumed);
+  check_recovered(fitted[cli::fit_ageing], 0.15, 0.03);
+  check_recovered(fitted[cli::fit_ageing_time], 0.5, 0.3);
+  CHECK(fitted.result.material.ageing_form == bristle::AgeingForm::saturating);
+}
+
+TEST_CASE("Friction that differs with the direction is told from an offset of the sensor by the load",
+          "[fit]") {
+  SyntheticFriction s;
+  s.motion = loops_and_strokes;
+  s.rate = 100.0;
+  s.noise = 0.01;
+  s.asymmetry = 0.05;
+  s.drift = [](double) { return 0.03; };
+  s.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
+  s.most_load = 3.0;
+  s.bristles = 2700;
+  const Fitted several = fit(record(s, 11).csv());
+  check_recovered(several[cli::fit_asymmetry], 0.05, 0.02);
+  check_recovered(several[cli::fit_offset], 0.03, 0.015);
+  check_recovered(several.result.forward, 1.05 * s.kinetic, 0.01);
+  check_recovered(several.result.backward, 0.95 * s.kinetic, 0.01);
+  CHECK_THAT(cli::fit_table(several.data, {}, several.result), Contains("kinetic towards +x"));
+
+  s.load = [](double) { return 2.0; };
+  s.most_load = 0.0;
+  const Fitted one = fit(record(s, 11).csv());
+  CHECK_FALSE(one[cli::fit_asymmetry].fitted);
+  CHECK_THAT(one[cli::fit_asymmetry].why, Contains("one load only"));
+  // Together 0.03 N and in sliding 5 % of 0.35 x 2 N, in loops less.
+  CHECK(one[cli::fit_offset].value ==
+        Approx(0.03 + 0.75 * 0.05 * 0.35 * 2.0).margin(0.25 * 0.05 * 0.35 * 2.0));
+  REQUIRE(one.result.notes.size() == 1);
+  CHECK_THAT(one.result.notes[0],
+             Contains("differs with the direction") && Contains("one load does not tell"));
+}
+
+TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
+  const double kinetic = 0.35, length = 15e-6, spread = 0.4;
+  const std::string csv = spiral(kinetic, length, spread, 0.02, -0.03);
+  const Fitted fitted = fit(csv);
+  CHECK(fitted.data.axes == 2);
+  check_recovered(fitted[cli::fit_kinetic], kinetic, 0.01);
+  check_recovered(fitted[cli::fit_length], length, 1.5e-6);
+  check_recovered(fitted[cli::fit_spread], spread, 0.1);
+  check_recovered(fitted[cli::fit_offset], 0.02, 0.006);
+  check_recovered(fitted[cli::fit_offset_y], -0.03, 0.006);
+  CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("one isotropic contact"));
+  CHECK_THAT(cli::fit_toml(fitted.data, {}, fitted.result), Contains("axes = 2"));
+  CHECK_THAT(cli::fit_csv(fitted.data, fitted.result), Contains("t,x,y,load,fx,fy,fit_x,fit_y"));
+
+  cli::FitOptions keep;
+  keep.rule = SnapRule::keep;
+  CHECK_THAT(refusal(csv, keep), Contains("two axes (x, y, fx, fy) need --rule redraw"));
+  CHECK_THROWS_WITH(cli::judge_rivals(cli::parse_fit_columns(csv, "data.csv"), {}, 3.0),
+                    Contains("--rivals has one axis"));
+  // Half a plane is no record.
+  std::string half = "t,x,y,load,fx\n";
+  for (int i = 0; i < 40; ++i) half += fmt::format("{},{},{},1,1\n", i, i % 7, i % 5);
+  CHECK_THAT(refusal(half), Contains("column y varies, and there is no column fy"));
+}
+
+TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
+  // 80 um a sample, with rests and a way back.
+  std::string csv = "t,x,load,force\n";
+  double x = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    const double v = i % 200 < 60 ? 0.0 : i < 200 ? 80e-6 : -80e-6;
+    x += v;
+    csv += fmt::format("{},{:.9g},2,{}\n", 0.01 * i, x, v > 0.0 ? 0.7 : v < 0.0 ? -0.7 : 0.1 * (i % 3));
+  }
+  const cli::FitData data =
+      cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::automatic, {});
+  CHECK(data.quantum == 0.0);
+  CHECK(data.longest_rest == Approx(0.6).margin(0.011));
+}
+
+TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
+  // Creep of a count every five samples, with a rest of 100 in the middle.
+  std::string csv = "t,x,load,force\n";
+  for (int i = 0; i < 300; ++i) {
+    const int creep = i < 100 ? i : i < 200 ? 100 : i - 100;
+    csv += fmt::format("{},{:.9g},2,{}\n", 0.01 * i, 1e-6 * std::floor(0.2 * creep + 0.01 * (creep % 2)),
+                       0.7 + 0.01 * (i % 5));
+  }
+  const cli::FitData data =
+      cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::by_body, {});
+  CHECK(data.quantum == Approx(1e-6));
+  CHECK(data.path[120].x == data.path[180].x);
+  CHECK(data.path[20].x < data.path[22].x);  // where it creeps it is smooth
+}

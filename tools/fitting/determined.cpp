@@ -1,0 +1,258 @@
+// What the data of a fit do not determine, and why.
+#include "tools/fitting/fitter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <Eigen/QR>
+
+#include "tools/files/user_error.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::SnapLaw;
+constexpr double widest_deviation = 0.5;  // of a logarithm: beyond, the interval spans a factor of seven
+constexpr double widest_scale = 1.2;      // the same of a time or a speed: a factor of a hundred
+constexpr double widest_offset = 0.25;    // deviation over the rms of the force
+constexpr double nearly_alike =
+    5.0;  // widened by so much, two terms differ by no more than their laws are good for
+constexpr double widest_asymmetry = 0.1;
+constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
+
+/// How many samples a parameter rests on: those with weight in its estimate, a column of J (J'J)^-1, counted
+/// by (sum of squares)^2 over the sum of fourth powers. Least squares alone would trust a single one.
+double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter) {
+  const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd normal = scaled.transpose() * scaled;
+  const Eigen::VectorXd unit = Eigen::VectorXd::Unit(normal.rows(), parameter);
+  const Eigen::ArrayXd weight = (scaled * normal.completeOrthogonalDecomposition().solve(unit)).array();
+  const double fourth = weight.square().square().sum();
+  return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
+}
+
+}  // namespace
+
+std::string Fitter::lacking(FitParameter p) const {
+  switch (p) {
+    case fit_kinetic:
+      return "no sliding: only kinetic / presliding_length is determined";
+    case fit_length:
+      return "no presliding: too few samples before break-away and after reversals";
+    case fit_spread:
+      return "neither break-away nor a reversal is resolved";
+    case fit_residual:
+    case fit_renewal:
+      return "not seen";
+    case fit_offset:
+    case fit_drift:
+    case fit_offset_y:
+    case fit_drift_y:
+    case fit_asymmetry:
+      return "cannot be separated from friction";
+    case fit_ageing_time:
+      return "any shorter time does as well";
+    case fit_strengthening_speed:
+      return "any slower speed does as well";
+    default:
+      return "cannot be separated from other terms";
+  }
+}
+
+/// Time of ageing and speed of strengthening: where they are short and slow, all beyond them grows with the
+/// logarithm, and they stay where they are.
+bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
+
+/// Parameters that ran to an end of their range stay there.
+bool Fitter::at_an_edge(FitPoint& point) {
+  for (const FitParameter p :
+       {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time, fit_strengthening_speed}) {
+    if (!contains(point.free, p)) continue;
+    const double low = model_.lowest(p), high = model_.highest(p);
+    const double place = FitModel::is_logarithmic(p) ? std::log(point.values[p] / low) / std::log(high / low)
+                                                     : (point.values[p] - low) / (high - low);
+    if (place > 0.01 && place < 0.99) continue;
+    take_out(point.free, p);
+    point.values[p] = place < 0.5 ? low : high;
+    if (is_scale(p)) {
+      why_[p] = place < 0.5            ? lacking(p)
+                : p == fit_ageing_time ? "longer than the record: ageing in proportion to time"
+                                       : "faster than the record: strengthening in proportion to speed";
+      return true;
+    }
+    why_[p] = p == fit_residual || p == fit_renewal
+                  ? (place < 0.5 ? std::string("not seen") : fmt::format("{:g} or more", high))
+              : p == fit_spread
+                  ? fmt::format("at the {} end of what this law takes", place < 0.5 ? "lower" : "upper")
+              : place < 0.5 ? std::string("presliding is shorter than the data resolve")
+                            : std::string("presliding is longer than the motion");
+    return true;
+  }
+  return false;
+}
+
+bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::MatrixXd& cov,
+                           Eigen::Index i) const {
+  const FitParameter p = point.free[static_cast<std::size_t>(i)];
+  const double deviation = std::sqrt(cov(i, i));
+  if (informing_samples(j, i) < fewest_informing) return false;
+  if (is_scale(p)) return deviation <= widest_scale;
+  if (FitModel::is_logarithmic(p)) return deviation <= widest_deviation;
+  if (p == fit_asymmetry) return deviation <= widest_asymmetry;
+  if (p >= fit_offset) return deviation <= widest_offset;
+  return point.values[p] >=
+         2.0 * deviation * model_.scale(point.values, p);  // lubricant, damper: there at all?
+}
+
+/// Takes a parameter out, and what means nothing without it.
+void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
+  const auto drop = [&](FitParameter q) {
+    take_out(point.free, q);
+    point.values[q] = fit_defaults[q];
+    why_[q] = why;
+  };
+  if (is_scale(p)) {
+    take_out(point.free, p);
+    why_[p] = why;
+    return;
+  }
+  drop(p);
+  if (p == fit_damping) drop(fit_stribeck);
+  if (p == fit_stribeck) drop(fit_damping);
+  if (p == fit_ageing) drop(fit_ageing_time);
+  if (p == fit_strengthening) drop(fit_strengthening_speed);
+}
+
+/// By what factor the deviation of ageing or strengthening is larger if the other of them, which the fit has
+/// left out, may be there too: friction that changes with the speed by itself tells their difference only.
+double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p) {
+  const FitParameter rival = p == fit_ageing ? fit_strengthening : fit_ageing;
+  if (contains(point.free, rival) || !several_speeds() || point.frame.speed == 0.0) return 1.0;
+  if (rival == fit_ageing && options_.rule == bristle::SnapRule::keep) return 1.0;
+  // Ageing follows a change of speed over a length of the way, strengthening does at once.
+  if (!contains(point.free, fit_length)) return 1e6;
+  FitValues values = point.values;
+  values[fit_strengthening_speed] =
+      rival == fit_strengthening ? 0.1 * data_.slow : values[fit_strengthening_speed];
+  if (rival == fit_ageing) values[fit_ageing_time] = model_.lowest(fit_ageing_time);
+  Eigen::MatrixXd wide(j.rows(), j.cols() + 1);
+  wide << j, model_.derivative(values, rival);
+  const auto i = std::find(point.free.begin(), point.free.end(), p) - point.free.begin();
+  const auto left = [&](const Eigen::MatrixXd& m) {  // of the column, beside the others
+    Eigen::MatrixXd others = m;
+    others.col(i).setZero();
+    const Eigen::VectorXd column = m.col(i);
+    return (column - others * others.completeOrthogonalDecomposition().solve(column)).norm();
+  };
+  const double alone = left(j), beside = left(wide);
+  return beside > 1e-6 * alone ? alone / beside : 1e6;
+}
+
+/// Takes out the most expendable parameter of those that the data do not determine.
+bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
+  assume(model_, point);
+  if (at_an_edge(point)) return true;
+  const Eigen::MatrixXd j = jacobian(model_, point);
+  const Eigen::VectorXd r = residuals(point);
+  const double nothing = 1e-6 * data_.force_scale * std::sqrt(static_cast<double>(samples()));
+  const bool without_effect = j.colwise().norm().minCoeff() < nothing;
+  const double correlated = correlated_samples(r);
+  const Eigen::MatrixXd cov = without_effect  ? Eigen::MatrixXd()
+                              : with_bristles ? covariance(j, r, correlated, bristle_error(point, j, r))
+                                              : covariance(j, r, correlated);
+  for (const FitParameter p :
+       {fit_drift, fit_drift_y, fit_offset, fit_offset_y, fit_asymmetry, fit_ageing_time,
+        fit_strengthening_speed, fit_damping, fit_stribeck, fit_strengthening, fit_ageing, fit_viscous,
+        fit_renewal, fit_residual, fit_spread, fit_kinetic, fit_length}) {
+    const auto at = std::find(point.free.begin(), point.free.end(), p);
+    if (at == point.free.end()) continue;
+    const auto i = static_cast<Eigen::Index>(at - point.free.begin());
+    if (without_effect) {
+      if (j.col(i).norm() >= nothing) continue;
+    } else if (is_determined(point, j, cov, i)) {
+      if (p != fit_ageing && p != fit_strengthening) continue;
+      const double wider = widened_by_rival(point, j, p);
+      const double deviation = std::sqrt(cov(i, i)) * wider;
+      if (wider < nearly_alike && point.values[p] >= 2.0 * deviation * model_.scale(point.values, p))
+        continue;
+      leave(point, p,
+            "the record does not tell ageing from strengthening: only their difference is determined");
+      why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
+      return true;
+    }
+    const double before = point.values[p];
+    leave(point, p, lacking(p));
+    if (p == fit_kinetic) {  // the stiffness stays
+      double& length = point.values[fit_length];
+      length = std::clamp(length * point.values[p] / before, model_.lowest(fit_length),
+                          model_.highest(fit_length));
+    }
+    return true;
+  }
+  return false;
+}
+
+/// Where the data leave the time of ageing or the speed of strengthening open, the others are fitted with
+/// each of a row of them. The point takes the middle one of those that are as good as the best; what the
+/// others differ by over these is a part of their error.
+FitPoint Fitter::try_scales(FitPoint point, FitParameter scale) {
+  constexpr int tried = 6;
+  constexpr double as_good = 3.84;  // gain in the likelihood (twice its logarithm)
+  const FitParameter term = scale == fit_ageing_time ? fit_ageing : fit_strengthening;
+  if (!contains(point.free, term) || contains(point.free, scale)) return point;
+  assume(model_, point);
+  const double low = model_.lowest(scale), high = model_.highest(scale);
+  std::vector<FitPoint> row{point};
+  for (int i = 0; i < tried; ++i) {
+    FitPoint other = point;
+    other.values[scale] = low * std::pow(high / low, (i + 0.25) / tried);
+    other = minimise(model_, other);
+    if (other.values[term] > 0.0) row.push_back(other);
+  }
+  const FitPoint best = *std::min_element(row.begin(), row.end(), better);
+  const double noise =
+      best.sum_of_squares / static_cast<double>(samples()) * correlated_samples(residuals(best));
+  row.erase(std::remove_if(
+                row.begin(), row.end(),
+                [&](const FitPoint& q) { return q.sum_of_squares > best.sum_of_squares + as_good * noise; }),
+            row.end());
+  std::sort(row.begin(), row.end(),
+            [&](const FitPoint& a, const FitPoint& b) { return a.values[scale] < b.values[scale]; });
+  const FitPoint middle = row[row.size() / 2];
+  const auto count = static_cast<Eigen::Index>(middle.free.size());
+  if (scale_error_.rows() != count) scale_error_ = Eigen::MatrixXd::Zero(count, count);
+  for (const FitPoint& q : row) {
+    Eigen::VectorXd off(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const FitParameter p = middle.free[static_cast<std::size_t>(i)];
+      off[i] = FitModel::is_logarithmic(p)
+                   ? std::log(q.values[p] / middle.values[p])
+                   : (q.values[p] - middle.values[p]) / model_.scale(middle.values, p);
+    }
+    scale_error_ += off * off.transpose() / static_cast<double>(row.size());
+  }
+  if (row.size() > 1)
+    why_[scale] = fmt::format("{:.2g} to {:.2g} {} do as well", row.front().values[scale],
+                              row.back().values[scale], scale == fit_ageing_time ? "s" : "m/s");
+  return middle;
+}
+
+FitPoint Fitter::keep_determined(FitPoint point) {
+  for (const FitParameter p : {fit_offset, fit_drift, fit_offset_y, fit_drift_y}) {
+    if (!two_ways()) why_[p] = "the motion has one direction only";
+  }
+  if (two_ways() && options_.no_drift) why_[fit_drift] = why_[fit_drift_y] = "held";
+  if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
+  if (options_.for_prediction) return point;
+  while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
+  // With the error of the bristles themselves some are not determined after all.
+  while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
+  for (const FitParameter scale : {fit_ageing_time, fit_strengthening_speed})
+    point = try_scales(point, scale);
+  return point;
+}
+
+}  // namespace cli

@@ -1,0 +1,127 @@
+// The fit of one record: searches the best point, adds what the data show, takes away what they do not
+// determine. Used within this folder only.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tools/fitting/fit.hpp"
+#include "tools/fitting/model.hpp"
+#include "tools/fitting/solve.hpp"
+#include "tools/reports/progress.hpp"
+
+namespace cli {
+
+inline constexpr double one_speed = 1.3;  // fast over slow below which there is one speed only
+inline constexpr double several = 1.3;    // the same of loads
+inline constexpr double bristles_per_newton = 900.0;
+
+inline bool contains(const FitParameterSet& set, FitParameter p) {
+  return std::count(set.begin(), set.end(), p) > 0;
+}
+
+inline void take_out(FitParameterSet& set, FitParameter p) {
+  set.erase(std::remove(set.begin(), set.end(), p), set.end());
+}
+
+inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
+
+/// A point, and of what is not free why.
+struct Found {
+  FitPoint point;
+  std::array<std::string, fit_parameters> why;
+};
+
+/// Finds the best point of a record, or takes away from one what the record does not determine.
+class Fitter {
+ public:
+  Fitter(const FitData& data, const FitOptions& options, Detail detail, Progress& progress)
+      : data_(data), options_(options), model_(data, options, detail), progress_(progress) {}
+
+  Found search() {
+    const FitPoint point = choose();
+    return {point, why_};
+  }
+  FitResult finish(const Found& found) {
+    why_ = found.why;
+    FitPoint point = found.point.free.empty() ? found.point : minimise(model_, found.point);
+    if (options_.rule == bristle::SnapRule::keep) point = polish(point);
+    refuse_without_friction(point);
+    return report(keep_determined(point));
+  }
+
+ private:
+  FitPoint search_plain();
+  FitPoint search_whole_memory(const FitPoint& about);
+  FitPoint search_rubbed();
+  FitPoint polish(const FitPoint& point);
+  FitPoint choose();
+  FitParameterSet bending() const {
+    FitParameterSet set{fit_length};
+    if (options_.law != bristle::SnapLaw::exponential) set.push_back(fit_spread);
+    return set;
+  }
+  FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
+  FitPoint search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending, double progress);
+  std::vector<FitValues> rubbed_shapes() const;
+  FitPoint try_starts(FitPoint best);
+  std::vector<FitPoint> speed_candidates(const FitPoint& core);
+  FitPoint add_speed_terms(const FitPoint& core);
+  FitFrame time_frame(const FitPoint& core) const;
+  FitPoint add_time_terms(const FitPoint& core, const FitPoint& base);
+  std::vector<FitPoint> time_starts(const FitPoint& core, const FitPoint& base);
+  FitPoint try_rests(FitPoint point);
+  FitPoint try_saturating(FitPoint point);
+  FitPoint add_asymmetry(const FitPoint& point);
+  bool several_speeds() const { return data_.fast >= one_speed * data_.slow; }
+  bool several_loads() const { return data_.most_load >= several * data_.least_load; }
+  FitPoint keep_determined(FitPoint point);
+  bool drop_one(FitPoint& point, bool with_bristles = false);
+  PopulationError bristle_error(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::VectorXd& r) {
+    return population_error(model_, point, j, r, bristles_per_newton * data_.mean_load);
+  }
+  bool is_determined(const FitPoint& point, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& cov,
+                     Eigen::Index i) const;
+  bool at_an_edge(FitPoint& point);
+  std::string lacking(FitParameter p) const;
+  void leave(FitPoint& point, FitParameter p, const std::string& why);
+  FitPoint try_scales(FitPoint point, FitParameter scale);
+  double widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p);
+  void refuse_without_friction(const FitPoint& point);
+  std::string why_no_peak(const FitPoint& point, const FitResult& result);
+  FitResult report(const FitPoint& point);
+  void note(const FitPoint& point, FitResult& result) const;
+  void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);
+
+  Eigen::VectorXd residuals(const FitPoint& point) {
+    assume(model_, point);
+    return model_.force(point.values) - Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples());
+  }
+  Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
+  double samples_that_count(const FitPoint& point) {
+    if (options_.for_prediction) return static_cast<double>(samples());
+    return static_cast<double>(samples()) / correlated_samples(residuals(point));
+  }
+  /// Bayes' information criterion with the samples that count, parameters weighing twice: what a small
+  /// population has of its own must not look like a damper.
+  double criterion(const FitPoint& point, double count) const {
+    return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
+           2.0 * static_cast<double>(point.free.size()) * std::log(count);
+  }
+  /// Numbers that are linear in the force: kinetic, and the sensor's where the motion goes two ways.
+  FitParameterSet linear_set() const;
+  /// A few samples that go back do not tell an offset of the sensor from friction.
+  bool two_ways() const;
+
+  const FitData& data_;
+  const FitOptions& options_;
+  FitModel model_;
+  std::array<std::string, fit_parameters> why_;
+  Eigen::MatrixXd scale_error_;  // of the free parameters, as covariance(); empty: none
+  Progress& progress_;
+};
+
+}  // namespace cli

@@ -1,0 +1,395 @@
+// Where a fit starts, and the minimum that it finds.
+#include "tools/fitting/fitter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <Eigen/QR>
+
+#include "tools/files/user_error.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::SnapLaw;
+using bristle::SnapRule;
+
+constexpr double least_back = 0.02;  // of the travel, for an offset
+
+/// Share of the travel that goes the way that it goes less; in the plane of the travel that does not lead
+/// away.
+double share_back(const std::vector<PathPoint>& path) {
+  double travel = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i)
+    travel += std::hypot(path[i].x - path[i - 1].x, path[i].y - path[i - 1].y);
+  const double away = std::hypot(path.back().x - path.front().x, path.back().y - path.front().y);
+  return 0.5 * (1.0 - away / std::max(travel, 1e-300));
+}
+
+bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
+
+/// The lowest of a row of points that have no lower neighbour.
+std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
+  std::vector<FitPoint> low;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const bool hill =
+        (i > 0 && better(row[i - 1], row[i])) || (i + 1 < row.size() && better(row[i + 1], row[i]));
+    if (!hill) low.push_back(row[i]);
+  }
+  std::sort(low.begin(), low.end(), better);
+  if (low.size() > most) low.resize(most);
+  return low;
+}
+
+}  // namespace
+
+bool Fitter::two_ways() const { return data_.reversals > 0 && share_back(data_.path) > least_back; }
+
+FitParameterSet Fitter::linear_set() const {
+  FitParameterSet linear{fit_kinetic};
+  if (!two_ways()) return linear;
+  linear.push_back(fit_offset);
+  if (data_.axes == 2) linear.push_back(fit_offset_y);
+  if (options_.no_drift) return linear;
+  linear.push_back(fit_drift);
+  if (data_.axes == 2) linear.push_back(fit_drift_y);
+  return linear;
+}
+
+/// The point that is bent like this (length, spread, rubbing, Stribeck velocity), everything else being
+/// linear.
+FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
+  FitPoint point;
+  point.past = model_.past();
+  point.frame = model_.frame();
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing, fit_ageing_time,
+                               fit_strengthening_speed, fit_stribeck}) {
+    point.values[p] = bent[p];
+  }
+  point.values[fit_kinetic] = 1.0;  // so that its derivative is the unit force
+  Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
+  }
+  const Eigen::Map<const Eigen::VectorXd> f(data_.force.data(), samples());
+  const Eigen::VectorXd solution = a.colPivHouseholderQr().solve(f);
+  point.sum_of_squares = (a * solution - f).squaredNorm();
+  const FitValues at = point.values;
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    point.values[linear[i]] = solution[static_cast<Eigen::Index>(i)] * model_.scale(at, linear[i]);
+  }
+  return point;
+}
+
+/// A grid over length and shapes (spread, rubbing), the rest linear; Levenberg-Marquardt from its best
+/// lengths over the linear ones and `bending`.
+FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending,
+                             double progress) {
+  FitParameterSet linear = linear_set();
+  FitParameterSet free = linear;
+  free.insert(free.end(), bending.begin(), bending.end());
+  if (several_speeds()) linear.push_back(fit_viscous);  // else it would bend the force of the brush
+
+  std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
+  std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
+  for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
+  const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
+  // Kept lengths leave waves in the force: many minima, each narrow.
+  const bool keep = options_.rule == SnapRule::keep;
+  const double factor = keep ? 1.2 : 1.6;
+  const int count = static_cast<int>(std::log(high / low) / std::log(factor)) + 2;
+  for (int i = 0; i < count; ++i) {
+    progress_.update(progress + 0.3 * i / count);
+    FitPoint best;
+    best.sum_of_squares = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      FitValues shape = shapes[k];
+      shape[fit_length] = low * std::pow(high / low, (i + 0.5) / count);
+      shape[fit_spread] = std::min(shape[fit_spread], 0.9 * model_.highest(fit_spread));
+      const FitPoint point = linear_start(shape, linear);
+      if (!(point.values[fit_kinetic] > 0.0)) continue;
+      of_shapes[k].push_back(point);
+      if (point.sum_of_squares < best.sum_of_squares) best = point;
+      FitPoint& of_shape = best_of_shape[k];
+      if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
+        of_shape = point;
+    }
+    if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
+  }
+  std::vector<FitPoint> starts = valleys(best_of_length, 3);
+  if (keep) {  // a wide law is fair everywhere, and hides the narrow one that is right
+    starts.clear();
+    for (const std::vector<FitPoint>& of_shape : of_shapes) {
+      const std::vector<FitPoint> lowest = valleys(of_shape, 2);
+      starts.insert(starts.end(), lowest.begin(), lowest.end());
+    }
+  }
+  if (rubs(bending)) {  // shapes differ more than lengths
+    starts.clear();
+    for (const FitPoint& point : best_of_shape) {
+      if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
+    }
+    std::sort(starts.begin(), starts.end(), better);
+    if (starts.size() > 2) starts.resize(2);
+  }
+  FitPoint best;
+  best.sum_of_squares = std::numeric_limits<double>::infinity();
+  for (FitPoint& start : starts) {
+    start.values[fit_viscous] = 0.0;
+    start.values[fit_stribeck] = fit_defaults[fit_stribeck];
+    start.free = free;
+    const FitPoint point = minimise(model_, start);
+    if (point.sum_of_squares < best.sum_of_squares) best = point;
+  }
+  return best;
+}
+
+/// Where rubbing is looked for: what is held stays. Empty where both are held.
+std::vector<FitValues> Fitter::rubbed_shapes() const {
+  std::vector<FitValues> shapes;
+  if (options_.residual && options_.renewal) return shapes;
+  constexpr double tried[][2] = {{0.1, 1.0}, {0.4, 0.3}, {0.4, 3.0}, {0.7, 1.0}};
+  for (const auto& [residual, renewal] : tried) {
+    FitValues shape = fit_defaults;
+    shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : 0.4;
+    shape[fit_residual] = options_.residual.value_or(residual);
+    shape[fit_renewal] = options_.renewal.value_or(renewal);
+    const bool there = std::any_of(shapes.begin(), shapes.end(), [&](const FitValues& other) {
+      return other[fit_residual] == shape[fit_residual] && other[fit_renewal] == shape[fit_renewal];
+    });
+    if (!there) shapes.push_back(shape);
+  }
+  return shapes;
+}
+
+/// The paper's brush, or what is held of rubbing.
+FitPoint Fitter::search_plain() {
+  std::vector<FitValues> shapes;
+  const std::vector<double> spreads = options_.rule == SnapRule::keep
+                                          ? std::vector<double>{0.12, 0.25, 0.5, 1.0}
+                                          : std::vector<double>{0.2, 0.5};
+  for (const double spread : spreads) {
+    FitValues shape = fit_defaults;
+    shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : spread;
+    shape[fit_residual] = options_.residual.value_or(0.0);
+    shape[fit_renewal] = options_.renewal.value_or(0.0);
+    shapes.push_back(shape);
+    if (options_.law == SnapLaw::exponential) break;
+  }
+  if (options_.rule == SnapRule::redraw) return search_with(shapes, bending(), 0.0);
+  const FitPoint forgotten = search_with(shapes, bending(), 0.0);
+  if (forgotten.free.empty()) return forgotten;
+  const FitPoint whole = search_whole_memory(forgotten);
+  return better(whole, forgotten) ? whole : forgotten;
+}
+
+/// Bristles that remember all are out of step by a whole length after a slide of as many lengths as one is
+/// off: a fine grid about the brush that forgets.
+FitPoint Fitter::search_whole_memory(const FitPoint& about) {
+  model_.set_past({about.past.start, Memory::whole});
+  FitParameterSet linear;
+  for (const FitParameter p : about.free)
+    if (!FitModel::bends(p)) linear.push_back(p);
+  std::vector<FitPoint> row;
+  for (const double wider : {0.75, 0.9, 1.1}) {
+    for (int i = -20; i <= 20; ++i) {
+      FitValues bent = about.values;
+      bent[fit_length] *= std::exp(0.005 * i);
+      if (options_.law != SnapLaw::exponential)
+        bent[fit_spread] = std::clamp(bent[fit_spread] * wider, model_.lowest(fit_spread),
+                                      0.95 * model_.highest(fit_spread));
+      FitPoint point = linear_start(bent, linear);
+      point.free = about.free;
+      if (point.values[fit_kinetic] > 0.0) row.push_back(point);
+    }
+  }
+  FitPoint best;
+  best.sum_of_squares = std::numeric_limits<double>::infinity();
+  for (const FitPoint& start : valleys(row, 4)) {
+    const FitPoint point = minimise(model_, start);
+    if (better(point, best)) best = point;
+  }
+  return best;
+}
+
+/// Kept lengths leave waves in the sum of squares, on which Levenberg-Marquardt stops: a grid of lengths and
+/// spreads about the point, then smaller and smaller steps from the best. All else is linear.
+FitPoint Fitter::polish(const FitPoint& point) {
+  FitParameterSet linear;
+  for (const FitParameter p : point.free) {
+    if (p == fit_asymmetry) return point;
+    if (!FitModel::bends(p) && p != fit_stribeck && p != fit_strengthening_speed) linear.push_back(p);
+  }
+  if (!contains(point.free, fit_length) || !contains(linear, fit_kinetic)) return point;
+  const bool spreads = contains(point.free, fit_spread);
+  assume(model_, point);
+  FitPoint best = point;
+  const auto try_at = [&](const FitPoint& about, double longer, double wider) {
+    FitValues bent = about.values;
+    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(longer), model_.lowest(fit_length),
+                                  model_.highest(fit_length));
+    if (spreads)
+      bent[fit_spread] = std::clamp(bent[fit_spread] * std::exp(wider), model_.lowest(fit_spread),
+                                    0.99 * model_.highest(fit_spread));
+    FitPoint other = linear_start(bent, linear);
+    other.free = point.free;
+    if (other.values[fit_kinetic] > 0.0 && other.values[fit_strengthening] >= 0.0 && better(other, best))
+      best = other;
+  };
+  for (int i = -2; i <= 2; ++i)
+    for (int k = spreads ? -4 : 0; k <= (spreads ? 4 : 0); ++k) try_at(point, 0.004 * i, 0.05 * k);
+  for (double part = 1.0; part > 0.03;) {
+    const FitPoint from = best;
+    for (const double sign : {-1.0, 1.0}) {
+      try_at(from, 0.003 * part * sign, 0.0);
+      if (spreads) try_at(from, 0.0, 0.04 * part * sign);
+    }
+    if (!better(best, from)) part *= 0.5;
+  }
+  return best;
+}
+
+/// A brush that can be rubbed; nothing free where both numbers are held.
+FitPoint Fitter::search_rubbed() {
+  if (options_.residual && options_.renewal) return {};
+  FitParameterSet free = bending();
+  if (!options_.residual) free.push_back(fit_residual);
+  if (!options_.renewal) free.push_back(fit_renewal);
+  return search_with(rubbed_shapes(), free, 0.4);
+}
+
+/// Rubbing where it pays for its parameters, once both brushes have all else that the data show.
+FitPoint Fitter::choose() {
+  const FitPoint plain = search_plain(), rubbed = search_rubbed();
+  if (plain.free.empty() && rubbed.free.empty()) {
+    throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
+                                data_.columns.name));
+  }
+  struct Brush {
+    FitPoint core, whole;
+    std::array<std::string, fit_parameters> why;
+  };
+  const auto completed = [&](const FitPoint& found, double progress) {
+    Brush brush{found, found, {}};
+    if (found.free.empty()) return brush;
+    why_ = {};
+    brush.core = try_starts(found);
+    progress_.update(progress);
+    brush.whole = add_speed_terms(brush.core);
+    brush.why = why_;
+    return brush;
+  };
+  Brush of_plain = completed(plain, 0.70), of_rubbed = completed(rubbed, 0.75);
+  const auto prefers_rubbed = [&] {
+    if (of_plain.whole.free.empty() || of_rubbed.whole.free.empty()) return of_plain.whole.free.empty();
+    const double count = samples_that_count(of_rubbed.whole);
+    return criterion(of_rubbed.whole, count) < criterion(of_plain.whole, count);
+  };
+  const auto with_time_terms = [&](Brush& brush) {
+    if (brush.whole.free.empty()) return false;
+    why_ = brush.why;
+    const FitPoint point = add_time_terms(brush.core, brush.whole);
+    const bool more = contains(point.free, fit_ageing) || contains(point.free, fit_strengthening);
+    brush.whole = point;
+    brush.why = why_;
+    return more;
+  };
+  bool takes_rubbed = prefers_rubbed();
+  if (with_time_terms(takes_rubbed ? of_rubbed : of_plain)) {
+    progress_.update(0.82);
+    with_time_terms(takes_rubbed ? of_plain : of_rubbed);
+    takes_rubbed = prefers_rubbed();
+  }
+  why_ = takes_rubbed ? of_rubbed.why : of_plain.why;
+  for (const FitParameter p : {fit_residual, fit_renewal}) {
+    const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
+    if (held)
+      why_[p] = options_.rule == SnapRule::keep ? "with the rule keep there is none" : "held";
+    else if (!takes_rubbed)
+      why_[p] = "not seen: it does not pay for itself";
+  }
+  return add_asymmetry(takes_rubbed ? of_rubbed.whole : of_plain.whole);
+}
+
+/// Straight bristles at the first sample unless the data say clearly that the body came sliding.
+FitPoint Fitter::try_starts(FitPoint best) {
+  const FitPoint straight = best;
+  for (const StartState start : {StartState::forward, StartState::backward}) {
+    FitPoint from = straight;
+    from.past.start = start;
+    // Where the first stroke speaks against it, fitting would not help.
+    if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
+    const FitPoint point = minimise(model_, from);
+    const double count = samples_that_count(point);
+    const double gain = count * std::log(straight.sum_of_squares / std::max(point.sum_of_squares, 1e-300));
+    if (gain > 10.0 && point.sum_of_squares < best.sum_of_squares) best = point;
+  }
+  return best;
+}
+
+/// With the lubricant, the damper, or both; all that bends the brush as in `core`, so that nothing need be
+/// stepped.
+std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
+  const FitParameterSet all = core.free;
+  FitPoint rigid = core;
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal}) take_out(rigid.free, p);
+  std::vector<FitPoint> candidates;
+  const auto add = [&](const FitPoint& start) {
+    FitPoint point = minimise(model_, start);
+    for (const FitParameter p : all) {
+      if (!contains(point.free, p)) point.free.push_back(p);
+    }
+    candidates.push_back(point);
+  };
+  FitPoint lubricant = rigid;
+  lubricant.free.push_back(fit_viscous);
+  add(lubricant);
+  for (const bool both : {false, true}) {
+    FitParameterSet linear = rigid.free;
+    linear.push_back(fit_damping);
+    if (both) linear.push_back(fit_viscous);
+    FitPoint best;
+    best.sum_of_squares = std::numeric_limits<double>::infinity();
+    for (double stribeck = data_.slow / 4.0; stribeck < 4.0 * data_.fast; stribeck *= 1.8) {
+      FitValues bent = core.values;
+      bent[fit_stribeck] = stribeck;
+      const FitPoint point = linear_start(bent, linear);
+      if (point.values[fit_damping] > 0.0 && point.values[fit_kinetic] > 0.0 &&
+          point.sum_of_squares < best.sum_of_squares) {
+        best = point;
+      }
+    }
+    if (!(best.sum_of_squares < std::numeric_limits<double>::infinity())) continue;
+    best.free = linear;
+    best.free.push_back(fit_stribeck);
+    add(best);
+  }
+  return candidates;
+}
+
+/// The lubricant, the damper, or both, where they pay for their parameters.
+FitPoint Fitter::add_speed_terms(const FitPoint& core) {
+  if (!several_speeds()) {
+    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+      why_[p] = fmt::format("one speed only ({:.3g} to {:.3g} m/s)", data_.slow, data_.fast);
+    }
+    return core;
+  }
+  FitPoint best = core;
+  for (const FitPoint& candidate : speed_candidates(core)) {
+    if (candidate.values[fit_viscous] < 0.0 || candidate.values[fit_damping] < 0.0) continue;
+    const double count = samples_that_count(candidate);
+    if (criterion(candidate, count) < criterion(best, count)) best = candidate;
+  }
+  if (best.free.size() > core.free.size()) best = minimise(model_, best);
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+    if (!contains(best.free, p)) {
+      why_[p] = fmt::format("not seen between {:.3g} and {:.3g} m/s", data_.slow, data_.fast);
+    }
+  }
+  return best;
+}
+
+}  // namespace cli
