@@ -1,0 +1,289 @@
+#include "bullet_friction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace bullet_example {
+
+using bristle::Motion;
+using bristle::Response;
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+Vector3d from(const btVector3& v) {
+  return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
+}
+btVector3 to(const Vector3d& v) {
+  return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
+}
+btVector3 linear_velocity(const btSolverBody& body) {
+  return body.m_linearVelocity + body.m_externalForceImpulse + body.getDeltaLinearVelocity();
+}
+btVector3 angular_velocity(const btSolverBody& body) {
+  return body.m_angularVelocity + body.m_externalTorqueImpulse + body.getDeltaAngularVelocity();
+}
+
+}  // namespace
+
+BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
+                             const FrictionOptions& options)
+    : dispatcher_(dispatcher),
+      kinetic_(law.kinetic),
+      highest_load_(options.patch.max_normal_load),
+      patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
+               bristle::KeyedOptions{}.with_capacity(options.contacts)) {
+  batch_.warm_up();
+}
+
+void BristleSolver::forget_contacts() {
+  patches_.clear();
+  known_.clear();
+  solved_.clear();
+  listed_.clear();
+}
+
+void BristleSolver::reset() {
+  btSequentialImpulseConstraintSolver::reset();
+  forget_contacts();
+}
+
+void BristleSolver::prepareSolve(int, int) {
+  solved_.clear();
+  listed_.clear();
+  for (auto& entry : known_) entry.second.seen = false;
+}
+
+/// Bullet makes its rows with a coefficient of 0, so that friction does not act twice.
+void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
+                                    const btContactSolverInfo& info) {
+  coefficients_.clear();
+  for (int m = 0; m < count; ++m) {
+    for (int p = 0; p < manifolds[m]->getNumContacts(); ++p) {
+      btScalar& coefficient = manifolds[m]->getContactPoint(p).m_combinedFriction;
+      coefficients_.push_back(coefficient);
+      coefficient = 0;
+    }
+  }
+  btSequentialImpulseConstraintSolver::convertContacts(manifolds, count, info);
+  auto coefficient = coefficients_.begin();
+  for (int m = 0; m < count; ++m) {
+    for (int p = 0; p < manifolds[m]->getNumContacts(); ++p)
+      manifolds[m]->getContactPoint(p).m_combinedFriction = *coefficient++;
+  }
+  first_of_group_ = solved_.size();
+  for (int row = 0; row < m_tmpSolverContactConstraintPool.size(); ++row) {
+    auto& point = *static_cast<btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint);
+    if (!(point.m_combinedFriction > 0)) continue;
+    if (Contact* contact = find_contact(point)) begin(*contact, row, static_cast<double>(info.m_timeStep));
+  }
+}
+
+/// The contact that the point's key names; a point without one gets a key.
+BristleSolver::Contact* BristleSolver::find_contact(btManifoldPoint& point) {
+  auto key = reinterpret_cast<std::uintptr_t>(point.m_userPersistentData);
+  auto found = known_.find(key);
+  if (key == 0 || found == known_.end()) {
+    key = ++last_key_;
+    point.m_userPersistentData = reinterpret_cast<void*>(key);
+    found = known_.try_emplace(key).first;
+    found->second.key = key;
+    found->second.frame = bristle::ContactFrame(from(point.m_normalWorldOnB));
+  }
+  Contact& contact = found->second;
+  contact.patch = patches_.find_or_add(key);
+  if (!contact.patch) return nullptr;
+  contact.seen = true;
+  contact.scale = static_cast<double>(point.m_combinedFriction) / kinetic_;
+  return &contact;
+}
+
+/// Sets the contact up for the sweeps, and begins with the force that its patch has.
+void BristleSolver::begin(Contact& contact, int row, double dt_s) {
+  const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row];
+  const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
+  const auto turn = [&](int body) -> Vector3d {
+    return dt_s * from(m_tmpSolverBodyPool[body].m_angularVelocity);
+  };
+  contact.row = row;
+  contact.frame.carry(from(point.m_normalWorldOnB), turn(normal.m_solverBodyIdA), turn(normal.m_solverBodyIdB));
+  set_sides(contact, point);
+  guess_answer(contact, dt_s);
+  contact.impulse.setZero();
+  push(contact, normal_impulse(contact) / contact.answer.at_load * contact.answer.steady);
+  solved_.push_back(&contact);
+}
+
+/// What the slip is made of, and what an impulse does to it. One point for both bodies, so that friction keeps
+/// their angular momentum too.
+void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
+  const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
+  const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
+  contact.point = from(place);
+  const btVector3 axes[2] = {to(contact.frame.along()), to(contact.frame.aside())};
+  for (int k = 0; k < 2; ++k) {
+    Contact::Side& side = contact.sides[k];
+    side.body = k == 0 ? row.m_solverBodyIdA : row.m_solverBodyIdB;
+    const btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    const btRigidBody* rigid = body.m_originalBody;
+    contact.bodies[k] = rigid;
+    for (int a = 0; a < 2; ++a) {
+      side.axis[a] = k == 0 ? axes[a] : -axes[a];
+      side.linear[a].setZero();
+      side.angular[a].setZero();
+      side.moment[a].setZero();
+      if (!rigid) continue;
+      side.moment[a] = (place - rigid->getCenterOfMassPosition()).cross(side.axis[a]);
+      side.linear[a] = side.axis[a] * body.internalGetInvMass();
+      side.angular[a] =
+          rigid->getInvInertiaTensorWorld() * (side.moment[a] * rigid->getAngularFactor()) *
+          rigid->getAngularFactor();
+    }
+  }
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 2; ++b) {
+      contact.mobility(a, b) = 0.0;
+      for (const Contact::Side& side : contact.sides)
+        contact.mobility(a, b) += static_cast<double>(side.axis[a].dot(side.linear[b]) +
+                                                      side.moment[a].dot(side.angular[b]));
+    }
+}
+
+/// A spring and a damper that pull as the patch does where it is, as far as its force limit. A new contact has
+/// no load yet: its patch is asked as if it had the highest one, all in proportion.
+void BristleSolver::guess_answer(Contact& contact, double dt_s) {
+  Contact::Answer& answer = contact.answer;
+  answer.at_load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
+  const Response now = batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, answer.at_load});
+  answer.steady = contact.scale * Vector2d(now.elastic[0], now.elastic[1]);
+  answer.damping = contact.scale * now.damping;
+  answer.slope = contact.scale * dt_s * now.stiffness + answer.damping;
+  answer.limit = contact.scale * now.force_limit;
+  answer.clipped = true;
+}
+
+/// The patch's own answer to the slip of now, and the secant from where it was as slope.
+void BristleSolver::ask_patch(Contact& contact, double dt_s) {
+  const double load = normal_impulse(contact) / dt_s;
+  if (!(load > 0.0)) return;
+  const Vector2d slip = slip_of(contact), d = dt_s * slip;
+  Motion motion{contact.patch, {0.0, 0.0}, load};
+  const Response rest = batch_.find_force(dt_s, motion);
+  motion.displacement[0] = d[0];
+  motion.displacement[1] = d[1];
+  const Response trial = batch_.find_force(dt_s, motion);
+  const Vector2d change(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
+  const double way = d.squaredNorm();
+  const double stiffness =
+      way > 0.0 ? std::clamp(-change.dot(d) / way, 0.0, trial.stiffness) : trial.stiffness;
+  Contact::Answer& answer = contact.answer;
+  answer.slope = contact.scale * (dt_s * stiffness + trial.damping);
+  answer.steady = contact.scale * Vector2d(trial.end[0], trial.end[1]) + answer.slope * slip;
+  answer.at_load = load;
+  answer.clipped = false;
+}
+
+/// The impulse at which the slip that it leaves and the answer to that slip agree, other contacts as they are.
+void BristleSolver::rub(Contact& contact) {
+  const Contact::Answer& answer = contact.answer;
+  const double share = normal_impulse(contact) / answer.at_load;  // dt times load over the answer's
+  const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
+  const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
+    const Matrix2d system = Matrix2d::Identity() + share * slope * contact.mobility;
+    return system.inverse() * (share * (steady - slope * free));
+  };
+  Vector2d impulse = solve(answer.steady, answer.slope);
+  if (answer.clipped) {
+    const Vector2d elastic = impulse + share * answer.damping * (free + contact.mobility * impulse);
+    const double size = elastic.norm();
+    if (size > share * answer.limit) impulse = solve(answer.limit / size * elastic, answer.damping);
+  }
+  push(contact, impulse);
+}
+
+void BristleSolver::push(Contact& contact, const Vector2d& impulse) {
+  const Vector2d change = impulse - contact.impulse;
+  for (const Contact::Side& side : contact.sides) {
+    btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    for (int a = 0; a < 2; ++a)
+      body.internalApplyImpulse(side.linear[a], side.angular[a], static_cast<btScalar>(change[a]));
+  }
+  contact.impulse = impulse;
+}
+
+Vector2d BristleSolver::slip_of(const Contact& contact) const {
+  Vector2d slip(0.0, 0.0);
+  for (const Contact::Side& side : contact.sides) {
+    const btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    const btVector3 v = linear_velocity(body), w = angular_velocity(body);
+    for (int a = 0; a < 2; ++a)
+      slip[a] += static_cast<double>(side.axis[a].dot(v) + side.moment[a].dot(w));
+  }
+  return slip;
+}
+
+double BristleSolver::normal_impulse(const Contact& contact) const {
+  const btScalar impulse = m_tmpSolverContactConstraintPool[contact.row].m_appliedImpulse;
+  return std::max(static_cast<double>(impulse), 0.0);
+}
+
+btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                             btPersistentManifold** manifolds, int manifold_count,
+                                             btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  const btScalar residual = btSequentialImpulseConstraintSolver::solveSingleIteration(
+      iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  const double dt_s = static_cast<double>(info.m_timeStep);
+  const bool ask = 2 * iteration >= info.m_numIterations && iteration + 1 < info.m_numIterations;
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
+    if (ask) ask_patch(*solved_[i], dt_s);
+    rub(*solved_[i]);
+  }
+  return residual;
+}
+
+/// Before Bullet moves the bodies and drops its rows.
+btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                                      const btContactSolverInfo& info) {
+  const double dt_s = static_cast<double>(info.m_timeStep);
+  motions_.resize(solved_.size());
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
+    Contact& contact = *solved_[i];
+    const double load = normal_impulse(contact) / dt_s;
+    // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
+    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+    const Vector2d d = dt_s * slip_of(contact);
+    for (int a = 0; a < 2; ++a) contact.force[a] = contact.impulse[a] / dt_s;
+    motions_[i] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
+  }
+  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
+}
+
+/// The patches step; contacts that Bullet has lost are forgotten, those of sleeping bodies are not.
+void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
+  responses_.resize(solved_.size());
+  batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);
+  for (std::size_t i = 0; i < solved_.size(); ++i) {
+    solved_[i]->response = responses_[i];
+    listed_.push_back(solved_[i]);
+  }
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      const auto found =
+          known_.find(reinterpret_cast<std::uintptr_t>(manifold.getContactPoint(p).m_userPersistentData));
+      if (found == known_.end() || found->second.seen) continue;
+      found->second.seen = true;
+      patches_.find_or_add(found->first);
+    }
+  }
+  for (auto entry = known_.begin(); entry != known_.end();)
+    entry = entry->second.seen ? std::next(entry) : known_.erase(entry);
+  patches_.end_step();
+}
+
+}  // namespace bullet_example
