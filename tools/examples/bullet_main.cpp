@@ -32,8 +32,8 @@ void add_rows(cli::Table& table, const Scene& scene, const std::vector<Run>& run
 void write_csv(std::ostream& file, const Scene& scene, const std::vector<Run>& runs) {
   for (const Run& run : runs) {
     for (const auto& s : run.samples) {
-      file << fmt::format("{},\"{}\",{:.4f},{:.9g},{:.9g},{:.9g},{:.9g}\n", scene.name, to_string(run.friction),
-                          s.t, s.place[0], s.place[1], s.place[2], s.turn);
+      file << fmt::format("{},\"{}\",{:.4f},{:.9g},{:.9g},{:.9g},{:.9g}\n", scene.name,
+                          to_string(run.friction), s.t, s.place[0], s.place[1], s.place[2], s.turn);
     }
   }
 }

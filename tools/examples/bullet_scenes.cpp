@@ -78,9 +78,12 @@ class Stepper {
 
 const char* to_string(Friction friction) {
   switch (friction) {
-    case Friction::stock: return "Bullet";
-    case Friction::anchored: return "Bullet, anchors";
-    case Friction::bristle: break;
+    case Friction::stock:
+      return "Bullet";
+    case Friction::anchored:
+      return "Bullet, anchors";
+    case Friction::bristle:
+      break;
   }
   return "bristle";
 }
@@ -95,7 +98,8 @@ World::World(Friction friction, const btVector3& gravity, const bristle::Coeffic
   } else {
     solver_ = std::make_unique<btSequentialImpulseConstraintSolver>();
   }
-  world_ = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_, solver_.get(), &configuration_);
+  world_ =
+      std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_, solver_.get(), &configuration_);
   world_->setGravity(gravity);
   if (friction == Friction::anchored) {
     world_->getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
@@ -188,8 +192,8 @@ Scene pushed_box() {
   scene.law.with_kinetic(0.4).with_peak(0.44);
   scene.build = [](World& world) {
     add_floor(world, 0.4);
-    world.add_box(vector(pushed_half, pushed_half, pushed_height), vector(0.0, 0.0, pushed_height), pushed_mass,
-                  0.4);
+    world.add_box(vector(pushed_half, pushed_half, pushed_height), vector(0.0, 0.0, pushed_height),
+                  pushed_mass, 0.4);
   };
   scene.drive = [](World& world) {
     const double t = world.time() + 1e-9;

@@ -10,8 +10,8 @@
 
 namespace bullet_example {
 
-/// Whose friction moves a scene: Bullet's as it comes; Bullet's at its best for holding (friction anchors, two
-/// directions, 50 iterations); that of bristles, with Bullet's other settings as they come.
+/// Whose friction moves a scene: Bullet's as it comes; Bullet's at its best for holding (friction anchors,
+/// two directions, 50 iterations); that of bristles, with Bullet's other settings as they come.
 enum class Friction { stock, anchored, bristle };
 const char* to_string(Friction friction);
 
@@ -65,7 +65,7 @@ struct Scene {
                                   .with_damping_per_newton(0.5);
   FrictionOptions options;
   std::function<void(World&)> build;
-  std::size_t body = 1;  ///< looked at
+  std::size_t body = 1;                               ///< looked at
   std::function<void(World&)> drive = [](World&) {};  ///< before each step
 };
 
