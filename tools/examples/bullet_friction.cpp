@@ -45,6 +45,7 @@ BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficien
     : dispatcher_(dispatcher),
       kinetic_(law.kinetic),
       highest_load_(options.patch.max_normal_load),
+      friction_sweeps_(options.sweeps),
       patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
                bristle::KeyedOptions{}.with_capacity(options.contacts)),
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)) {
@@ -222,12 +223,9 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
   const Vector2d slip = slip_of(contact), d = dt_s * slip;
-  Motion motion{contact.patch, {0.0, 0.0}, load};
-  const Response rest = batch_.find_force(dt_s, motion);
-  motion.displacement[0] = d[0];
-  motion.displacement[1] = d[1];
-  const Response trial = batch_.find_force(dt_s, motion);
-  const Vector2d change(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
+  const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
+  const Response rest = batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, load});
+  const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
   const double way = d.squaredNorm();
   const double stiffness =
       way > 0.0 ? std::clamp(-change.dot(d) / way, 0.0, trial.stiffness) : trial.stiffness;
@@ -265,6 +263,7 @@ void BristleSolver::push(Contact& contact, const Vector2d& impulse) {
   const Vector2d change = impulse - contact.impulse;
   for (const Contact::Side& side : contact.sides) {
     btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    if (!body.m_originalBody) continue;
     for (int a = 0; a < 2; ++a)
       body.internalApplyImpulse(side.linear[a], side.angular[a], static_cast<btScalar>(change[a]));
   }
@@ -275,6 +274,7 @@ Vector2d BristleSolver::slip_of(const Contact& contact) const {
   Vector2d slip(0.0, 0.0);
   for (const Contact::Side& side : contact.sides) {
     const btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    if (!body.m_originalBody) continue;
     const btVector3 v = linear_velocity(body), w = angular_velocity(body);
     for (int a = 0; a < 2; ++a) slip[a] += static_cast<double>(side.axis[a].dot(v) + side.moment[a].dot(w));
   }
@@ -295,10 +295,11 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   const double dt_s = static_cast<double>(info.m_timeStep);
   const int half = info.m_numIterations / 2;
   const bool ask = iteration >= half && (iteration - half) % 2 == 0 && iteration + 1 < info.m_numIterations;
-  for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
-    if (ask) ask_patch(*solved_[i], dt_s);
-    residual = std::max(residual, rub(*solved_[i], dt_s));
-  }
+  if (ask)
+    for (std::size_t i = first_of_group_; i < solved_.size(); ++i) ask_patch(*solved_[i], dt_s);
+  for (int sweep = 0; sweep < friction_sweeps_; ++sweep)
+    for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
+      residual = std::max(residual, rub(*solved_[i], dt_s));
   // Bullet stops when nothing changes; no sooner than the patches were asked.
   const bool asked = iteration > half || solved_.size() == first_of_group_;
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));

@@ -24,6 +24,9 @@ class World {
   /// A box of these half lengths (m); mass 0 is fixed.
   btRigidBody& add_box(const btVector3& half, const btVector3& place, double mass_kg, double coefficient);
   btRigidBody& add_ball(double radius, const btVector3& place, double mass_kg, double coefficient);
+  /// A square plate on three round feet at the corners of an equilateral triangle, which carry loads that
+  /// statics alone tells. `place`: of its centre, plate_height above the floor.
+  btRigidBody& add_plate(const btVector3& place, double mass_kg, double coefficient);
   void step(double dt_s);
   double time() const { return static_cast<double>(steps_) * dt_s_; }
   int contact_points() const;
@@ -35,6 +38,7 @@ class World {
 
  private:
   struct Body {
+    std::vector<std::unique_ptr<btCollisionShape>> parts;
     std::unique_ptr<btCollisionShape> shape;
     std::unique_ptr<btDefaultMotionState> place;
     std::unique_ptr<btRigidBody> body;
@@ -75,8 +79,11 @@ Scene tapped_block(double dt_s = 1.0 / 240.0);
 Scene stack(double seconds = 60.0);
 /// A flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, pushed_height = 0.004, push_force = 4.0,
-                        push_arm = 0.1, push_begin = 0.1, push_end = 0.3;  // kg, m, m, N, m, s, s
+/// The same with the plate on three feet.
+Scene pushed_plate(double dt_s = 1.0 / 240.0);
+inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
+                        pushed_coefficient = 0.4;                                            // kg, m, m, m
+inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;  // N, m, s, s
 /// Sixteen boxes side by side on a slope: 64 contact points.
 Scene many_boxes();
 std::vector<Scene> all_scenes();
