@@ -256,8 +256,7 @@ Scene many_boxes() {
 }
 
 std::vector<Scene> all_scenes() {
-  return {tapped_block(), tapped_block(1.0 / 60.0), stack(),     pushed_box(),
-          pushed_plate(), pushed_plate(1.0 / 60.0), many_boxes()};
+  return {tapped_block(), tapped_block(1.0 / 60.0), stack(), pushed_box(), pushed_plate(), many_boxes()};
 }
 
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds) {
