@@ -1,41 +1,120 @@
-// CHAI3D's finger proxy with brush friction. Wants CHAI3D 3.x (www.chai3d.org) and bristle::eigen.
+// CHAI3D's finger proxy with the friction of a brush. It needs CHAI3D 3.x (www.chai3d.org) and
+// bristle::eigen.
 //
-//   cHapticPoint* point = tool->m_hapticPoint;            // cToolCursor
-//   delete point->m_algorithmFingerProxy;
-//   point->m_algorithmFingerProxy = new BrushFingerProxy(skin, options, 1e-3, max_force);
-//   point->initialize();                                  // or m_algorithmFingerProxy->initialize(world,
-//   place)
+//   BrushFingerProxy* brush = install_brush(*tool->m_hapticPoint, skin,              // a cToolCursor's point
+//                                           BrushProxyOptions{}.with_force_limit(max_force));
+//   tool->enableDynamicObjects(true);                                                // where objects move
 //
-// The proxy itself slides without friction, so that it stays where CHAI3D finds the surface; its spring gives
-// the force of the wall, which is the load on the patch, and the patch is moved by what the device moved.
-// Friction of an object is on when its material has setUseHapticFriction(true); setStaticFriction and
-// setDynamicFriction are not read: the coefficients are the material's that is given here.
+// The proxy itself slides without friction, so it stays where CHAI3D finds the surface; its spring gives the
+// force of the wall, which is the load on the patch. The patch is moved by what the device moved over the
+// surface: positions are those in the frame of the object that is touched, so that a block held by two tools
+// carries its bristles along. An object has friction when its material has setUseHapticFriction(true);
+// setStaticFriction and setDynamicFriction are not read: the coefficients are those of `skin`.
+//
+// - When the contact goes over to another object (the next mesh of a floor, the other wall of an edge), bent
+//   bristles stay bent, and the frame of the new object is followed from the next tick on.
+// - In an edge or a corner (2 or 3 collision events) the walls have one patch together, under the sum of
+//   their forces: that of the proxy's spring.
+// - A tool frame that turns or moves (a camera that flies) moves the tool over the surface. Call restart()
+//   where the hand should not feel it.
+// - A workspace scale s (cGenericTool::setWorkspaceRadius over the device's) makes each count c of an encoder
+//   a displacement of s c. See count_step().
 #pragma once
 
 #include <limits>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <bristle/bristle.hpp>
 #include <bristle/haptic_point.hpp>
 
 #include "forces/CAlgorithmFingerProxy.h"
+#include "tools/CHapticPoint.h"
 #include "world/CGenericObject.h"
+
+struct BrushProxyOptions {
+  /// The infinite brush has no ripple. A law with SnapRule::keep needs Population::representatives.
+  bristle::PatchOptions patch =
+      bristle::PatchOptions{}.with_max_normal_load(10.0).with_population(bristle::Population::infinite);
+  double dt_s = 1e-3;                                            ///< s, period of the servo thread
+  double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
+  /// m, one count of the encoders times the workspace scale: for the damper's velocity, see HapticOptions
+  double resolution = 0.0;
+  /// Sends the mean of friction over the tick instead of its value at the end: less ripple with few
+  /// representatives, half a tick later (so the device must damp K T, not K T / 2).
+  bool mean = false;
+
+  BrushProxyOptions& with_patch(const bristle::PatchOptions& value) {
+    patch = value;
+    return *this;
+  }
+  BrushProxyOptions& with_period(double seconds) {
+    dt_s = seconds;
+    return *this;
+  }
+  BrushProxyOptions& with_force_limit(double newtons) {
+    force_limit = newtons;
+    return *this;
+  }
+  BrushProxyOptions& with_resolution(double metres) {
+    resolution = metres;
+    return *this;
+  }
+  BrushProxyOptions& with_mean(bool value) {
+    mean = value;
+    return *this;
+  }
+};
 
 class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
  public:
-  /// `dt_s`: period of the servo thread, s. `max_force_n`: cHapticDeviceInfo::m_maxLinearForce. Throws
-  /// bristle::Error. To be made before the servo thread runs.
-  BrushFingerProxy(const bristle::Material& material, const bristle::PatchOptions& options, double dt_s,
-                   double max_force_n = std::numeric_limits<double>::infinity())
-      : dt_s_(dt_s),
+  /// Throws bristle::Error. To be made before the servo thread runs.
+  explicit BrushFingerProxy(const bristle::Material& material, const BrushProxyOptions& options = {})
+      : options_(options),
         point_(bristle::HapticOptions{}
-                   .with_force_limit(max_force_n)
-                   .with_peak_coefficient(material.peak_coefficient())) {
-    motion_.id = batch_.add(material, options);
+                   .with_force_limit(options.force_limit)
+                   .with_peak_coefficient(material.peak_coefficient())
+                   .with_resolution(options.resolution)) {
+    bristle::PatchOptions patch = options.patch;
+    if (options.mean) patch.outputs = patch.outputs | bristle::Outputs::mean;
+    motion_.id = batch_.add(material, patch);
     batch_.warm_up();
   }
 
   const bristle::HapticPoint& point() const { return point_; }
   const bristle::Response& response() const { return response_; }
+
+  /// Takes over what was set on another proxy: radius, dynamic mode, collision settings, tolerances. They are
+  /// lost where the algorithm of a point is just replaced. (install_brush does it.)
+  void take_settings(cAlgorithmFingerProxy& from) {
+    setEpsilonBaseValue(from.getEpsilonBaseValue());
+    m_collisionSettings = from.m_collisionSettings;
+    setProxyRadius(from.getProxyRadius());
+    m_useDynamicProxy = from.m_useDynamicProxy;
+    m_forceShadingAngleThreshold = from.m_forceShadingAngleThreshold;
+    m_frictionDynHysteresisMultiplier = from.m_frictionDynHysteresisMultiplier;
+  }
+
+  /// Call after a jump that the hand did not make: the device was indexed, the tool's frame or the scene
+  /// moved.
+  void restart() { point_.restart(); }
+
+  struct CountStep {
+    double force_n;            ///< step of the friction force at one count, N
+    double share;              ///< of the highest friction force; above 0.2 it is felt as grain
+    double damping_n_s_per_m;  ///< the device's own damping that makes the loop passive, at the hand
+  };
+  /// What a count of `count_m` (m, at the hand) does in a workspace scaled by `scale`, under a wall force of
+  /// `load_n`: the patch, of stiffness K, moves by scale times the count, and the hand feels scale times K.
+  /// To damp it: a presliding length of at least ten counts times the scale (share 0.2; it divides all
+  /// three), the material's damping with `resolution` set to the same product, or a faster loop.
+  CountStep count_step(double count_m, double scale, double load_n) {
+    const bristle::Response rest =
+        batch_.find_force(options_.dt_s, bristle::Motion{motion_.id, {0.0, 0.0}, load_n});
+    const double step = rest.stiffness * scale * count_m;
+    return {step, step / rest.force_limit,
+            0.5 * rest.stiffness * scale * options_.dt_s * (options_.mean ? 2 : 1)};
+  }
 
  protected:
   /// Where the surface alone lets the proxy go; what holds it back is the patch.
@@ -46,28 +125,79 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
 
   void updateForce() override {
     cAlgorithmFingerProxy::updateForce();
+    follow_object();
     // On a face the wall pushes along its normal; what else the spring has there is a proxy that lags. In an
     // edge or a corner the spring of a proxy without friction is the force of the contact as a whole.
     const Eigen::Vector3d wall = from(m_numCollisionEvents == 1 ? m_normalForce : m_lastGlobalForce);
     bool rough = m_numCollisionEvents > 0 && wall.squaredNorm() > 0.0;
     for (unsigned int i = 0; rough && i < m_numCollisionEvents; ++i)
       rough = m_collisionEvents[i]->m_object->m_material->getUseHapticFriction();
-    point_.prepare(dt_s_, from(m_deviceGlobalPos), wall, rough ? wall.norm() : 0.0, motion_);
-    batch_.step(dt_s_, {&motion_, 1}, {&response_, 1});
-    const Eigen::Vector3d force = point_.finish(response_);
+    point_.prepare(options_.dt_s, surface_.inverse() * from(m_deviceGlobalPos),
+                   surface_.linear().transpose() * wall, rough ? wall.norm() : 0.0, motion_);
+    batch_.step(options_.dt_s, {&motion_, 1}, {&response_, 1});
+    const Eigen::Vector3d force = surface_.linear() * point_.finish(shown());
     if (!rough) return;
-    m_tangentialForce = to(point_.friction());
-    m_normalForce = to(force - point_.friction());
+    const Eigen::Vector3d friction = surface_.linear() * point_.friction();
+    m_tangentialForce = to(friction);
+    m_normalForce = to(force - friction);
     m_lastGlobalForce = to(force);
   }
 
  private:
+  using Pose = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
+
   static Eigen::Vector3d from(const chai3d::cVector3d& v) { return {v(0), v(1), v(2)}; }
   static chai3d::cVector3d to(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+  static Pose pose_of(const chai3d::cGenericObject& object) {
+    const chai3d::cMatrix3d turned = object.getGlobalRot();
+    Pose pose;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) pose.linear()(i, j) = turned(i, j);
+    pose.translation() = from(object.getGlobalPos());
+    return pose;
+  }
 
+  /// Carries the frame of the contact with the object that is touched, as long as it is. Only objects of this
+  /// tick are looked at: others may be gone.
+  void follow_object() {
+    bool held = false;
+    for (unsigned int i = 0; i < m_numCollisionEvents; ++i)
+      held = held || m_collisionEvents[i]->m_object == object_;
+    if (held && object_ != nullptr) {
+      surface_ = pose_of(*object_) * on_object_;
+    } else {
+      object_ = m_numCollisionEvents > 0 ? m_collisionEvents[0]->m_object : nullptr;
+      if (object_ != nullptr) on_object_ = pose_of(*object_).inverse() * surface_;
+    }
+    // Products of rotations drift from being one.
+    surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
+  }
+
+  bristle::Response shown() const {
+    bristle::Response shown = response_;
+    for (int a = 0; options_.mean && a < 2; ++a) shown.elastic[a] = response_.mean[a] - response_.damper[a];
+    return shown;
+  }
+
+  BrushProxyOptions options_;
   bristle::PatchBatch batch_;
   bristle::Motion motion_;
   bristle::Response response_;
-  double dt_s_;
   bristle::HapticPoint point_;
+  chai3d::cGenericObject* object_ = nullptr;  // touched in this tick
+  Pose surface_ = Pose::Identity(),
+       on_object_ = Pose::Identity();  // of the contact: in the world, on object_
 };
+
+/// Replaces the finger proxy of a haptic point; radius, dynamic mode and tolerances stay. The point owns the
+/// new one. Call it once the tool is in its world, before the servo thread runs. Throws bristle::Error.
+inline BrushFingerProxy* install_brush(chai3d::cHapticPoint& point, const bristle::Material& material,
+                                       const BrushProxyOptions& options = {}) {
+  auto* brush = new BrushFingerProxy(material, options);
+  chai3d::cAlgorithmFingerProxy* old = point.m_algorithmFingerProxy;
+  brush->take_settings(*old);
+  brush->initialize(old->getWorld(), old->getDeviceGlobalPosition());
+  point.m_algorithmFingerProxy = brush;
+  delete old;
+  return brush;
+}

@@ -93,7 +93,7 @@ int main() {
       bristle::Coefficients{}.with_kinetic(kinetic).with_peak(0.55).with_presliding_length(100e-6));
   const auto options =
       bristle::PatchOptions{}.with_max_normal_load(4.0).with_population(bristle::Population::infinite);
-  BrushFingerProxy brush(material, options, dt);
+  BrushFingerProxy brush(material, BrushProxyOptions{}.with_patch(options).with_period(dt));
   chai3d::cAlgorithmFingerProxy cone;
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);

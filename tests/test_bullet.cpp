@@ -1,0 +1,196 @@
+// Bristles in a second engine: Bullet's contacts with patches in place of its own friction.
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "tools/examples/bullet_scenes.hpp"
+
+using namespace bullet_example;
+
+namespace {
+
+constexpr double gravity = 9.81;
+using Vector2 = std::array<double, 2>;
+
+/// Nothing but Coulomb's law in three degrees of freedom, in steps of 20 us: the plate of pushed_plate() on
+/// three points, each under its share of the weight and of the moment that friction has about the centre.
+struct CoulombPlate {
+  double x = 0.0, y = 0.0, turn = 0.0, vx = 0.0, vy = 0.0, spin = 0.0;
+
+  void run() {
+    constexpr double dt = 20e-6;
+    for (double t = push_begin; t < push_end || std::hypot(vx, vy) > 1e-4 || std::fabs(spin) > 1e-3;
+         t += dt) {
+      const double push = t < push_end ? push_force : 0.0;
+      const auto [fx, fy, moment] = friction();
+      vx += dt * (fx + push) / pushed_mass;
+      vy += dt * fy / pushed_mass;
+      spin += dt * (moment - push_arm * push) / (pushed_mass * 2.0 / 3.0 * pushed_half * pushed_half);
+      x += dt * vx;
+      y += dt * vy;
+      turn += dt * spin;
+    }
+  }
+  std::array<double, 3> friction() const {
+    Vector2 feet[3];
+    double loads[3] = {}, sum[3] = {};
+    for (int i = 0; i < 3; ++i) {
+      const double angle = turn + 2.0 * M_PI / 3.0 * i;
+      feet[i] = {feet_radius * std::cos(angle), feet_radius * std::sin(angle)};
+      loads[i] = pushed_mass * gravity / 3.0;
+    }
+    for (int pass = 0; pass < 4; ++pass) {  // the loads depend a little on friction, which depends on them
+      sum[0] = sum[1] = sum[2] = 0.0;
+      for (int i = 0; i < 3; ++i) {
+        const double u = vx - spin * feet[i][1], v = vy + spin * feet[i][0];
+        const double pull = -pushed_coefficient * loads[i] / std::max(std::hypot(u, v), 1e-6);
+        sum[0] += pull * u;
+        sum[1] += pull * v;
+        sum[2] += feet[i][0] * pull * v - feet[i][1] * pull * u;
+      }
+      for (int i = 0; i < 3; ++i)
+        loads[i] = pushed_mass * gravity / 3.0 - plate_height * (sum[0] * feet[i][0] + sum[1] * feet[i][1]) /
+                                                     (1.5 * feet_radius * feet_radius);
+    }
+    return {sum[0], sum[1], sum[2]};
+  }
+};
+
+/// A world of bristles with a floor of coefficient 0.5.
+struct OnFloor {
+  explicit OnFloor(double floor = 0.5, double dt = 1.0 / 240.0)
+      : world(Friction::bristle, btVector3(0, 0, -gravity), law(), {}), dt_s(dt) {
+    world.add_box(btVector3(50, 50, 0.5), btVector3(0, 0, -0.5), 0.0, floor);
+  }
+  static bristle::Coefficients law() {
+    return bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6);
+  }
+  void run(double seconds) {
+    for (long i = std::lround(seconds / dt_s); i > 0; --i) world.step(dt_s);
+  }
+  World world;
+  double dt_s;
+};
+
+}  // namespace
+
+TEST_CASE("In Bullet a tapped block stays on its slope, and friction balances its weight", "[bullet]") {
+  for (const double dt : {1.0 / 240.0, 1.0 / 60.0}) {
+    const Scene scene = tapped_block(dt);
+    INFO(scene.title);
+    const Run held = run(scene, {Friction::bristle})[0];
+    CHECK(std::fabs(held.creep) < 1e-12);
+    CHECK(std::fabs(held.samples.back().place[0]) < 10e-6);
+    CHECK(std::fabs(held.samples.back().place[1]) < 1e-6);
+    CHECK(held.samples.back().place[0] > 1e-6);  // bristles bend before they hold
+
+    World world(Friction::bristle, scene.gravity, scene.law, scene.options);
+    scene.build(world);
+    for (int i = 0; i < 300; ++i) world.step(dt);
+    Eigen::Vector3d force(0, 0, 0);
+    for (const auto* c : world.bristles()->contacts()) {
+      const double side = c->bodies[0] == &world.body(1) ? 1.0 : -1.0;
+      force += side * (c->force[0] * c->frame.along() + c->force[1] * c->frame.aside());
+    }
+    const double downhill = 0.2 * gravity * std::sin(15.0 * M_PI / 180.0);
+    CHECK(force[0] == Approx(-downhill).epsilon(1e-6));
+    CHECK(std::fabs(force[1]) < 1e-6 * downhill);
+  }
+}
+
+TEST_CASE("In Bullet a stack of boxes creeps on a slope with Bullet's friction and rests on bristles",
+          "[bullet]") {
+  const std::vector<Run> runs = run(stack(20.0), {Friction::stock, Friction::bristle});
+  CHECK(runs[0].creep > 10e-6);
+  CHECK(std::fabs(runs[1].creep) < 1e-10);
+  CHECK(std::fabs(runs[1].samples.back().place[0]) < 500e-6);
+  CHECK(runs[1].contacts == Approx(20.0).epsilon(0.01));
+}
+
+TEST_CASE("In Bullet a plate pushed off its centre slides and turns as far as Coulomb's law says",
+          "[bullet]") {
+  CoulombPlate coulomb;
+  coulomb.run();
+  const std::vector<Sample> samples = run(pushed_plate(), {Friction::bristle})[0].samples;
+  const auto& end = samples.back();
+  CHECK(end.place[0] == Approx(coulomb.x).epsilon(0.01));
+  CHECK(end.place[1] == Approx(coulomb.y).margin(0.002));
+  CHECK(end.turn == Approx(coulomb.turn).epsilon(0.01));
+}
+
+TEST_CASE("In Bullet a box slides v^2 / (2 mu g) on the same patches, at any speed", "[bullet]") {
+  for (const double speed : {0.1, 1.0, 3.0}) {
+    INFO(speed << " m/s");
+    OnFloor floor;
+    btRigidBody& box = floor.world.add_box(btVector3(0.1, 0.1, 0.004), btVector3(0, 0, 0.004), 0.5, 0.5);
+    floor.run(0.2);
+    std::set<std::uint64_t> before, after;
+    for (const auto* c : floor.world.bristles()->contacts()) before.insert(c->key);
+    const double start = box.getWorldTransform().getOrigin().x();
+    box.setLinearVelocity(btVector3(0.8 * speed, 0.6 * speed, 0));
+    floor.run(0.02);
+    for (const auto* c : floor.world.bristles()->contacts()) after.insert(c->key);
+    for (const std::uint64_t key : after) CHECK(before.count(key) == 1);
+    CHECK(before.size() == 4);
+    floor.run(0.8);
+    // Bullet moves bodies by the velocity at the end of a step: half a step of the way is lost.
+    const double way = speed * speed / (2.0 * 0.5 * gravity) - 0.5 * floor.dt_s * speed;
+    CHECK(box.getWorldTransform().getOrigin().x() - start == Approx(0.8 * way).epsilon(0.02));
+    CHECK(box.getLinearVelocity().length() < 1e-6);
+  }
+}
+
+TEST_CASE("In Bullet a ball that slides rolls on at 5/7 of its speed", "[bullet]") {
+  OnFloor floor;
+  btRigidBody& ball = floor.world.add_ball(0.1, btVector3(0, 0, 0.1), 0.3, 0.5);
+  floor.run(0.1);
+  ball.setLinearVelocity(btVector3(1.4, 0, 0));
+  floor.run(0.5);
+  CHECK(ball.getLinearVelocity().x() == Approx(1.0).epsilon(0.002));
+  CHECK(ball.getAngularVelocity().y() == Approx(ball.getLinearVelocity().x() / 0.1).epsilon(0.002));
+}
+
+TEST_CASE("In Bullet friction between two moving bodies keeps their momentum", "[bullet]") {
+  OnFloor floor(0.0);
+  btRigidBody& plank = floor.world.add_box(btVector3(1, 0.2, 0.02), btVector3(0, 0, 0.02), 1.0, 0.5);
+  btRigidBody& box = floor.world.add_box(btVector3(0.05, 0.05, 0.02), btVector3(0, 0, 0.06), 0.25, 0.5);
+  floor.run(0.1);
+  box.setLinearVelocity(btVector3(1, 0, 0));
+  floor.run(0.1);
+  const auto momentum = [&] { return 0.25 * box.getLinearVelocity().x() + plank.getLinearVelocity().x(); };
+  CHECK(momentum() == Approx(0.25).epsilon(1e-6));
+  CHECK(box.getLinearVelocity().x() == Approx(1.0 - 0.1 * 0.5 * gravity).epsilon(0.02));
+  floor.run(0.4);
+  CHECK(momentum() == Approx(0.25).epsilon(1e-6));
+  CHECK(box.getLinearVelocity().x() == Approx(0.2).epsilon(1e-3));
+  CHECK(plank.getLinearVelocity().x() == Approx(0.2).epsilon(1e-3));
+}
+
+TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact is lost", "[bullet]") {
+  const Scene scene = tapped_block();
+  World world(Friction::bristle, scene.gravity, scene.law, scene.options);
+  scene.build(world);
+  const auto run = [&](int steps) {
+    for (int i = 0; i < steps; ++i) world.step(scene.dt_s);
+  };
+  const auto place = [&] { return world.body(1).getWorldTransform().getOrigin().x(); };
+  run(240);
+  const double held = place();
+  world.body(1).forceActivationState(ISLAND_SLEEPING);
+  run(50);
+  CHECK(world.bristles()->contacts().empty());
+  CHECK(world.bristles()->patches().size() == 4);
+  world.body(1).forceActivationState(DISABLE_DEACTIVATION);
+  run(240);
+  CHECK(std::fabs(place() - held) < 1e-9);
+  // Bullet's own coefficients are as they were.
+  auto& dispatcher = *world.world().getDispatcher();
+  for (int m = 0; m < dispatcher.getNumManifolds(); ++m)
+    for (int p = 0; p < dispatcher.getManifoldByIndexInternal(m)->getNumContacts(); ++p)
+      CHECK(dispatcher.getManifoldByIndexInternal(m)->getContactPoint(p).m_combinedFriction == Approx(0.5));
+  world.body(1).setLinearVelocity(btVector3(0, 0, 2));
+  run(24);
+  CHECK(world.bristles()->patches().size() == 0);
+}

@@ -1,0 +1,31 @@
+# Friction of bristles in Bullet, and the program that sets it beside Bullet's own.
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(BULLET QUIET IMPORTED_TARGET bullet-float64)
+endif()
+if(NOT TARGET PkgConfig::BULLET)
+  bristle_skip("Bullet's example" "libbullet-dev;pkg-config")
+  return()
+endif()
+if(BRISTLE_MINIMAL)
+  return() # two axes, redraw
+endif()
+# The adapter is compiled from a copy, without this tree among its include folders: it can be copied out.
+add_library(bristle_bullet_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/bullet_adapter/bullet_friction.cpp)
+foreach(file bullet_friction.hpp bullet_friction.cpp)
+  configure_file(examples/${file} bullet_adapter/${file} COPYONLY)
+endforeach()
+bristle_compile_flags(bristle_bullet_friction)
+target_compile_definitions(bristle_bullet_friction PUBLIC BT_USE_DOUBLE_PRECISION)
+target_include_directories(bristle_bullet_friction SYSTEM PUBLIC ${BULLET_INCLUDE_DIRS})
+target_link_libraries(bristle_bullet_friction
+  PUBLIC bristle bristle::eigen BulletDynamics-float64 BulletCollision-float64 LinearMath-float64)
+add_library(bristle_bullet_parts STATIC examples/bullet_scenes.cpp)
+bristle_compile_flags(bristle_bullet_parts)
+target_include_directories(bristle_bullet_parts PUBLIC ${PROJECT_SOURCE_DIR})
+target_link_libraries(bristle_bullet_parts PUBLIC bristle_bullet_friction)
+
+add_executable(bristle_bullet examples/bullet_main.cpp)
+bristle_compile_flags(bristle_bullet)
+target_link_libraries(bristle_bullet PRIVATE bristle_bullet_parts bristle_reports CLI11::CLI11)
+set_target_properties(bristle_bullet PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

@@ -1,0 +1,335 @@
+#include "bullet_friction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include <Eigen/LU>
+
+namespace bullet_example {
+
+using bristle::Motion;
+using bristle::Response;
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+Vector3d from(const btVector3& v) {
+  return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
+}
+btVector3 to(const Vector3d& v) {
+  return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
+}
+btVector3 linear_velocity(const btSolverBody& body) {
+  return body.m_linearVelocity + body.m_externalForceImpulse + body.getDeltaLinearVelocity();
+}
+bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
+/// Bullet's numbers of the two, the same as long as both are in the world.
+std::uint64_t pair_of(const btPersistentManifold& manifold) {
+  const auto number = [](const btCollisionObject* body) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(body->getBroadphaseHandle()->getUid()));
+  };
+  return number(manifold.getBody0()) << 32 | number(manifold.getBody1());
+}
+bool by_key(const BristleSolver::Contact& a, const BristleSolver::Contact& b) { return a.key < b.key; }
+btVector3 angular_velocity(const btSolverBody& body) {
+  return body.m_angularVelocity + body.m_externalTorqueImpulse + body.getDeltaAngularVelocity();
+}
+
+}  // namespace
+
+BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
+                             const FrictionOptions& options)
+    : dispatcher_(dispatcher),
+      kinetic_(law.kinetic),
+      highest_load_(options.patch.max_normal_load),
+      friction_sweeps_(options.sweeps),
+      patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
+               bristle::KeyedOptions{}.with_capacity(options.contacts)),
+      matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)) {
+  batch_.warm_up();
+}
+
+void BristleSolver::forget_contacts() {
+  matcher_.clear();
+  patches_.clear();
+  known_.clear();
+  solved_.clear();
+  listed_.clear();
+}
+
+void BristleSolver::reset() {
+  btSequentialImpulseConstraintSolver::reset();
+  forget_contacts();
+}
+
+/// Bullet calls it once before the islands of a step are solved.
+void BristleSolver::prepareSolve(int, int) {
+  solved_.clear();
+  listed_.clear();
+  match();
+}
+
+/// Contacts of this step, each with what was known of it a step ago; those of sleeping bodies wait.
+void BristleSolver::match() {
+  found_.clear();
+  points_.clear();
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
+    const std::uint64_t pair = pair_of(manifold);
+    const bool on_a = moves(*manifold.getBody0());
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      const btManifoldPoint& point = manifold.getContactPoint(p);
+      if (!(point.m_combinedFriction > 0)) continue;
+      const Vector3d place = from(on_a ? point.m_localPointA : point.m_localPointB);
+      found_.push_back(&point);
+      points_.push_back({pair, {place[0], place[1], place[2]}});
+    }
+  }
+  keys_.resize(points_.size());
+  matcher_.match(points_, keys_);
+
+  before_.swap(known_);
+  known_.clear();
+  places_.clear();
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (keys_[i] == bristle::no_contact_key) continue;
+    Contact contact;
+    contact.key = keys_[i];
+    const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
+    if (old != before_.end() && old->key == keys_[i]) {
+      contact = *old;
+    } else {
+      contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
+    }
+    contact.patch = patches_.find_or_add(contact.key);
+    if (!contact.patch) continue;
+    contact.scale = static_cast<double>(found_[i]->m_combinedFriction) / kinetic_;
+    known_.push_back(contact);
+    places_.push_back({found_[i], contact.key});
+  }
+  patches_.end_step();
+  std::sort(known_.begin(), known_.end(), by_key);
+  std::sort(places_.begin(), places_.end(),
+            [](const Place& a, const Place& b) { return std::less<>{}(a.point, b.point); });
+}
+
+BristleSolver::Contact* BristleSolver::contact_at(const btManifoldPoint& point) {
+  const auto place =
+      std::lower_bound(places_.begin(), places_.end(), &point,
+                       [](const Place& a, const btManifoldPoint* b) { return std::less<>{}(a.point, b); });
+  if (place == places_.end() || place->point != &point) return nullptr;
+  const auto contact = std::lower_bound(known_.begin(), known_.end(), place->key,
+                                        [](const Contact& a, std::uint64_t key) { return a.key < key; });
+  return &*contact;
+}
+
+/// Bullet makes its rows with a coefficient of 0, so that friction does not act twice.
+void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
+                                    const btContactSolverInfo& info) {
+  coefficients_.clear();
+  for (int m = 0; m < count; ++m) {
+    for (int p = 0; p < manifolds[m]->getNumContacts(); ++p) {
+      btScalar& coefficient = manifolds[m]->getContactPoint(p).m_combinedFriction;
+      coefficients_.push_back(coefficient);
+      coefficient = 0;
+    }
+  }
+  btSequentialImpulseConstraintSolver::convertContacts(manifolds, count, info);
+  auto coefficient = coefficients_.begin();
+  for (int m = 0; m < count; ++m) {
+    for (int p = 0; p < manifolds[m]->getNumContacts(); ++p)
+      manifolds[m]->getContactPoint(p).m_combinedFriction = *coefficient++;
+  }
+  first_of_group_ = solved_.size();
+  for (int row = 0; row < m_tmpSolverContactConstraintPool.size(); ++row) {
+    const auto& point =
+        *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint);
+    if (Contact* contact = contact_at(point)) begin(*contact, row, static_cast<double>(info.m_timeStep));
+  }
+}
+
+/// Sets the contact up for the sweeps, and begins with the force that its patch has.
+void BristleSolver::begin(Contact& contact, int row, double dt_s) {
+  const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row];
+  const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
+  const auto turn = [&](int body) -> Vector3d {
+    return dt_s * from(m_tmpSolverBodyPool[body].m_angularVelocity);
+  };
+  contact.row = row;
+  contact.frame.carry(from(point.m_normalWorldOnB), turn(normal.m_solverBodyIdA),
+                      turn(normal.m_solverBodyIdB));
+  set_sides(contact, point);
+  guess_answer(contact, dt_s);
+  contact.impulse.setZero();
+  push(contact, dt_s * std::min(1.0, normal_impulse(contact) / (dt_s * contact.answer.at_load)) *
+                    contact.answer.steady);
+  solved_.push_back(&contact);
+}
+
+/// What the slip is made of, and what an impulse does to it. One point for both bodies, so that friction
+/// keeps their angular momentum too.
+void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
+  const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
+  const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
+  contact.point = from(place);
+  const btVector3 axes[2] = {to(contact.frame.along()), to(contact.frame.aside())};
+  for (int k = 0; k < 2; ++k) {
+    Contact::Side& side = contact.sides[k];
+    side.body = k == 0 ? row.m_solverBodyIdA : row.m_solverBodyIdB;
+    const btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    const btRigidBody* rigid = body.m_originalBody;
+    contact.bodies[k] = rigid;
+    for (int a = 0; a < 2; ++a) {
+      side.axis[a] = k == 0 ? axes[a] : -axes[a];
+      side.linear[a].setZero();
+      side.angular[a].setZero();
+      side.moment[a].setZero();
+      if (!rigid) continue;
+      side.moment[a] = (place - rigid->getCenterOfMassPosition()).cross(side.axis[a]);
+      side.linear[a] = side.axis[a] * body.internalGetInvMass();
+      side.angular[a] = rigid->getInvInertiaTensorWorld() * (side.moment[a] * rigid->getAngularFactor()) *
+                        rigid->getAngularFactor();
+    }
+  }
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 2; ++b) {
+      contact.mobility(a, b) = 0.0;
+      for (const Contact::Side& side : contact.sides)
+        contact.mobility(a, b) +=
+            static_cast<double>(side.axis[a].dot(side.linear[b]) + side.moment[a].dot(side.angular[b]));
+    }
+}
+
+/// A spring and a damper that pull as the patch does where it is, as far as its force limit. A new contact
+/// has no load yet: its patch is asked as if it had the highest one, all in proportion.
+void BristleSolver::guess_answer(Contact& contact, double dt_s) {
+  Contact::Answer& answer = contact.answer;
+  answer.at_load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
+  const Vector2d slip = slip_of(contact);  // what the damper is at depends on it
+  const Response now =
+      batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, answer.at_load, true, {slip[0], slip[1]}});
+  answer.steady = contact.scale * Vector2d(now.elastic[0], now.elastic[1]);
+  answer.damping = contact.scale * now.damping;
+  answer.slope = contact.scale * dt_s * now.stiffness + answer.damping;
+  answer.limit = contact.scale * now.force_limit;
+  answer.clipped = true;
+}
+
+/// The patch's own answer to the slip of now, and the secant from where it was as slope.
+void BristleSolver::ask_patch(Contact& contact, double dt_s) {
+  const double load = normal_impulse(contact) / dt_s;
+  if (!(load > 0.0)) return;
+  const Vector2d slip = slip_of(contact), d = dt_s * slip;
+  const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
+  const Response rest = batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, load});
+  const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
+  const double way = d.squaredNorm();
+  const double stiffness =
+      way > 0.0 ? std::clamp(-change.dot(d) / way, 0.0, trial.stiffness) : trial.stiffness;
+  Contact::Answer& answer = contact.answer;
+  answer.slope = contact.scale * (dt_s * stiffness + trial.damping);
+  answer.steady = contact.scale * Vector2d(trial.end[0], trial.end[1]) + answer.slope * slip;
+  answer.at_load = load;
+  answer.clipped = false;
+}
+
+/// The impulse at which the slip that it leaves and the answer to that slip agree, other contacts as they
+/// are. Bristles that a falling load lifts take their force with them; those that a rising load adds are
+/// straight. Returns the square of the change of slip that this took, as Bullet's rows do.
+double BristleSolver::rub(Contact& contact, double dt_s) {
+  const Contact::Answer& answer = contact.answer;
+  const double share = normal_impulse(contact) / answer.at_load;  // dt times load over the answer's
+  const double held = std::min(share, dt_s);
+  const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
+  const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
+    const Matrix2d system = Matrix2d::Identity() + share * slope * contact.mobility;
+    return system.inverse() * (steady - share * slope * free);
+  };
+  Vector2d impulse = solve(held * answer.steady, answer.slope);
+  if (answer.clipped) {
+    const Vector2d elastic = impulse + share * answer.damping * (free + contact.mobility * impulse);
+    const double size = elastic.norm();
+    if (size > share * answer.limit) impulse = solve(share * answer.limit / size * elastic, answer.damping);
+  }
+  const double change = (contact.mobility * (impulse - contact.impulse)).squaredNorm();
+  push(contact, impulse);
+  return change;
+}
+
+void BristleSolver::push(Contact& contact, const Vector2d& impulse) {
+  const Vector2d change = impulse - contact.impulse;
+  for (const Contact::Side& side : contact.sides) {
+    btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    if (!body.m_originalBody) continue;
+    for (int a = 0; a < 2; ++a)
+      body.internalApplyImpulse(side.linear[a], side.angular[a], static_cast<btScalar>(change[a]));
+  }
+  contact.impulse = impulse;
+}
+
+Vector2d BristleSolver::slip_of(const Contact& contact) const {
+  Vector2d slip(0.0, 0.0);
+  for (const Contact::Side& side : contact.sides) {
+    const btSolverBody& body = m_tmpSolverBodyPool[side.body];
+    if (!body.m_originalBody) continue;
+    const btVector3 v = linear_velocity(body), w = angular_velocity(body);
+    for (int a = 0; a < 2; ++a) slip[a] += static_cast<double>(side.axis[a].dot(v) + side.moment[a].dot(w));
+  }
+  return slip;
+}
+
+double BristleSolver::normal_impulse(const Contact& contact) const {
+  const btScalar impulse = m_tmpSolverContactConstraintPool[contact.row].m_appliedImpulse;
+  return std::max(static_cast<double>(impulse), 0.0);
+}
+
+btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                             btPersistentManifold** manifolds, int manifold_count,
+                                             btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  double residual = static_cast<double>(btSequentialImpulseConstraintSolver::solveSingleIteration(
+      iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer));
+  const double dt_s = static_cast<double>(info.m_timeStep);
+  const int half = info.m_numIterations / 2;
+  const bool ask = iteration >= half && (iteration - half) % 2 == 0 && iteration + 1 < info.m_numIterations;
+  if (ask)
+    for (std::size_t i = first_of_group_; i < solved_.size(); ++i) ask_patch(*solved_[i], dt_s);
+  for (int sweep = 0; sweep < friction_sweeps_; ++sweep)
+    for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
+      residual = std::max(residual, rub(*solved_[i], dt_s));
+  // Bullet stops when nothing changes; no sooner than the patches were asked.
+  const bool asked = iteration > half || solved_.size() == first_of_group_;
+  return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
+}
+
+/// Before Bullet moves the bodies and drops its rows.
+btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                                      const btContactSolverInfo& info) {
+  const double dt_s = static_cast<double>(info.m_timeStep);
+  motions_.resize(solved_.size());
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
+    Contact& contact = *solved_[i];
+    const double load = normal_impulse(contact) / dt_s;
+    // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
+    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+    const Vector2d d = dt_s * slip_of(contact);
+    for (int a = 0; a < 2; ++a) contact.force[a] = contact.impulse[a] / dt_s;
+    motions_[i] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
+  }
+  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
+}
+
+/// The patches of all islands step; those of sleeping bodies rest.
+void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
+  responses_.resize(solved_.size());
+  batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);
+  for (std::size_t i = 0; i < solved_.size(); ++i) {
+    solved_[i]->response = responses_[i];
+    listed_.push_back(solved_[i]);
+  }
+}
+
+}  // namespace bullet_example

@@ -1,0 +1,148 @@
+// Friction of bristles in Bullet: a constraint solver in which a patch of bristles at each contact point
+// takes the place of Bullet's friction. An adapter to copy and to change; Bullet 2.89 to 3.24, float or
+// double.
+//
+//   btCollisionDispatcher dispatcher(&configuration);
+//   bullet_example::BristleSolver solver(dispatcher, bristle::Coefficients{}.with_presliding_length(20e-6));
+//   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+//   world.stepSimulation(...)                                       // as ever
+//
+// A patch belongs to a pair of bodies and to a point of one that moves: each contact takes over the patch of
+// the nearest point of the step before. (Bullet's manifolds persist too, but a point that moves by more than
+// 2 % of its shape's size in a step is a new one to them.) Coefficients of friction stay those of the bodies
+// (btManifoldPoint::m_combinedFriction); the shape of the law is that of the material. Islands, joints,
+// sleeping bodies and sub-steps are as before.
+//
+// The order of a step. Bullet's sequential impulses find the normal impulses; in every sweep each patch adds
+// the impulse with which it answers to the slip at the end of the step, with its stiffness and damping
+// implicit and its elastic force clipped at the force limit. From half of the sweeps on the patches
+// themselves are asked (PatchBatch::find_force) and their answers take the place of the clipped springs. When
+// all islands are solved the patches step by what the contacts slipped, under the normal impulses of the
+// step: they follow the bodies, and nothing drifts.
+//
+// Not covered: btMultiBody, btSequentialImpulseConstraintSolverMt, anisotropic friction. Bullet's own rolling
+// and spinning friction still work beside it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <btBulletDynamicsCommon.h>
+#include <Eigen/Core>
+
+#include <bristle/bristle.hpp>
+#include <bristle/contact_frame.hpp>
+
+namespace bullet_example {
+
+struct FrictionOptions {
+  /// Of each contact point. A law with SnapRule::keep needs Population::representatives.
+  bristle::PatchOptions patch = bristle::PatchOptions{}
+                                    .with_max_normal_load(10.0)
+                                    .with_population(bristle::Population::infinite)
+                                    .with_resolution(4)
+                                    .with_cohorts(24);
+  double reach = 0.01;  ///< m: a contact point that moves farther over its body in a step is a new one
+  /// Over the friction of all contacts in each of Bullet's iterations. Stuck feet of one body share their
+  /// load slowly: with 1 a block rocks on its bristles at steps of 1/60 s, with 4 it comes to rest.
+  int sweeps = 4;
+  std::uint32_t contacts = 256;  ///< at once; contact points beyond have no friction
+};
+
+class BristleSolver : public btSequentialImpulseConstraintSolver {
+ public:
+  BT_DECLARE_ALIGNED_ALLOCATOR();
+
+  /// `law`: its kinetic coefficient is replaced by that of each contact, peak over kinetic stays.
+  /// `dispatcher`: of the world. Throws bristle::Error.
+  BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
+                const FrictionOptions& options = {});
+
+  /// A contact point with friction.
+  struct Contact {
+    std::uint64_t key = 0;
+    bristle::PatchId patch;
+    bristle::ContactFrame frame;        ///< normal from body B of the manifold to body A
+    Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
+    double force[2] = {0, 0};           ///< N along frame.along() and aside(), on body A
+    double normal_load = 0.0;           ///< N
+    double scale = 1.0;                 ///< the contact's coefficient over the material's
+    bristle::Response response;         ///< of its patch, before `scale`
+    const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< A and B
+
+   private:
+    friend class BristleSolver;
+    // Impulse on A at the slip s: dt (load / at_load) (steady - slope s), elastic part at most `limit`.
+    struct Answer {
+      Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
+      double slope = 0.0, damping = 0.0, limit = 0.0;                                  // N s/m, N s/m, N
+      double at_load = 0.0;                                                            // N
+      bool clipped = true;
+    };
+    struct Side {
+      int body = -1;
+      btVector3 linear[2], angular[2];  // velocities that a unit impulse along each axis gives
+      btVector3 axis[2], moment[2];     // slip along each axis = axis . v + moment . w
+    };
+    int row = -1;  // of its normal impulse in Bullet's pool
+    Side sides[2];
+    Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();   // N s
+    Answer answer;
+  };
+
+  /// Contacts of the last step whose island was awake.
+  const std::vector<const Contact*>& contacts() const { return listed_; }
+  const bristle::KeyedPatches& patches() const { return patches_; }
+
+  /// After bodies were put elsewhere: every contact is new. reset() does the same.
+  void forget_contacts();
+  void reset() override;
+  void prepareSolve(int bodies, int manifolds) override;
+  void allSolved(const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+
+ protected:
+  void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
+  btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                btPersistentManifold** manifolds, int manifold_count,
+                                btTypedConstraint** constraints, int constraint_count,
+                                const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+  btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                         const btContactSolverInfo& info) override;
+
+ private:
+  void match();
+  Contact* contact_at(const btManifoldPoint& point);
+  void begin(Contact& contact, int row, double dt_s);
+  void set_sides(Contact& contact, const btManifoldPoint& point);
+  void guess_answer(Contact& contact, double dt_s);
+  void ask_patch(Contact& contact, double dt_s);
+  double rub(Contact& contact, double dt_s);
+  void push(Contact& contact, const Eigen::Vector2d& impulse);
+  Eigen::Vector2d slip_of(const Contact& contact) const;
+  double normal_impulse(const Contact& contact) const;
+
+  btDispatcher& dispatcher_;
+  double kinetic_, highest_load_;
+  int friction_sweeps_;
+  bristle::PatchBatch batch_;
+  bristle::KeyedPatches patches_;
+  bristle::ContactMatcher matcher_;
+  std::vector<Contact> known_, before_;  // by key, those of sleeping bodies too
+  std::vector<const btManifoldPoint*> found_;
+  std::vector<bristle::ContactPoint> points_;
+  std::vector<std::uint64_t> keys_;
+  struct Place {
+    const btManifoldPoint* point;
+    std::uint64_t key;
+  };
+  std::vector<Place> places_;       // by address
+  std::size_t first_of_group_ = 0;  // contacts of the islands that are being solved begin here
+  std::vector<Contact*> solved_;
+  std::vector<const Contact*> listed_;
+  std::vector<bristle::Motion> motions_;
+  std::vector<bristle::Response> responses_;
+  std::vector<btScalar> coefficients_;
+};
+
+}  // namespace bullet_example
