@@ -68,43 +68,8 @@ template <int Dof>
 void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                            const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,
                            Span<Motion> motions) noexcept {
-  bool strengthens = false, ages = false;
-  for (BodyContact<Dof>& c : contacts) {
-    Motion rest = motions[c.place];
-    const Eigen::Vector2d slip = detail::slip_of<Dof>(c, body.velocity);
-    for (int a = 0; a < 2; ++a) {
-      rest.displacement[a] = 0.0;
-      rest.velocity[a] = a < c.axes ? slip[a] : 0.0;
-    }
-    rest.has_velocity = true;
-    const Response now = batch.find_force(dt_s, rest);
-    c.trial_force = {now.elastic[0], c.axes == 2 ? now.elastic[1] : 0.0};
-    c.slope(0, 0) = now.stiffness;
-    c.damping = now.damping;
-    c.force_limit = now.force_limit;
-    const double strengthening = batch.strengthening_damping(rest.id, rest.normal_load, slip.norm());
-    c.plain_damping = std::max(now.damping - strengthening, 0.0);
-    strengthens = strengthens || strengthening > 0.0;
-    c.ages = batch.ages(rest.id);
-    ages = ages || c.ages;
-  }
-  const auto predict = [&] {
-    for (BodyContact<Dof>& c : contacts) {
-      c.force = c.trial_force;
-      c.stiffness = c.slope(0, 0);
-    }
-    return detail::predict_velocity<Dof>(dt_s, body, external, contacts);
-  };
-  Eigen::Matrix<double, Dof, 1> mean = predict();  // (1 - theta) u0 + theta u1
-  constexpr int most_trials = 4, most_solves = 60;
-  for (int i = 0; ages && i < most_trials; ++i) {
-    if (!detail::try_forces<Dof>(batch, dt_s, mean, contacts, motions)) break;
-    mean = predict();
-  }
-  for (int i = 0; strengthens && i < most_solves; ++i) {
-    if (!detail::strengthen<Dof>(batch, mean, contacts, motions)) break;
-    mean = predict();
-  }
+  const Eigen::Matrix<double, Dof, 1> mean =
+      detail::predict_mean_velocity<Dof>(batch, dt_s, body, external, contacts, motions);
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
 }
 
@@ -116,7 +81,8 @@ template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                 const Given<BodyVector<Dof>>& external,
                                 Given<Span<BodyContact<Dof>>> contacts, Span<Motion> motions) noexcept {
-  return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve();
+  Eigen::Matrix<double, Dof, 1> midpoint;
+  return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve(midpoint);
 }
 
 /// Call after PatchBatch::step: sets the velocity from the forces that acted, so that momentum is conserved

@@ -1,4 +1,4 @@
-// The midpoint solve behind coupling.hpp, and the body and contacts that it works on.
+// The two solves behind coupling.hpp, and the body and contacts that it works on.
 #pragma once
 
 #include <algorithm>
@@ -206,6 +206,63 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   return changed;
 }
 
+// Contacts that stay where they are in a step, whatever the velocity.
+struct FixedPlaces {
+  template <class Vector>
+  bool operator()(const Vector&) const noexcept {
+    return false;
+  }
+};
+
+// The predictor of coupling.hpp: the velocity (1 - theta) u0 + theta u1. `motions` contains ids and loads.
+// `follow` sets J and g of all contacts at a velocity, where they depend on it, and returns whether that
+// changed them by much.
+template <int Dof, class Follow = FixedPlaces>
+Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
+    PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
+    Span<BodyContact<Dof>> contacts, Span<const Motion> motions, const Follow& follow = {}) noexcept {
+  follow(Eigen::Matrix<double, Dof, 1>(body.velocity));
+  bool strengthens = false, ages = false;
+  for (BodyContact<Dof>& c : contacts) {
+    Motion rest = motions[c.place];
+    const Eigen::Vector2d slip = slip_of<Dof>(c, body.velocity);
+    for (int a = 0; a < 2; ++a) {
+      rest.displacement[a] = 0.0;
+      rest.velocity[a] = a < c.axes ? slip[a] : 0.0;
+    }
+    rest.has_velocity = true;
+    const Response now = batch.find_force(dt_s, rest);
+    c.trial_force = {now.elastic[0], c.axes == 2 ? now.elastic[1] : 0.0};
+    c.slope(0, 0) = now.stiffness;
+    c.damping = now.damping;
+    c.force_limit = now.force_limit;
+    const double strengthening = batch.strengthening_damping(rest.id, rest.normal_load, slip.norm());
+    c.plain_damping = std::max(now.damping - strengthening, 0.0);
+    strengthens = strengthens || strengthening > 0.0;
+    c.ages = batch.ages(rest.id);
+    ages = ages || c.ages;
+  }
+  const auto predict = [&] {
+    for (BodyContact<Dof>& c : contacts) {
+      c.force = c.trial_force;
+      c.stiffness = c.slope(0, 0);
+    }
+    return predict_velocity<Dof>(dt_s, body, external, contacts);
+  };
+  Eigen::Matrix<double, Dof, 1> mean = predict();
+  constexpr int most_turns = 4, most_trials = 4, most_solves = 60;
+  for (int i = 0; i < most_turns && follow(mean); ++i) mean = predict();
+  for (int i = 0; ages && i < most_trials; ++i) {
+    if (!try_forces<Dof>(batch, dt_s, mean, contacts, motions)) break;
+    mean = predict();
+  }
+  for (int i = 0; strengthens && i < most_solves; ++i) {
+    if (!strengthen<Dof>(batch, mean, contacts, motions)) break;
+    mean = predict();
+  }
+  return mean;
+}
+
 // When to stop: at the tolerance, up to a number of evaluations that is usually enough; after that at the
 // resolution of single precision, whose forces change in small steps.
 class Effort {
@@ -220,6 +277,8 @@ class Effort {
     return thorough() ? residual > single_tolerance * force_scale_ && evaluations_ < most_evaluations
                       : residual > tolerance * force_scale_;
   }
+  void begin_again() noexcept { evaluations_ = 0; }
+  void add(const Effort& before) noexcept { evaluations_ += before.evaluations_; }
   SolveReport report(double residual) const noexcept {
     return {evaluations_, force_scale_ > 0.0 ? residual / force_scale_ : 0.0};
   }
@@ -272,15 +331,15 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
 }
 
 /// M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the midpoint velocity
-/// (u0 + u1) / 2.
-template <int Dof>
+/// (u0 + u1) / 2. `Follow` sets J and g of all contacts at a midpoint velocity, where they depend on it.
+template <int Dof, class Follow = FixedPlaces>
 class MidpointSolver {
   using Vector = Eigen::Matrix<double, Dof, 1>;
   using Matrix = Eigen::Matrix<double, Dof, Dof>;
 
  public:
   MidpointSolver(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
-                 Span<BodyContact<Dof>> contacts, Span<Motion> motions) noexcept
+                 Span<BodyContact<Dof>> contacts, Span<Motion> motions, const Follow& follow = {}) noexcept
       : batch_(batch),
         dt_s_(dt_s),
         external_(external),
@@ -289,10 +348,12 @@ class MidpointSolver {
         mass_(Matrix(body.mass)),
         contacts_(contacts),
         motions_(motions),
+        follow_(follow),
         effort_(weight_of(external_)) {}
 
-  SolveReport solve() noexcept {
-    Vector u = start_;
+  /// Leaves the midpoint velocity in `u`, and the displacements in the motions.
+  SolveReport solve(Vector& u) noexcept {
+    u = start_;
     double residual = 0.0;
     if constexpr (Dof == 1) {
       residual = solve_rail(u);
@@ -300,7 +361,7 @@ class MidpointSolver {
       const bool one_axis = contacts_.size() == 1 && contacts_[0].axes == 1;
       residual = one_axis ? solve_along_contact(u) : solve_all(u);
     }
-    set_displacements<Dof>(dt_s_, u, contacts_, motions_);
+    move_contacts(u);
     return effort_.report(residual);
   }
 
@@ -312,9 +373,14 @@ class MidpointSolver {
     return std::sqrt(std::max(force.dot(mass_.solve(force)), 0.0));
   }
 
+  void move_contacts(const Vector& u) noexcept {
+    follow_(u);
+    set_displacements<Dof>(dt_s_, u, contacts_, motions_);
+  }
+
   // Friction at the midpoint velocity u, into trial_force; bounds on its slope, into stiffness and damping.
   Vector friction(const Vector& u) noexcept {
-    set_displacements<Dof>(dt_s_, u, contacts_, motions_);
+    move_contacts(u);
     Vector sum = Vector::Zero();
     Vector largest = Vector::Zero();
     for (BodyContact<Dof>& c : contacts_) {
@@ -418,10 +484,34 @@ class MidpointSolver {
     return a;
   }
 
+  // From the velocity before the step. Should stiff bristles stop a body there that would have come a hundred
+  // lengths far, that is out of reach; then from the velocity at which they hold it.
+  double solve_all(Vector& u) noexcept {
+    const double norm = solve_from(u);
+    if (!(effort_.report(norm).residual > 0.05)) return norm;
+    Vector held = held_velocity();
+    const Effort spent = effort_;
+    effort_.begin_again();
+    const double its_norm = solve_from(held);
+    effort_.add(spent);
+    if (!(its_norm < norm)) return norm;
+    u = held;
+    return its_norm;
+  }
+
+  // The velocity that bristles at their bounds of the slope would leave.
+  Vector held_velocity() noexcept {
+    bound_slopes(1.0);
+    Vector pull = Vector::Zero();
+    for (const BodyContact<Dof>& c : contacts_)
+      pull.noalias() -= c.jacobian.transpose() * (c.slope * slip_of<Dof>(c, start_));
+    return start_ + slope_of_residual().partialPivLu().solve(pull);
+  }
+
   // Broyden's method contact by contact. It starts with the bounds on the slopes and restarts from the best
   // point whenever the residual does not shrink; a second restart in a row means that the friction jumps
   // there.
-  double solve_all(Vector& u) noexcept {
+  double solve_from(Vector& u) noexcept {
     forget_damping();
     Vector r = residual(u);
     double norm = weight_of(r);
@@ -468,6 +558,7 @@ class MidpointSolver {
   Eigen::LLT<Matrix> mass_;
   Span<BodyContact<Dof>> contacts_;
   Span<Motion> motions_;
+  Follow follow_;
   Effort effort_;
 };
 
