@@ -22,9 +22,11 @@ class World {
                  const bristle::Coefficients& law =
                      bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6))
       : model(load(xml)), data(make_data(*model)) {
-    remove_friction(*model);
-    friction = std::make_unique<BristleFriction>(
-        *model, law, FrictionOptions{bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000)});
+    const ContactDims dims = remove_friction(*model);
+    FrictionOptions options;
+    options.patch = bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000);
+    options.contacts = 16;
+    friction = std::make_unique<BristleFriction>(*model, dims, law, options);
   }
   explicit World(const Scene& scene) : World(scene.xml) { drive = scene.drive; }
 
@@ -169,6 +171,75 @@ TEST_CASE("In MuJoCo too weak a pinch lets the capsule slide at g - 2 mu N / m",
   CHECK(fall == Approx(gravity - 2.0 * 0.7 * 0.2 / 0.045).epsilon(0.03));
 }
 
+TEST_CASE(
+    "In MuJoCo a box held 20 mm off its centre and shaken turns with stock friction, and does not with "
+    "bristles",
+    "[mujoco]") {
+  Scene scene = held_off_centre();
+  scene.seconds = 4.0;
+  const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+  const auto turn = [](const Run& r) { return r.samples.back().turn * 180.0 / M_PI; };
+  const auto slip = [](const Run& r) {  // of the box in the fingers, once these have closed
+    return std::fabs(r.samples.back().travel - r.samples[r.samples.size() / 4 - 1].travel);
+  };
+  CHECK(turn(runs[0]) > 5.0);
+  CHECK(std::fabs(turn(runs[1])) < 0.02);
+  CHECK(slip(runs[0]) > 100e-6);
+  CHECK(slip(runs[1]) < 0.01e-6);
+
+  // Points would let it turn: it hangs below the fingers.
+  scene.seconds = 0.5;
+  scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
+  CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
+}
+
+TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coefficient times weight",
+          "[mujoco]") {
+  // 5 mm of the default friction: 0.005 m g against 2/5 m r^2.
+  const std::string ball = R"(<geom type="sphere" size="0.1" mass="0.3" condim="4"/>)";
+  World world(on_floor(ball, 0.1, 0.5));
+  world.run(0.2);
+  REQUIRE(world.friction->discs()->size() == 1);
+  CHECK(world.friction->points().size() == 0);
+  world.data->qvel[5] = 4.0;
+  world.run(0.05);
+  const double before = world.data->qvel[5];
+  world.run(0.1);
+  const double loss = 0.005 * gravity / (0.4 * 0.01);
+  CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
+  world.run(0.5);
+  CHECK(std::fabs(world.data->qvel[5]) < 1e-4);  // it swings on bristles without dampers
+  // Held against half of that torque, it stays.
+  world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
+  world.run(0.2);
+  const double held = world.data->qpos[6];
+  world.run(0.5);
+  CHECK(std::fabs(world.data->qpos[6] - held) < 1e-6);  // bent by 4e-4
+  CHECK(world.friction->contacts().at(0).force[2] == Approx(-world.data->qfrc_applied[5]).epsilon(1e-5));
+}
+
+TEST_CASE("In MuJoCo a frictionless contact stays so, and rolling friction is refused aloud", "[mujoco]") {
+  const auto box = [](const char* condim) {
+    std::string xml = on_floor(plate, 0.001, 0.5);
+    for (std::size_t at = 0; (at = xml.find("<geom type", at)) != std::string::npos; at += 5)
+      xml.insert(at + 5, std::string(" condim=\"") + condim + "\"");
+    return xml;
+  };
+  World slippery(box("1"));
+  slippery.run(0.2);
+  slippery.data->qvel[0] = 0.5;
+  slippery.run(0.5);
+  CHECK(slippery.data->qvel[0] == Approx(0.5).epsilon(1e-6));
+
+  const Model model = load(box("6"));
+  const ContactDims dims = remove_friction(*model);
+  CHECK_THROWS_WITH(BristleFriction(*model, dims, bristle::Coefficients{}),
+                    Catch::Contains("geom 0 has condim 6") && Catch::Contains("leave_out_rolling"));
+  FrictionOptions options;
+  options.leave_out_rolling = true;
+  CHECK(BristleFriction(*model, dims, bristle::Coefficients{}, options).discs() != nullptr);
+}
+
 TEST_CASE("In MuJoCo a force in qfrc_applied counts and stays as it was", "[mujoco]") {
   World world(on_floor(plate, 0.001, 0.5));
   world.data->qfrc_applied[0] = 1.0 / 3.0;
@@ -183,10 +254,10 @@ TEST_CASE("In MuJoCo patches go back when contacts are lost and come again when 
   World world(on_floor(plate, 0.001, 0.5));
   for (int hop = 0; hop < 20; ++hop) {
     world.run(0.1);
-    CHECK(world.friction->patches().size() == 4);
+    CHECK(world.friction->points().size() == 4);
     world.data->qvel[2] = 0.3;
     world.run(0.02);
-    CHECK(world.friction->patches().size() == 0);
+    CHECK(world.friction->points().size() == 0);
   }
-  CHECK(world.friction->patches().refused() == 0);
+  CHECK(world.friction->points().refused() == 0);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace mujoco_example {
 
@@ -18,25 +19,66 @@ std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 bool by_key(const BristleFriction::Contact& a, const BristleFriction::Contact& b) { return a.key < b.key; }
-Eigen::Index row_of(std::size_t contact) { return 3 * static_cast<Eigen::Index>(contact); }
+
+/// Refuses what bristles cannot do.
+ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
+  if (leave_out_rolling) return dims;
+  const auto refuse = [&](int object, const char* kind, int id) {
+    const char* name = mj_id2name(&model, object, id);
+    throw bristle::Error(
+        std::string(kind) + " " + std::to_string(id) +
+        (name != nullptr && *name != 0 ? " (\"" + std::string(name) + "\")" : "") +
+        " has condim 6: bristles resist slip and spin (condim 3 and 4), not rolling. Give it "
+        "condim 4, or set FrictionOptions::leave_out_rolling");
+  };
+  for (std::size_t i = 0; i < dims.geom.size(); ++i)
+    if (dims.geom[i] > 4) refuse(mjOBJ_GEOM, "geom", static_cast<int>(i));
+  for (std::size_t i = 0; i < dims.pair.size(); ++i)
+    if (dims.pair[i] > 4) refuse(mjOBJ_UNKNOWN, "contact pair", static_cast<int>(i));
+  return dims;
+}
+Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& moved) {
+  return Motion{contact.patch, {moved[0], moved[1]}, contact.normal_load};
+}
+bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
+  return {contact.patch, {moved[0], moved[1], moved[2]}, contact.normal_load};
+}
+bool has_spin(const ContactDims& dims) {
+  const auto spins = [](int dim) { return dim >= 4; };
+  return std::any_of(dims.geom.begin(), dims.geom.end(), spins) ||
+         std::any_of(dims.pair.begin(), dims.pair.end(), spins);
+}
 
 }  // namespace
 
-void remove_friction(mjModel& model) {
+ContactDims remove_friction(mjModel& model) {
+  ContactDims dims{{model.geom_condim, model.geom_condim + model.ngeom},
+                   {model.pair_dim, model.pair_dim + model.npair}};
   std::fill_n(model.geom_condim, model.ngeom, 1);
   std::fill_n(model.pair_dim, model.npair, 1);
+  return dims;
 }
 
-BristleFriction::BristleFriction(const mjModel& model, const bristle::Coefficients& law,
-                                 const FrictionOptions& options)
+BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
+                                 const bristle::Coefficients& law, const FrictionOptions& options)
     : kinetic_(law.kinetic),
-      patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
-               bristle::KeyedOptions{}.with_capacity(options.contacts)),
+      dims_(checked(model, dims, options.leave_out_rolling)),
+      points_(batch_, bristle::Material::from_coefficients(law), options.patch,
+              bristle::KeyedOptions{}.with_capacity(options.contacts)),
+      patches_(batch_),
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
       other_constraints_(VectorXd::Zero(model.nv)),
       applied_(static_cast<std::size_t>(model.nv)) {
+  if (has_spin(dims_)) {
+    discs_.emplace(patches_, bristle::Material::from_coefficients(law), options.patch,
+                   bristle::Outline::disc(1.0, bristle::Pressure::uniform, options.rings),
+                   bristle::KeyedOptions{}.with_capacity(options.contacts));
+  }
   batch_.warm_up();
-  for (RowMatrix& body : point_jacobian_) body.resize(3, model.nv);
+  for (int k = 0; k < 2; ++k) {
+    point_jacobian_[k].resize(3, model.nv);
+    turn_jacobian_[k].resize(3, model.nv);
+  }
 }
 
 void BristleFriction::step(const mjModel& model, mjData& data) {
@@ -50,9 +92,8 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
 
   Map<VectorXd> applied(data.qfrc_applied, model.nv);
   std::copy_n(data.qfrc_applied, model.nv, applied_.begin());
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    applied.noalias() += jacobian_.middleRows<2>(row_of(i)).transpose() * contacts_[i].force;
-  }
+  for (const Contact& c : contacts_)
+    applied.noalias() += jacobian_.middleRows(c.first_row, c.rows).transpose() * c.force.head(c.rows);
   mj_step2(&model, &data);
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
   move_patches(model, data);
@@ -60,133 +101,231 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
 
 void BristleFriction::forget_contacts() {
   matcher_.clear();
-  patches_.clear();
+  points_.clear();
+  if (discs_) discs_->clear();
   contacts_.clear();
+  cells_.clear();
   other_constraints_.setZero();
+}
+
+/// By MuJoCo's rules: that of the pair if the model lists it, else that of the geom with the higher priority,
+/// else the larger one.
+int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
+  const int a = contact.geom1, b = contact.geom2;
+  for (int p = 0; p < model.npair; ++p) {
+    const int of[2] = {model.pair_geom1[p], model.pair_geom2[p]};
+    if ((of[0] == a && of[1] == b) || (of[0] == b && of[1] == a))
+      return dims_.pair[static_cast<std::size_t>(p)];
+  }
+  const int dim_a = dims_.geom[static_cast<std::size_t>(a)], dim_b = dims_.geom[static_cast<std::size_t>(b)];
+  const int priority = model.geom_priority[a] - model.geom_priority[b];
+  return priority > 0 ? dim_a : priority < 0 ? dim_b : std::max(dim_a, dim_b);
 }
 
 /// Contacts of this step, each with what was known of it a step ago.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
+  cells_before_.swap(cells_);
   std::sort(before_.begin(), before_.end(), by_key);
   contacts_.clear();
+  cells_.clear();
   found_.clear();
-  points_.clear();
+  found_points_.clear();
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
     if (c->efc_address < 0) continue;
     found_.push_back(c);
-    points_.push_back({pair_of(*c), {c->pos[0], c->pos[1], c->pos[2]}});
+    found_points_.push_back({pair_of(*c), {c->pos[0], c->pos[1], c->pos[2]}});
   }
-  keys_.resize(points_.size());
-  matcher_.match(points_, keys_);
+  keys_.resize(found_points_.size());
+  matcher_.match(found_points_, keys_);
   for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (keys_[i] != bristle::no_contact_key)
-      contacts_.push_back(take_over(model, data, *found_[i], keys_[i]));
+    if (keys_[i] == bristle::no_contact_key) continue;
+    contacts_.push_back(take_over(model, data, *found_[i], keys_[i], dim_of(model, *found_[i])));
   }
-  patches_.end_step();
+  points_.end_step();
+  if (discs_) discs_->end_step();
 }
 
 BristleFriction::Contact BristleFriction::take_over(const mjModel& model, const mjData& data,
-                                                    const mjContact& found, std::uint64_t key) {
+                                                    const mjContact& found, std::uint64_t key, int dim) {
   Contact contact;
   contact.key = key;
+  const bool disc = dim >= 4;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
   const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
+  const bool known = old != before_.end() && old->key == key;
   contact.bodies[0] = model.geom_bodyid[found.geom1];
   contact.bodies[1] = model.geom_bodyid[found.geom2];
-  if (old != before_.end() && old->key == key) {
+  if (known) {
     contact = *old;
     const auto turn = [&](int body) -> Vector3d {
       return model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * body);
     };
-    contact.frame.carry(normal, turn(contact.bodies[1]), turn(contact.bodies[0]));
+    if (disc) {
+      contact.frame.carry_with_surface(normal, turn(contact.bodies[0]));
+    } else {
+      contact.frame.carry(normal, turn(contact.bodies[1]), turn(contact.bodies[0]));
+    }
   } else {
     contact.frame = bristle::ContactFrame(normal, along);
   }
-  contact.patch = patches_.find_or_add(key);
   contact.point = Map<const Vector3d>(found.pos);
   contact.scale = found.friction[0] / kinetic_;
   contact.row = found.efc_address;
+  contact.patch = {};
+  contact.rows = disc ? 3 : 2;
+  contact.cells = 0;
+  if (disc) {
+    const double mu = found.friction[0], torsional = found.friction[2];
+    contact.patch = discs_->find_or_add(key);
+    contact.cells = patches_.cell_count(contact.patch);
+    patches_.set_scale(contact.patch, mu > 0.0 ? 1.5 * torsional / mu : 0.0);
+  } else if (dim == 3) {
+    contact.patch = points_.find_or_add(key);
+    contact.cells = contact.patch ? 1 : 0;
+  }
+  contact.first_cell = cells_.size();
+  for (std::size_t k = 0; k < contact.cells; ++k)
+    cells_.push_back(known && k < old->cells ? cells_before_[old->first_cell + k] : Cell{});
   return contact;
 }
 
-/// Three rows a contact: velocity of geom2's body against geom1's at the point, along the tangent axes and
-/// the normal.
+/// Velocity of geom2's body against geom1's at the contact point: rows of slip along the tangent axes and of
+/// spin; and along the normal.
 void BristleFriction::set_jacobian(const mjModel& model, const mjData& data) {
-  jacobian_.resize(row_of(contacts_.size()), model.nv);
+  Eigen::Index rows = 0;
+  for (Contact& contact : contacts_) {
+    contact.first_row = rows;
+    rows += contact.rows;
+  }
+  jacobian_.resize(rows, model.nv);
+  normal_jacobian_.resize(static_cast<Eigen::Index>(contacts_.size()), model.nv);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
+    const bool disc = contact.rows == 3;
     for (int k = 0; k < 2; ++k) {
-      mj_jac(&model, &data, point_jacobian_[k].data(), nullptr, contact.point.data(), contact.bodies[k]);
+      mj_jac(&model, &data, point_jacobian_[k].data(), disc ? turn_jacobian_[k].data() : nullptr,
+             contact.point.data(), contact.bodies[k]);
     }
-    Eigen::Matrix3d axes;
-    axes << contact.frame.along().transpose(), contact.frame.aside().transpose(),
-        contact.frame.normal().transpose();
+    Eigen::Matrix<double, 2, 3> axes;
+    axes << contact.frame.along().transpose(), contact.frame.aside().transpose();
+    const auto normal = contact.frame.normal().transpose();
     point_jacobian_[1] -= point_jacobian_[0];
-    jacobian_.middleRows<3>(row_of(i)).noalias() = axes * point_jacobian_[1];
+    jacobian_.middleRows<2>(contact.first_row).noalias() = axes * point_jacobian_[1];
+    normal_jacobian_.row(static_cast<Eigen::Index>(i)).noalias() = normal * point_jacobian_[1];
+    if (!disc) continue;
+    turn_jacobian_[1] -= turn_jacobian_[0];
+    jacobian_.row(contact.first_row + 2).noalias() = normal * turn_jacobian_[1];
   }
 }
 
-/// The slip of every contact at the end of the step: one linear solve for the change of velocity, in which
-/// the patches' stiffness and damping G act at the end of the step,
+/// The slip and spin of every contact at the end of the step: one linear solve for the change of velocity, in
+/// which the patches' stiffness and damping G act at the end of the step,
 ///
 ///   (M + Jn' Jn / R + T Jt' G Jt) (u1 - u0) = T (f + Jn' aref / R + Jt' (E - G Jt u0))
 ///
 /// f: all free forces, and constraints other than contacts as they were a step ago. R, aref: MuJoCo's soft
 /// normal force (aref - a) / R of the contacts that carried load. Without it a held body would seem free to
-/// turn under friction, which the normal forces forbid: that rings.
+/// turn under friction, which the normal forces forbid: that rings. The cells of a disc are summed up before
+/// they meet the Jacobian: their number costs the solve nothing.
 void BristleFriction::predict(const mjModel& model, mjData& data) {
   const double dt_s = model.opt.timestep;
   const Map<const VectorXd> velocity(data.qvel, model.nv), smooth(data.qfrc_smooth, model.nv);
   fixed_.resize(model.nv, model.nv);
   mj_fullM(&model, fixed_.data(), data.qM);
   fixed_right_ = dt_s * (smooth + other_constraints_);
-  gain_.setZero(jacobian_.rows());
-  elastic_.setZero(jacobian_.rows());
-  stiffness_.resize(contacts_.size());
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Contact& contact = contacts_[i];
-    const Response& now = contact.response;
-    stiffness_[i] = contact.scale * now.stiffness;
-    gain_.segment<2>(row_of(i)).setConstant(dt_s * stiffness_[i] + contact.scale * now.damping);
-    elastic_.segment<2>(row_of(i)) << contact.scale * now.elastic[0], contact.scale * now.elastic[1];
-    if (contact.normal_load > 0.0) {
-      const double softness = data.efc_R[contact.row];
-      fixed_gain_ = jacobian_.row(row_of(i) + 2).transpose();
-      fixed_.noalias() += (1.0 / softness) * fixed_gain_ * fixed_gain_.transpose();
-      fixed_right_ += (dt_s * data.efc_aref[contact.row] / softness) * fixed_gain_;
-    }
+    if (!(contact.normal_load > 0.0)) continue;
+    const double softness = data.efc_R[contact.row];
+    fixed_gain_ = normal_jacobian_.row(static_cast<Eigen::Index>(i)).transpose();
+    fixed_.noalias() += (1.0 / softness) * fixed_gain_ * fixed_gain_.transpose();
+    fixed_right_ += (dt_s * data.efc_aref[contact.row] / softness) * fixed_gain_;
   }
+  start_slip_.noalias() = jacobian_ * velocity;
+  gain_.resize(jacobian_.rows(), model.nv);
+  pull_.resize(jacobian_.rows());
+  begin_prediction(dt_s);
 
   // What lets go in a pass stays so.
-  for (std::size_t pass = 0; pass <= contacts_.size(); ++pass) {
+  for (std::size_t pass = 0; pass <= cells_.size(); ++pass) {
     system_ = fixed_;
-    system_.noalias() += dt_s * jacobian_.transpose() * gain_.asDiagonal() * jacobian_;
-    slip_.noalias() = jacobian_ * velocity;
+    system_.noalias() += dt_s * jacobian_.transpose() * gain_;
     right_ = fixed_right_;
-    right_.noalias() += dt_s * jacobian_.transpose() * (elastic_ - gain_.cwiseProduct(slip_));
+    right_.noalias() += dt_s * jacobian_.transpose() * pull_;
     factor_.compute(system_);
     right_ = factor_.solve(right_);
+    slip_ = start_slip_;
     slip_.noalias() += jacobian_ * right_;
     if (!clip(dt_s)) break;
   }
-  for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].slip = slip_.segment<2>(row_of(i));
+  for (Contact& c : contacts_) c.slip.head(c.rows) = slip_.segment(c.first_row, c.rows);
 }
 
-/// Patches beyond their limit pull with the limit instead, and without stiffness. False when there is none.
+/// Every cell with the force, stiffness and damping that it has now.
+void BristleFriction::begin_prediction(double dt_s) {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const Contact& contact = contacts_[i];
+    for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
+      Cell& cell = cells_[k];
+      cell.stiffness = contact.scale * cell.response.stiffness;
+      cell.gain = dt_s * cell.stiffness + contact.scale * cell.response.damping;
+      cell.elastic = contact.scale * Vector2d(cell.response.elastic[0], cell.response.elastic[1]);
+    }
+    sum_cells(i);
+  }
+}
+
+/// Sets a contact's rows of G Jt and of E - G Jt u0.
+void BristleFriction::sum_cells(std::size_t i) {
+  const Contact& contact = contacts_[i];
+  const Eigen::Index row = contact.first_row;
+  if (contact.rows == 2) {
+    const Cell none, &cell = contact.cells == 1 ? cells_[contact.first_cell] : none;
+    gain_.middleRows<2>(row) = cell.gain * jacobian_.middleRows<2>(row);
+    pull_.segment<2>(row) = cell.elastic - cell.gain * start_slip_.segment<2>(row);
+    return;
+  }
+  Eigen::Matrix3d gain = Eigen::Matrix3d::Zero();
+  Vector3d pull = Vector3d::Zero();
+  for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
+    const Cell& cell = cells_[k];
+    gain(0, 0) += cell.gain;
+    gain(2, 2) += cell.gain * cell.at.squaredNorm();
+    gain(0, 2) -= cell.gain * cell.at[1];
+    gain(1, 2) += cell.gain * cell.at[0];
+    pull.head<2>() += cell.elastic;
+    pull[2] += cell.at[0] * cell.elastic[1] - cell.at[1] * cell.elastic[0];
+  }
+  gain(1, 1) = gain(0, 0);
+  gain(2, 0) = gain(0, 2);
+  gain(2, 1) = gain(1, 2);
+  gain_.middleRows<3>(row).noalias() = gain * jacobian_.middleRows<3>(row);
+  pull_.segment<3>(row) = pull - gain * start_slip_.segment<3>(row);
+}
+
+/// Cells beyond their limit pull with the limit instead, and without stiffness. False when there is none.
 bool BristleFriction::clip(double dt_s) {
   bool clipped = false;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (stiffness_[i] == 0.0) continue;
-    const Vector2d force =
-        elastic_.segment<2>(row_of(i)) - dt_s * stiffness_[i] * slip_.segment<2>(row_of(i));
-    const double limit = contacts_[i].scale * contacts_[i].response.force_limit;
-    if (force.norm() <= limit) continue;
-    elastic_.segment<2>(row_of(i)) = limit * force.normalized();
-    gain_.segment<2>(row_of(i)).array() -= dt_s * stiffness_[i];
-    gain_.segment<2>(row_of(i)) = gain_.segment<2>(row_of(i)).cwiseMax(0.0);
-    stiffness_[i] = 0.0;
-    clipped = true;
+    const Contact& contact = contacts_[i];
+    const Vector2d slip = slip_.segment<2>(contact.first_row);
+    const double spin = contact.rows == 3 ? slip_[contact.first_row + 2] : 0.0;
+    bool here = false;
+    for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
+      Cell& cell = cells_[k];
+      if (cell.stiffness == 0.0) continue;
+      const Vector2d of_cell = slip + spin * Vector2d(-cell.at[1], cell.at[0]);
+      const Vector2d force = cell.elastic - dt_s * cell.stiffness * of_cell;
+      const double limit = contact.scale * cell.response.force_limit;
+      if (force.norm() <= limit) continue;
+      cell.elastic = limit * force.normalized();
+      cell.gain = std::max(cell.gain - dt_s * cell.stiffness, 0.0);
+      cell.stiffness = 0.0;
+      here = true;
+    }
+    if (here) sum_cells(i);
+    clipped = clipped || here;
   }
   return clipped;
 }
@@ -194,30 +333,56 @@ bool BristleFriction::clip(double dt_s) {
 /// What the patches will answer to the slip predicted.
 void BristleFriction::find_forces(double dt_s) {
   for (Contact& contact : contacts_) {
-    const Vector2d d = dt_s * contact.slip;
-    const Response trial = batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, contact.normal_load});
-    contact.force = contact.scale * Vector2d(trial.end[0], trial.end[1]);
+    contact.force.setZero();
+    if (!contact.patch) continue;
+    const Vector3d moved = dt_s * contact.slip;
+    if (contact.rows == 2) {
+      const Response trial = batch_.find_force(dt_s, point_motion(contact, moved.head<2>()));
+      contact.force.head<2>() = contact.scale * Vector2d(trial.end[0], trial.end[1]);
+    } else {
+      const bristle::ExtendedResponse trial = patches_.find_force(dt_s, disc_motion(contact, moved));
+      contact.force = contact.scale * Vector3d(trial.end[0], trial.end[1], trial.end[2]);
+    }
   }
 }
 
-/// By what the contacts really slipped, under the normal loads of this step.
+/// By what the contacts really slipped, under the normal loads of this step. All patches step in one call.
 void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   const Map<const VectorXd> velocity(data.qvel, model.nv);
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
-  motions_.clear();
+  slip_.noalias() = dt_s * jacobian_ * velocity;
+  motions_.resize(cells_.size());
+  responses_.resize(cells_.size());
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     Contact& contact = contacts_[i];
     const double load = data.efc_force[contact.row];
-    other_constraints_ -= load * jacobian_.row(row_of(i) + 2).transpose();
+    other_constraints_ -= load * normal_jacobian_.row(static_cast<Eigen::Index>(i)).transpose();
     // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
-    const Vector2d d = dt_s * jacobian_.middleRows<2>(row_of(i)) * velocity;
-    motions_.push_back(Motion{contact.patch, {d[0], d[1]}, contact.normal_load});
+    if (!contact.patch) continue;
+    if (contact.rows == 2) {
+      motions_[contact.first_cell] = point_motion(contact, slip_.segment<2>(contact.first_row));
+    } else {
+      contact.moved = disc_motion(contact, slip_.segment<3>(contact.first_row));
+      patches_.write_motions({&contact.moved, 1}, {&motions_[contact.first_cell], contact.cells});
+    }
   }
-  responses_.resize(motions_.size());
   batch_.step(dt_s, motions_, responses_);
-  for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].response = responses_[i];
+  for (const Contact& contact : contacts_) {
+    if (contact.rows == 3 && contact.patch) turn_disc(contact);
+    for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k)
+      cells_[k].response = responses_[k];
+  }
+}
+
+void BristleFriction::turn_disc(const Contact& contact) {
+  bristle::ExtendedResponse sum;
+  patches_.read_responses({&contact.moved, 1}, {&responses_[contact.first_cell], contact.cells}, {&sum, 1});
+  places_.resize(contact.cells);
+  patches_.read_cells(contact.patch, 0.0, contact.normal_load, places_);
+  for (std::size_t k = 0; k < contact.cells; ++k)
+    cells_[contact.first_cell + k].at = Vector2d(places_[k].position[0], places_[k].position[1]);
 }
 
 }  // namespace mujoco_example

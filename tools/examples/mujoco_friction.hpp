@@ -2,23 +2,30 @@
 // at each contact point takes its place. An adapter to copy and to change; MuJoCo 2.2.
 //
 //   mjModel* model = mj_loadXML(...);
-//   mujoco_example::remove_friction(*model);
-//   mujoco_example::BristleFriction friction(*model, bristle::Coefficients{}.with_presliding_length(20e-6));
+//   const auto dims = mujoco_example::remove_friction(*model);
+//   mujoco_example::BristleFriction friction(*model, dims,
+//                                            bristle::Coefficients{}.with_presliding_length(20e-6));
 //   while (...) friction.step(*model, *data);          // in place of mj_step(model, data)
 //
 // A patch belongs to a pair of geoms and to a point: contacts are made anew in every step, and each takes
 // over the patch of the nearest point of the step before. Coefficients of friction stay those of the model
 // (mjContact::friction[0]); the shape of the law is that of the material.
 //
+// The model's condim says what a contact resists. 1: nothing; 3: slip, a patch without extent; 4: slip and
+// spin, a disc with an even pressure. MuJoCo's torsional coefficient, a length, is the highest torque over
+// the normal force. A disc that spins resists with 2/3 mu N R: so R = 3/2 torsional / sliding coefficient.
+// Bristles do not resist rolling: condim 6 is refused, or served as 4 if the options say so.
+//
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
 // contact will slip (linear solve of nv equations), and PatchBatch::find_force how its patch will answer;
 // that goes to qfrc_applied for the time of mj_step2. Then the patches step by what the contacts really
 // slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step before.
 //
-// Not covered: friction about the normal and rolling friction (condim 4 and 6), RK4 (mj_step2 has none).
+// Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <mujoco/mujoco.h>
@@ -29,8 +36,13 @@
 
 namespace mujoco_example {
 
-/// Makes every contact of the model frictionless (condim 1). Coefficients stay where they are.
-void remove_friction(mjModel& model);
+/// What contacts of a model resist: the condim of its geoms and pairs.
+struct ContactDims {
+  std::vector<int> geom, pair;
+};
+/// Makes every contact of the model frictionless (condim 1). Coefficients stay where they are. Returns what
+/// the condims were.
+ContactDims remove_friction(mjModel& model);
 
 struct FrictionOptions {
   /// Of each contact point. The infinite brush has no noise and costs less; a law with SnapRule::keep needs
@@ -40,15 +52,17 @@ struct FrictionOptions {
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(4)
                                     .with_cohorts(24);
-  double reach = 0.01;           ///< m: a contact point that moves farther in one step is a new one
-  std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
+  int rings = 1;                   ///< of the discs of condim 4: 4, 12, 27 cells
+  bool leave_out_rolling = false;  ///< serve condim 6 as condim 4
+  double reach = 0.01;             ///< m: a contact point that moves farther in one step is a new one
+  std::uint32_t contacts = 256;    ///< at once; contacts beyond have no friction
 };
 
 class BristleFriction {
  public:
   /// `law`: its kinetic coefficient is replaced by that of each contact, peak over kinetic stays. Throws
-  /// bristle::Error.
-  BristleFriction(const mjModel& model, const bristle::Coefficients& law,
+  /// bristle::Error, for condim 6 among others.
+  BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
   /// One step of the model's timestep, in place of mj_step. What stands in qfrc_applied counts and is left as
@@ -60,45 +74,71 @@ class BristleFriction {
   /// A contact of the last step.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;
+    bristle::PatchId patch;             ///< of the batch; of a disc that of the extended patches
     bristle::ContactFrame frame;        ///< normal from geom1 to geom2
     Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
-    Eigen::Vector2d force = {0, 0};     ///< N along frame.along() and aside(), on geom2's body
-    double normal_load = 0.0;           ///< N, of MuJoCo's solver in this step
-    double scale = 1.0;                 ///< the contact's coefficient over the material's
-    Eigen::Vector2d slip = {0, 0};      ///< m/s, predicted
-    bristle::Response response;         ///< of its patch, where the bodies are now
-    int bodies[2] = {0, 0};             ///< of geom1 and geom2
-    int row = -1;                       ///< of its normal force among MuJoCo's constraints
+    /// N along frame.along() and aside(), N m about the normal, on geom2's body
+    Eigen::Vector3d force = {0, 0, 0};
+    double normal_load = 0.0;              ///< N, of MuJoCo's solver in this step
+    double scale = 1.0;                    ///< the contact's coefficient over the material's
+    Eigen::Vector3d slip = {0, 0, 0};      ///< m/s, m/s, rad/s, predicted
+    int bodies[2] = {0, 0};                ///< of geom1 and geom2
+    int row = -1;                          ///< of its normal force among MuJoCo's constraints
+    Eigen::Index first_row = 0, rows = 2;  ///< of the Jacobian: slip, and spin if it is a disc
+    std::size_t first_cell = 0, cells = 0;
+    bristle::ExtendedMotion moved;  ///< of a disc, in this step
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
-  const bristle::KeyedPatches& patches() const { return patches_; }
+  const bristle::KeyedPatches& points() const { return points_; }
+  const bristle::KeyedPatches* discs() const {
+    return discs_ ? &*discs_ : nullptr;
+  }  ///< null: none asked for
 
  private:
+  /// Of a patch: one of a point, several of a disc.
+  struct Cell {
+    bristle::Response response;          ///< where the bodies are now
+    Eigen::Vector2d at = {0, 0};         ///< m, from the contact point
+    double stiffness = 0.0, gain = 0.0;  ///< in the prediction: N/m; N s/m with the damper's
+    Eigen::Vector2d elastic = {0, 0};    ///< N, likewise
+  };
+
   void match(const mjModel& model, const mjData& data);
-  Contact take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key);
+  Contact take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
+                    int dim);
+  int dim_of(const mjModel& model, const mjContact& contact) const;
   void set_jacobian(const mjModel& model, const mjData& data);
   void predict(const mjModel& model, mjData& data);
+  void begin_prediction(double dt_s);
+  void sum_cells(std::size_t contact);
   bool clip(double dt_s);
   void find_forces(double dt_s);
   void move_patches(const mjModel& model, const mjData& data);
+  void turn_disc(const Contact& contact);
 
   double kinetic_;
+  ContactDims dims_;
   bristle::PatchBatch batch_;
-  bristle::KeyedPatches patches_;
+  bristle::KeyedPatches points_;
+  bristle::ExtendedPatches patches_;  // of the discs
+  std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;  // before_: by key
+  std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
-  std::vector<bristle::ContactPoint> points_;
+  std::vector<bristle::ContactPoint> found_points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<bristle::Motion> motions_;
+  std::vector<bristle::Motion> motions_;  // of all cells
   std::vector<bristle::Response> responses_;
+  std::vector<bristle::PatchCell> places_;
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  RowMatrix jacobian_, point_jacobian_[2];  // 3 rows a contact; 3 a body
-  RowMatrix fixed_, system_;                // nv x nv: without patches; with them
+  RowMatrix jacobian_, normal_jacobian_;            // 2 or 3 rows a contact; 1
+  RowMatrix point_jacobian_[2], turn_jacobian_[2];  // 3 rows a body
+  RowMatrix fixed_, system_;                        // nv x nv: without patches; with them
+  RowMatrix gain_;                                  // of every contact, times its rows of the Jacobian
   Eigen::LLT<RowMatrix> factor_;
-  Eigen::VectorXd fixed_right_, fixed_gain_, right_, slip_, elastic_, gain_, other_constraints_;
-  std::vector<double> stiffness_, applied_;
+  Eigen::VectorXd fixed_right_, fixed_gain_, right_, slip_, start_slip_, pull_, other_constraints_;
+  std::vector<double> applied_;
 };
 
 }  // namespace mujoco_example

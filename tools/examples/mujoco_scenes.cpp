@@ -48,13 +48,13 @@ class Stepper {
     if (body_ < 0) throw std::runtime_error("scene " + scene.name + ": no body called \"body\"");
     if (kind == Friction::noslip) model_->opt.noslip_iterations = 10;
     if (kind == Friction::bristle) {
-      remove_friction(*model_);
+      const ContactDims dims = remove_friction(*model_);
       FrictionOptions options;
       options.patch.with_max_normal_load(60.0);
-      friction_ = std::make_unique<BristleFriction>(*model_, law(), options);
+      friction_ = std::make_unique<BristleFriction>(*model_, dims, law(), options);
     }
     mj_forward(model_.get(), data_.get());
-    std::copy_n(data_->xpos + 3 * body_, 3, start_);
+    find_place(start_);
     result.friction = kind;
   }
 
@@ -72,8 +72,9 @@ class Stepper {
     Sample now{
         data_->time, 0.0, heading(data_->qpos + model_->jnt_qposadr[model_->body_jntadr[body_]] + 3), {}};
     mj_kinematics(model_.get(), data_.get());
+    find_place(now.place);
     for (int a = 0; a < 3; ++a) {
-      now.place[a] = data_->xpos[3 * body_ + a] - start_[a];
+      now.place[a] -= start_[a];
       now.travel += scene_.direction[a] * now.place[a];
     }
     result.samples.push_back(now);
@@ -93,6 +94,11 @@ class Stepper {
   std::vector<double> times;  ///< s a step, of each block of steps
 
  private:
+  void find_place(double (&place)[3]) const {
+    mju_rotVecMat(place, scene_.point, data_->xmat + 9 * body_);
+    for (int a = 0; a < 3; ++a) place[a] += data_->xpos[3 * body_ + a];
+  }
+
   const Scene& scene_;
   Model model_;
   Data data_;
@@ -229,9 +235,40 @@ Scene ten_blocks() {
   return scene;
 }
 
+Scene held_off_centre(double grip_n) {
+  Scene scene;
+  scene.name = "held_off_centre";
+  scene.title = fmt::format("box held 20 mm off its centre with {:g} N, shaken", grip_n);
+  scene.seconds = 60.0;
+  scene.direction[0] = -1.0;
+  scene.direction[2] = 0.0;
+  scene.point[1] = -0.02;
+  constexpr double mass = 0.2;
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="0.005 1" condim="4" friction="0.7 0.005 0.0001"/></default>
+<worldbody>
+  <body pos="0 -0.02 -0.0181"><joint name="left" type="slide" axis="0 0 1" damping="20"/>
+    <geom type="sphere" size="0.008" mass="0.1"/></body>
+  <body pos="0 -0.02 0.0181"><joint name="right" type="slide" axis="0 0 -1" damping="20"/>
+    <geom type="sphere" size="0.008" mass="0.1"/></body>
+  <body name="body"><freejoint/><geom type="box" size="0.03 0.04 0.01" mass="{}"/></body>
+</worldbody>
+<actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
+                          fmt::format(option, R"(gravity="-9.81 0 0")"), mass);
+  // In the frame of the hand: what the shaking adds to the weight.
+  scene.drive = [=](const mjModel& model, mjData& data) {
+    data.ctrl[0] = data.ctrl[1] = grip_n;
+    double* force = data.xfrc_applied + 6 * mj_name2id(&model, mjOBJ_BODY, "body");
+    force[0] = -mass * 10.0 * std::sin(2.0 * pi * 3.0 * data.time);
+    force[1] = -mass * 5.0 * std::sin(2.0 * pi * 2.0 * data.time);
+  };
+  return scene;
+}
+
 std::vector<Scene> all_scenes() {
   return {pinch(5.9, 0.0, "0.02 1"), pinch(12.0),    pinch(30.0),  pinch(60.0),
-          pinch(36.0, 24.0),         tapped_block(), pushed_box(), ten_blocks()};
+          pinch(36.0, 24.0),         tapped_block(), pushed_box(), ten_blocks(),
+          held_off_centre()};
 }
 
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds, double sample_s) {

@@ -19,6 +19,7 @@ struct Scene {
   std::string xml;                         ///< MJCF; the body looked at is called "body"
   double seconds = 4.0;                    ///< of simulated time
   double direction[3] = {0.0, 0.0, -1.0};  ///< in which the body is expected to creep
+  double point[3] = {0.0, 0.0, 0.0};       ///< m, of the body, in its axes: whose place is looked at
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};  ///< before each step
 };
 
@@ -34,6 +35,9 @@ Scene pushed_box();
 Scene spun_box(double speed);
 /// Ten blocks side by side on a slope: forty contact points.
 Scene ten_blocks();
+/// A box of 200 g between two round fingertips 20 mm off its centre of mass, contacts of condim 4; the hand
+/// that holds it with grip_n is shaken with 10 m/s^2 up and down and 5 across.
+Scene held_off_centre(double grip_n = 30.0);
 std::vector<Scene> all_scenes();
 
 struct Sample {
