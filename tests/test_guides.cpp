@@ -62,6 +62,7 @@ double number(const std::string& text) {
 TEST_CASE("The guides print the programs that the tests run", "[guides]") {
   for (const auto& [guide, program] : std::vector<std::pair<std::string, std::string>>{
            {"core/guides/GUIDE_HAPTICS.md", "tools/examples/hello_haptics.cpp"},
+           {"core/guides/GUIDE_HAPTICS.md", "tools/examples/soft_finger.cpp"},
            {"core/guides/GUIDE_ENGINES.md", "tools/examples/hello_engine.cpp"},
            {"core/guides/GUIDE_ENGINES.md", "tools/examples/block_on_slope.cpp"},
            {"core/guides/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"}}) {
