@@ -210,8 +210,9 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
       rim -= 0.1 * loss * now * torque;
     }
     disc.step(way, Vector3d::Zero(), loss * now * Disc::mass / (mu * Disc::load));
-    expect_near(disc.body.velocity[0], v, 0.1 * std::max(v, rim), "speed");
-    expect_near(disc.body.velocity[2] * Disc::radius, rim, 0.1 * std::max(v, rim), "speed of the rim");
+    if (std::max(v, rim) < 0.1 * fastest) continue;
+    expect_near(disc.body.velocity[0], v, 0.03 * std::max(v, rim), "speed");
+    expect_near(disc.body.velocity[2] * Disc::radius, rim, 0.03 * std::max(v, rim), "speed of the rim");
   }
   // Two and a half decades are not for ever: the ideal coin is that far from its goal. An error of the limit
   // surface counts ten times: the ratio changes by the small difference of F omega R / v and 2 T / R.
@@ -367,7 +368,13 @@ TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
   const Way way = GENERATE(Way::predictor, Way::midpoint);
   Disc disc(rubber(0.4, 20e-6, 2.0), options_of(Population::infinite, Disc::load), 2);
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;
+  disc.cells.reserve(12);
+  const void* const memory[3] = {disc.cells.contacts.data(), disc.cells.motions.data(),
+                                 disc.cells.places.data()};
   for (int i = 0; i < 2000; ++i) disc.step(way);
+  CHECK(disc.cells.contacts.data() == memory[0]);
+  CHECK(disc.cells.motions.data() == memory[1]);
+  CHECK(disc.cells.places.data() == memory[2]);
   CHECK(disc.status == Status::ok);
   CHECK(disc.body.velocity[0] == Approx(0.1).epsilon(1e-4));
   CHECK(disc.body.velocity[1] == Approx(-0.2).epsilon(1e-4));

@@ -6,6 +6,8 @@
 
 namespace mujoco_example {
 
+using bristle::Motion;
+using bristle::Response;
 using Eigen::Map;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -35,15 +37,11 @@ ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_ou
     if (dims.pair[i] > 4) refuse(mjOBJ_UNKNOWN, "contact pair", static_cast<int>(i));
   return dims;
 }
-bristle::Motion point_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
-  return {contact.first_patch, {moved[0], moved[1]}, contact.normal_load};
+Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& moved) {
+  return Motion{contact.patch, {moved[0], moved[1]}, contact.normal_load};
 }
 bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
-  bristle::ExtendedMotion motion;
-  motion.id = contact.patch;
-  for (int a = 0; a < 3; ++a) motion.displacement[a] = moved[a];
-  motion.normal_load = contact.normal_load;
-  return motion;
+  return {contact.patch, {moved[0], moved[1], moved[2]}, contact.normal_load};
 }
 /// Adds weight * a' b of two rows to the lower triangle.
 template <class Matrix>
@@ -77,9 +75,9 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
                                  const bristle::Coefficients& law, const FrictionOptions& options)
     : kinetic_(law.kinetic),
       dims_(checked(model, dims, options.leave_out_rolling)),
-      patches_(batch_),
-      points_(patches_, bristle::Material::from_coefficients(law), options.patch, bristle::Outline{},
+      points_(batch_, bristle::Material::from_coefficients(law), options.patch,
               bristle::KeyedOptions{}.with_capacity(options.contacts)),
+      patches_(batch_),
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
       other_constraints_(VectorXd::Zero(model.nv)),
       applied_(static_cast<std::size_t>(model.nv)) {
@@ -186,21 +184,20 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   contact.scale = found.friction[0] / kinetic_;
   contact.row = found.efc_address;
   contact.patch = {};
+  contact.rows = disc ? 3 : 2;
+  contact.cells = 0;
   if (disc) {
+    const double mu = found.friction[0], torsional = found.friction[2];
     contact.patch = discs_->find_or_add(key);
-    patches_.set_scale(contact.patch,
-                       found.friction[0] > 0.0 ? 1.5 * found.friction[2] / found.friction[0] : 0.0);
+    contact.cells = patches_.cell_count(contact.patch);
+    patches_.set_scale(contact.patch, mu > 0.0 ? 1.5 * torsional / mu : 0.0);
   } else if (dim == 3) {
     contact.patch = points_.find_or_add(key);
+    contact.cells = contact.patch ? 1 : 0;
   }
-  contact.rows = disc ? 3 : 2;
-  const std::size_t first = cells_.size();
-  const bristle::Span<const bristle::PatchId> of_cells = patches_.cell_patches(contact.patch);
-  contact.cells = of_cells.size();
-  contact.first_patch = contact.cells > 0 ? of_cells[0] : bristle::PatchId{};
+  contact.first_cell = cells_.size();
   for (std::size_t k = 0; k < contact.cells; ++k)
     cells_.push_back(known && k < old->cells ? cells_before_[old->first_cell + k] : Cell{});
-  contact.first_cell = first;
 }
 
 /// The tree at the top of those that touch this one.
@@ -365,6 +362,13 @@ void BristleFriction::begin_prediction(double dt_s, const Island& island) {
 
 /// Sets a contact's rows of G Jt and of E - G Jt u0.
 void BristleFriction::sum_cells(const Contact& contact, const Island& island) {
+  const Eigen::Index row = contact.first_row;
+  if (contact.rows == 2) {
+    const Cell none, &cell = contact.cells == 1 ? cells_[contact.first_cell] : none;
+    gain_.middleRows<2>(row) = cell.gain * island.jacobian.middleRows<2>(row);
+    pull_.segment<2>(row) = cell.elastic - cell.gain * start_slip_.segment<2>(row);
+    return;
+  }
   Eigen::Matrix3d gain = Eigen::Matrix3d::Zero();
   Vector3d pull = Vector3d::Zero();
   for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
@@ -379,11 +383,8 @@ void BristleFriction::sum_cells(const Contact& contact, const Island& island) {
   gain(1, 1) = gain(0, 0);
   gain(2, 0) = gain(0, 2);
   gain(2, 1) = gain(1, 2);
-  const Eigen::Index row = contact.first_row, rows = contact.rows;
-  gain_.middleRows(row, rows).noalias() =
-      gain.topLeftCorner(rows, rows).lazyProduct(island.jacobian.middleRows(row, rows));
-  pull_.segment(row, rows) =
-      pull.head(rows) - gain.topLeftCorner(rows, rows) * start_slip_.segment(row, rows);
+  gain_.middleRows<3>(row).noalias() = gain.lazyProduct(island.jacobian.middleRows<3>(row));
+  pull_.segment<3>(row) = pull - gain * start_slip_.segment<3>(row);
 }
 
 /// Cells beyond their limit pull with the limit instead, and without stiffness. False when there is none.
@@ -416,13 +417,14 @@ bool BristleFriction::clip(double dt_s, const Island& island) {
 void BristleFriction::find_forces(double dt_s) {
   for (Contact& contact : contacts_) {
     contact.force.setZero();
+    if (!contact.patch) continue;
     const Vector3d moved = dt_s * contact.slip;
-    if (contact.rows == 3) {
+    if (contact.rows == 2) {
+      const Response trial = batch_.find_force(dt_s, point_motion(contact, moved.head<2>()));
+      contact.force.head<2>() = contact.scale * Vector2d(trial.end[0], trial.end[1]);
+    } else {
       const bristle::ExtendedResponse trial = patches_.find_force(dt_s, disc_motion(contact, moved));
       contact.force = contact.scale * Vector3d(trial.end[0], trial.end[1], trial.end[2]);
-    } else if (contact.patch) {
-      const bristle::Response trial = batch_.find_force(dt_s, point_motion(contact, moved));
-      contact.force.head<2>() = contact.scale * Vector2d(trial.end[0], trial.end[1]);
     }
   }
 }
@@ -441,18 +443,17 @@ void BristleFriction::apply_forces(mjData& data) {
   }
 }
 
-/// By what the contacts really slipped, under the normal loads of this step.
+/// By what the contacts really slipped, under the normal loads of this step. All patches step in one call.
 void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
-  cell_motions_.assign(cells_.size(), bristle::Motion{});
-  cell_responses_.resize(cells_.size());
-  discs_moved_.clear();
+  motions_.assign(cells_.size(), Motion{});
+  responses_.resize(cells_.size());
   for (std::size_t i = 0; i < island_count_; ++i) {
     Island& island = islands_[i];
     for (std::size_t d = 0; d < island.dofs.size(); ++d)
       island.velocity[static_cast<Eigen::Index>(d)] = data.qvel[island.dofs[d]];
-    slip_.noalias() = island.jacobian * island.velocity;
+    slip_.noalias() = dt_s * island.jacobian * island.velocity;
     for (std::size_t c = 0; c < island.contacts.size(); ++c) {
       Contact& contact = contacts_[island.contacts[c]];
       const double load = data.efc_force[contact.row];
@@ -461,30 +462,28 @@ void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
             load * island.normal_jacobian(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(d));
       // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
       if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
-      if (contact.cells == 0) continue;
-      Vector3d moved = Vector3d::Zero();
-      moved.head(contact.rows) = dt_s * slip_.segment(contact.first_row, contact.rows);
+      if (!contact.patch) continue;
       if (contact.rows == 2) {
-        cell_motions_[contact.first_cell] = point_motion(contact, moved);
-        continue;
+        motions_[contact.first_cell] = point_motion(contact, slip_.segment<2>(contact.first_row));
+      } else {
+        contact.moved = disc_motion(contact, slip_.segment<3>(contact.first_row));
+        patches_.write_motions({&contact.moved, 1}, {&motions_[contact.first_cell], contact.cells});
       }
-      discs_moved_.push_back({island.contacts[c], disc_motion(contact, moved)});
-      patches_.write_motions({&discs_moved_.back().motion, 1},
-                             {&cell_motions_[contact.first_cell], contact.cells});
     }
   }
-  batch_.step(dt_s, cell_motions_, cell_responses_);
-  for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = cell_responses_[k];
-  for (const MovedDisc& disc : discs_moved_) {
-    const Contact& contact = contacts_[disc.contact];
-    bristle::ExtendedResponse sum;
-    patches_.read_responses({&disc.motion, 1}, {&cell_responses_[contact.first_cell], contact.cells},
-                            {&sum, 1});
-    places_.resize(contact.cells);
-    patches_.read_cells(contact.patch, 0.0, contact.normal_load, places_);
-    for (std::size_t k = 0; k < contact.cells; ++k)
-      cells_[contact.first_cell + k].at = Vector2d(places_[k].position[0], places_[k].position[1]);
-  }
+  batch_.step(dt_s, motions_, responses_);
+  for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = responses_[k];
+  for (const Contact& contact : contacts_)
+    if (contact.rows == 3 && contact.patch) turn_disc(contact);
+}
+
+void BristleFriction::turn_disc(const Contact& contact) {
+  bristle::ExtendedResponse sum;
+  patches_.read_responses({&contact.moved, 1}, {&responses_[contact.first_cell], contact.cells}, {&sum, 1});
+  places_.resize(contact.cells);
+  patches_.read_cells(contact.patch, 0.0, contact.normal_load, places_);
+  for (std::size_t k = 0; k < contact.cells; ++k)
+    cells_[contact.first_cell + k].at = Vector2d(places_[k].position[0], places_[k].position[1]);
 }
 
 }  // namespace mujoco_example

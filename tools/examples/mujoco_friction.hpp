@@ -75,7 +75,7 @@ class BristleFriction {
   /// A contact of the last step.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;
+    bristle::PatchId patch;             ///< of the batch; of a disc that of the extended patches
     bristle::ContactFrame frame;        ///< normal from geom1 to geom2
     Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
@@ -87,7 +87,7 @@ class BristleFriction {
     int row = -1;                          ///< of its normal force among MuJoCo's constraints
     Eigen::Index first_row = 0, rows = 2;  ///< of its island's Jacobian: slip, and spin if it is a disc
     std::size_t first_cell = 0, cells = 0;
-    bristle::PatchId first_patch;  ///< of the batch: of a point the only one
+    bristle::ExtendedMotion moved;  ///< of a disc, in this step
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
@@ -115,11 +115,6 @@ class BristleFriction {
     Eigen::VectorXd velocity;             // of `dofs`
   };
 
-  struct MovedDisc {
-    std::size_t contact;  // place in contacts_
-    bristle::ExtendedMotion motion;
-  };
-
   void match(const mjModel& model, const mjData& data);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  int dim);
@@ -137,12 +132,13 @@ class BristleFriction {
   void find_forces(double dt_s);
   void apply_forces(mjData& data);
   void move_patches(const mjModel& model, const mjData& data);
+  void turn_disc(const Contact& contact);
 
   double kinetic_;
   ContactDims dims_;
   bristle::PatchBatch batch_;
-  bristle::ExtendedPatches patches_;
   bristle::KeyedPatches points_;
+  bristle::ExtendedPatches patches_;  // of the discs
   std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;  // before_: by key
@@ -150,9 +146,8 @@ class BristleFriction {
   std::vector<const mjContact*> found_;
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<std::uint64_t> keys_;
-  std::vector<MovedDisc> discs_moved_;
-  std::vector<bristle::Motion> cell_motions_;
-  std::vector<bristle::Response> cell_responses_;
+  std::vector<bristle::Motion> motions_;  // of all cells
+  std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
   std::vector<Island> islands_;  // the first island_count_ are in use
   std::size_t island_count_ = 0;
