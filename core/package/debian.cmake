@@ -3,7 +3,8 @@
 #     -DCMAKE_INSTALL_LIBDIR=lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)
 #     -DBRISTLE_BUILD_PYTHON=ON -DBRISTLE_PYTHON_INSTALL_DIR=lib/python3/dist-packages
 #   cmake --build build/deb && (cd build/deb && cpack)
-# They are for machines of one's own: nobody submitted them to Debian. tools/check_debs installs and removes them.
+# They are for machines of one's own: nobody submitted them to Debian. tools/check_debs is to install and remove them;
+# it has not yet run to its end.
 find_program(BRISTLE_DPKG_SHLIBDEPS dpkg-shlibdeps)
 mark_as_advanced(BRISTLE_DPKG_SHLIBDEPS)
 if(NOT BRISTLE_SHARED OR NOT BRISTLE_DPKG_SHLIBDEPS)
