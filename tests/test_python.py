@@ -604,10 +604,14 @@ class Fit(unittest.TestCase):
 
     def test_a_fit_says_what_the_data_do_not_determine(self):
         left = self.found.not_determined
-        self.assertEqual(set(left), {"viscous_friction", "damping_per_newton", "stribeck_velocity"})
+        self.assertEqual(set(left), {"ageing", "ageing_time", "asymmetry", "damping_per_newton", "kinetic_backward",
+                                     "kinetic_forward", "speed_strengthening", "strengthening_speed",
+                                     "stribeck_velocity", "viscous_friction"})
         for estimate in left.values():
             self.assertEqual((estimate.determined, estimate.low, estimate.high), (False, None, None))
-            self.assertIn("not seen between", estimate.why)
+            self.assertTrue(estimate.why)
+        for name in ("damping_per_newton", "stribeck_velocity", "viscous_friction"):
+            self.assertIn("not seen between", left[name].why)
         self.assertEqual(self.found.report["parameters"]["kinetic"]["value"], self.found.parameters["kinetic"].value)
         self.assertIn("not determined by these data", str(self.found))
 
@@ -722,7 +726,7 @@ class Experiment(unittest.TestCase):
             np.testing.assert_array_equal(rows[:, 0], 90.0)
 
     def test_what_an_experiment_does_not_know_is_named(self):
-        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*critical-stiffness$"),
+        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*held-corner$"),
                                  ({"name": "turn", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
                                  ({"name": "turn", "lod": 2}, "experiment turn: 'lod' is not a parameter"),
                                  ({"name": "turn", "load": -1}, "experiment turn load is -1; allowed: 1e-06")):

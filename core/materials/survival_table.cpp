@@ -40,14 +40,12 @@ double find_tail(const SurvivalTable& table, double share) {
 }
 
 /// Path after which a long slide has forgotten how it began: waves of the renewal equation die out as
-/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and what is older carries little. What was
-/// bent the other way snaps after twice its length. "Little" is so little that it may stay for ever: a patch
-/// that is rubbed to and fro leaves so much behind in every stroke (with 3e-4 of the force friction grew by a
-/// twelfth in 200 strokes of a law of spread 0.4).
-double find_forgetting_path(const SurvivalTable& table, const SnapLength& law) {
+/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and what is older carries little of the
+/// force. What was bent the other way snaps after twice its length.
+double find_forgetting_path(const SurvivalTable& table, const SnapLength& law, double little) {
   const bool jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   const double waves = table.mean * (jumps ? 25.0 : 9.2) / (19.7 * square(law.cv()));
-  const double tail = find_tail(table, 1e-6);
+  const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);
 }
 
@@ -91,7 +89,10 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   }
   table.cells.push_back({0.0, 0.0, table.mean, table.end});
   table.squares.push_back(table.square);
-  table.forget = find_forgetting_path(table, law);
+  table.forget = find_forgetting_path(table, law, 3e-4);
+  // A patch that is rubbed to and fro leaves this much behind in every stroke. (With 3e-4 friction grew by a
+  // twelfth in 200 strokes of a law of spread 0.4.)
+  table.follow = find_forgetting_path(table, law, 1e-6);
   table.weak = survival_at(table, find_tail(table, 1e-4));
   return table;
 }

@@ -21,6 +21,7 @@ struct SurvivalTable {
       0.0;  ///< share of bristles that are left at the deflection beyond which 1e-4 of the force lies
   bool smooth = true;   ///< without corners
   double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
+  double follow = 0.0;  ///< after which what it left behind is nothing, be it for ever
 };
 
 /// Lengths times `per_metre` are scaled. S at the nodes is that of the law, straight in between: at most

@@ -129,7 +129,8 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   py::dict parameters;
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
-    if (estimate.fitted ? determined : others) parameters[cli::fit_names[i]] = estimate;
+    const bool meant = estimate.fitted || !estimate.why.empty();  // a record with one axis has no second
+    if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_names[i]] = estimate;
   }
   return parameters;
 }

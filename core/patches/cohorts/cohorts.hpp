@@ -39,6 +39,7 @@ struct Cohorts : PatchRecord, CohortState {
   /// Of a patch that fluctuates (fluctuation.hpp).
   const CohortNoise* noise = nullptr;
   std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
+  double follow = 0.0;               ///< scaled path after which a slide is carried as it stands
   double snap_rest = 0.0;            ///< bristles that snapped and are not reported yet: less than one
   std::uint32_t pieces = 0;          ///< resolution, rounded up: what PatchInfo::bristles says
   std::uint32_t detail = 0;          ///< of these in use

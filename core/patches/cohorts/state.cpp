@@ -298,7 +298,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (saved.mass != std::floor(std::min(share, 1.0) * full_mass + 0.5)) return "mass";
   if (saved.count > r.capacity) return "count";
   if (saved.detail < 1 || saved.detail > r.pieces) return "detail";
-  if (!within(saved.run, 0.0, r.law.forget)) return "run";
+  if (!within(saved.run, 0.0, r.follow)) return "run";
   if (!within(saved.snap_rest, 0.0, 1.0)) return "snap_rest";
   if (!within(saved.draws_due, 0.0, 1.0)) return "renewals due";
   if (saved.layered > 1) return "layered";

@@ -58,7 +58,7 @@ struct Slide {
   times.per_length = duration / a.length;
   if (!same_pace(*r.ageing, times, duration)) slide.run = 0.0;
   slide.oldest = slide.run > 0.0 ? r.ageing->oldest : find_oldest(r);
-  if (slide.run < r.law.forget)
+  if (slide.run < r.follow)
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
@@ -67,7 +67,7 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   // What fluctuates never repeats itself: it takes its pieces for ever.
   if (r.noise == nullptr) slide.run = find_run(p, r, a);
   if (r.ageing != nullptr) age(p, r, a, slide);
-  const double followed = std::min(a.length, std::max(r.law.forget - slide.run, 0.0) * slide.growth);
+  const double followed = std::min(a.length, std::max(r.follow - slide.run, 0.0) * slide.growth);
   slide.carried = a.length - followed;
   slide.move.length = followed;
   for (int axis = 0; axis < 2; ++axis) {
@@ -203,7 +203,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   if (!commit) return;
   r.snap_rest = rest;
   if (r.ageing != nullptr) note_pace(p, r, slide);
-  r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.law.forget);
+  r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.follow);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
