@@ -175,8 +175,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
   made.law.snap_rate = material->snap_rate;
-  // Renewal, where there is enough of it, takes what a slide leaves behind.
-  const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 6.0;
+  // Renewal takes what one slide leaves behind in the next ones: nothing adds up.
+  const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = renewed ? table.forget : table.follow;
   set_pieces(made, made.pieces);
   double capacity = options.cohorts;
