@@ -17,7 +17,7 @@ using bristle::AgeingForm;
 constexpr std::size_t most_starts = 3;
 constexpr double rest_samples = 10.0;  // as many at one place are a rest
 constexpr double told_apart = 12.0;    // gain in the likelihood (twice its logarithm) of one form over the
-                                     // other: without bristles that differ by chance 4 would do
+                                       // other: without bristles that differ by chance 4 would do
 constexpr int tried_times = 4, tried_speeds = 5;
 
 /// A number of one digit, in the middle of two on a logarithmic scale.
