@@ -107,37 +107,6 @@ PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail)
   return *made_.front();
 }
 
-namespace {
-
-/// A slide so long that nothing of what was before it is left, in presliding lengths: twice the longest of
-/// ten million bristles, and the waves of the first loading.
-double forgetting_slide(const BrushShape& shape) {
-  const bristle::SnapLength law = make_snap_length(shape.law, 1.0, shape.spread);
-  return 2.0 * law.quantile(1.0 - 1e-7) + 0.5 / (law.cv() * law.cv());
-}
-
-/// Follows a path on one axis, and says when a slide has ended that forgot all before it. The infinite brush
-/// ends such a slide with the little that is bent farthest still there, and a row of strokes would gather it.
-class Slides {
- public:
-  explicit Slides(double forgetting) : forgetting_(forgetting) {}
-  /// Before a move of so many lengths, under a load: the length of the slide that it ends, with its sign, or
-  /// 0.
-  double ended(double move, double load) {
-    const bool turns = move * run_ < 0.0;
-    const double slide = turns && load == load_ && std::fabs(run_) > forgetting_ ? run_ : 0.0;
-    if (turns || load != load_) run_ = 0.0;
-    run_ += move;
-    load_ = load;
-    return slide;
-  }
-
- private:
-  double forgetting_, run_ = 0.0, load_ = 0.0;
-};
-
-}  // namespace
-
 std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail,
                                     double kinetic_speed) {
   if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length, past, detail);
@@ -157,16 +126,8 @@ std::vector<double> PathForce::find(const BrushShape& shape, double length, Past
   }
   std::vector<double> forces, across;
   forces.reserve(axes_ * path_.size());
-  // Where bristles age what was before is not forgotten: the speeds of the slide are in it.
-  const bool refreshes = axes_ == 1 && shape.ageing_strength == 0.0;
-  Slides slides(forgetting_slide(shape));
   PathPoint at = first;
   for (const PathPoint& point : path_) {
-    const double slide = refreshes ? slides.ended((point.x - at.x) / length, point.load) : 0.0;
-    if (slide != 0.0) {
-      brush.batch.reset(brush.patch);
-      brush.step(slide * unit_length, 0.0, at.load, 1.0);
-    }
     const Infinite::Force force =
         brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
     at = point;
