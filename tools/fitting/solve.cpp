@@ -42,7 +42,9 @@ class Coordinates {
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
         const double at = low + (high - low) / (1.0 + std::exp(-place));
-        values[p] = FitModel::is_logarithmic(p) ? std::exp(at) : at;
+        // The logarithm of an end, and back: not the end to the last digit.
+        values[p] =
+            std::clamp(FitModel::is_logarithmic(p) ? std::exp(at) : at, model_.lowest(p), model_.highest(p));
       } else {
         values[p] =
             FitModel::is_logarithmic(p) ? std::exp(std::clamp(place, -40.0, 40.0)) : place * units_[i];
