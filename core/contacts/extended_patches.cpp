@@ -68,11 +68,14 @@ struct Course {
 
 constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
+bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
+
+/// A spin that cannot be turns nothing: the cells refuse their motions.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
   course.size = p.size_under(load);
-  if (spin == 0.0) return course;
+  if (spin == 0.0 || !is_good_spin(spin)) return course;
   const Turn half = turn_by(0.5 * spin);
   course.midway = normalized(p.pose.turn * half);
   course.after = normalized(course.midway * half);
@@ -80,8 +83,6 @@ Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   course.chord_share = course.chord / spin;
   return course;
 }
-
-bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
 /// Position of a cell in the axes of the surface.
 void place(const PatchCell& cell, const Turn& turn, double size, double (&at)[2]) noexcept {
@@ -100,9 +101,13 @@ void move_point(const double (&of_centre)[3], double spin, const double (&at)[2]
   moved[1] += spin * at[0];
 }
 
-void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, Span<Motion> cells) noexcept {
+Course course_of(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
+  return course_of(p, motion.displacement[2], motion.normal_load);
+}
+
+void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, const Course& course,
+                        Span<Motion> cells) noexcept {
   const bool good = is_good_spin(motion.displacement[2]);
-  const Course course = course_of(p, good ? motion.displacement[2] : 0.0, motion.normal_load);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     Motion& cell = cells[k];
     cell = Motion{};
@@ -139,12 +144,10 @@ bool was_stepped(Status status) noexcept {
 }
 
 /// Sums up what the cells answered. All cells have the same flags, but for Status::overload.
-Status sum_up(const ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
+Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
               ExtendedResponse& out) noexcept {
-  const double spin = is_good_spin(motion.displacement[2]) ? motion.displacement[2] : 0.0;
-  const Course course = course_of(p, spin, motion.normal_load);
   ExtendedResponse sum;
-  sum.id = motion.id;
+  sum.id = id;
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     const Response& cell = cells[k];
     double midway[2], after[2];
@@ -262,10 +265,15 @@ struct ExtendedPatches::Impl {
     return *p;
   }
 
-  /// What moved has its new pose.
-  void settle(ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-    p.pose.turn = course_of(p, motion.displacement[2], motion.normal_load).after;
+  /// The response to a motion whose cells were stepped. What moved has its new pose.
+  static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
+                       ExtendedResponse& out) noexcept {
+    const Course course = course_of(p, motion);
+    const Status status = sum_up(p, motion.id, course, cells, out);
+    if (!was_stepped(status)) return status;
+    p.pose.turn = course.after;
     p.normal_load = motion.normal_load;
+    return status;
   }
 
   PatchBatch* batch;
@@ -363,7 +371,8 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     }
     p->last_step = impl.step_number;
     out[i].status = Status::ok;
-    write_cell_motions(*p, in[i], Span<Motion>(impl.motions.data() + used, p->cells.size()));
+    write_cell_motions(*p, in[i], course_of(*p, in[i]),
+                       Span<Motion>(impl.motions.data() + used, p->cells.size()));
     used += p->cells.size();
   }
   std::fill_n(impl.responses.begin(), used, Response{});
@@ -377,12 +386,10 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     if (!was_stepped(out[i].status)) continue;
     ExtendedPatch& p = *impl.find(in[i].id);
     const Status status =
-        sum_up(p, in[i], Span<const Response>(impl.responses.data() + at, p.cells.size()), out[i]);
+        Impl::finish(p, in[i], Span<const Response>(impl.responses.data() + at, p.cells.size()), out[i]);
     at += p.cells.size();
     report.status = report.status | status;
-    if (!was_stepped(status)) continue;
-    impl.settle(p, in[i]);
-    ++report.patches_stepped;
+    if (was_stepped(status)) ++report.patches_stepped;
   }
   return report;
 }
@@ -397,9 +404,10 @@ ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& 
     return out;
   }
   const std::size_t count = p->cells.size();
-  write_cell_motions(*p, motion, Span<Motion>(impl.motions.data(), count));
+  const Course course = course_of(*p, motion);
+  write_cell_motions(*p, motion, course, Span<Motion>(impl.motions.data(), count));
   for (std::size_t k = 0; k < count; ++k) impl.responses[k] = impl.batch->find_force(dt_s, impl.motions[k]);
-  sum_up(*p, motion, Span<const Response>(impl.responses.data(), count), out);
+  sum_up(*p, motion.id, course, Span<const Response>(impl.responses.data(), count), out);
   return out;
 }
 
@@ -434,7 +442,7 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
     const ExtendedPatch* p = impl_->find(motion.id);
     if (p == nullptr) continue;
     if (at + p->cells.size() > cells.size()) break;
-    write_cell_motions(*p, motion, Span<Motion>(cells.data() + at, p->cells.size()));
+    write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
     at += p->cells.size();
   }
   return at;
@@ -455,10 +463,8 @@ Status ExtendedPatches::read_responses(Span<const ExtendedMotion> in, Span<const
       all = all | refuse_motion(in[i].id, Status::bad_input, out[i]);
       continue;
     }
-    const Status status = sum_up(*p, in[i], Span<const Response>(cells.data() + at, p->cells.size()), out[i]);
+    all = all | Impl::finish(*p, in[i], Span<const Response>(cells.data() + at, p->cells.size()), out[i]);
     at += p->cells.size();
-    all = all | status;
-    if (was_stepped(status)) impl_->settle(*p, in[i]);
   }
   return all;
 }
