@@ -1,7 +1,6 @@
 // PatchBatch as Python has it.
 #pragma once
 
-#include <atomic>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,19 +33,10 @@ class Batch {
   const ThreadsAndKernels& made_with() const noexcept { return made_with_; }
 
   /// For the time of a call of the stepping thread.
-  class Turn {
-   public:
-    explicit Turn(Batch& owner) : owner_(owner) {
-      if (owner_.stepping_.exchange(true)) {
-        throw bristle::Error("PatchBatch: another thread is stepping this batch; one thread steps and reads");
-      }
-    }
-    ~Turn() { owner_.stepping_.store(false); }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
-
-   private:
-    Batch& owner_;
+  struct Turn : OneThread {
+    explicit Turn(Batch& owner)
+        : OneThread(owner.stepping_,
+                    "PatchBatch: another thread is stepping this batch; one thread steps and reads") {}
   };
 
  private:

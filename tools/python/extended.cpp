@@ -1,5 +1,4 @@
 // Outline and ExtendedPatches.
-#include <atomic>
 #include <string>
 #include <vector>
 
@@ -53,18 +52,10 @@ class Patches {
  public:
   explicit Patches(const bristle::BatchOptions& options) : batch(options), patches(batch) {}
 
-  class Turn {
-   public:
-    explicit Turn(Patches& owner) : owner_(owner) {
-      if (owner_.busy_.exchange(true))
-        throw bristle::Error("ExtendedPatches: another thread is using these patches; one thread at a time");
-    }
-    ~Turn() { owner_.busy_.store(false); }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
-
-   private:
-    Patches& owner_;
+  struct Turn : OneThread {
+    explicit Turn(Patches& owner)
+        : OneThread(owner.busy_,
+                    "ExtendedPatches: another thread is using these patches; one thread at a time") {}
   };
 
   bristle::PatchBatch batch;

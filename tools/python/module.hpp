@@ -1,6 +1,8 @@
 // What the sources of the Python module share.
 #pragma once
 
+#include <atomic>
+
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
@@ -19,6 +21,21 @@ py::object new_motions(py::ssize_t size);
 py::object new_responses(py::ssize_t size);
 /// What no step computes for a patch without these outputs becomes NaN, as in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
+
+/// For the time of a call: what only one Python thread at a time may use, as a step lets go of the
+/// interpreter's lock. Throws bristle::Error with `refusal` where another thread is at it.
+class OneThread {
+ public:
+  OneThread(std::atomic<bool>& busy, const char* refusal) : busy_(busy) {
+    if (busy_.exchange(true)) throw bristle::Error(refusal);
+  }
+  ~OneThread() { busy_.store(false); }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+ private:
+  std::atomic<bool>& busy_;
+};
 
 void define_materials(py::module_& module);
 void define_options(py::module_& module);
