@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -17,9 +18,11 @@
 #include <map>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include "core/runtime/servo_cores.hpp"
+#include "core/runtime/sharing.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 
@@ -126,9 +129,12 @@ TEST_CASE("As many threads as asked for take part in a long step, and the bits s
     if (threads == 1) expected = scene.batch.state_hash();
     INFO(threads << " threads");
     CHECK(scene.batch.state_hash() == expected);
-    // A busy machine may leave a thread without a core for the whole of a step: look at more of them.
-    for (int k = 0; k < 60 && most < static_cast<std::uint32_t>(threads); ++k)
-      most = std::max(most, scene.step().threads);
+    // A busy machine may leave a thread without a core for the whole of a step, or hold the caller up, which
+    // then works alone for a while: look at more steps, of batches that know nothing of it.
+    for (int attempt = 0; attempt < 20 && most < static_cast<std::uint32_t>(threads); ++attempt) {
+      LongStep other(BatchOptions{}.with_threads(threads));
+      for (int k = 0; k < steps; ++k) most = std::max(most, other.step().threads);
+    }
     CHECK(most == static_cast<std::uint32_t>(threads));
   }
 }
@@ -211,6 +217,87 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
   int shared = 0;
   for (int k = 0; k < 200; ++k) shared += batch.step(tick, {&motion, 1}, {&response, 1}).tasks > 1;
   CHECK(shared > 0);
+}
+
+TEST_CASE("A caller that workers held up steps alone for a while, longer each time", "[threads]") {
+  using bristle::detail::Retreat;
+  Retreat retreat;
+  const auto steps_alone = [&] {
+    std::uint32_t count = 0;
+    while (!retreat.is_over()) ++count;
+    return count;
+  };
+  // An even share, and a wait for a last piece that was as long as all that the caller did.
+  for (int k = 0; k < 100; ++k) {
+    CHECK(retreat.is_over());
+    retreat.judge(1e-3, k % 2 == 0 ? 0.0 : 1e-3);
+  }
+  CHECK(steps_alone() == 0);
+  for (const std::uint32_t length : {32u, 128u, 512u, 2048u, 8192u, 8192u}) {
+    retreat.judge(0.1e-3, 16e-3);
+    CHECK(steps_alone() == length);
+  }
+  for (std::uint32_t k = 0; k < 8192; ++k) retreat.judge(1e-3, 0.0);
+  retreat.judge(0.1e-3, 16e-3);
+  CHECK(steps_alone() == 32);
+}
+
+TEST_CASE("In a shared step each motion gets the answer that one thread gives: good, bad, unknown, twice",
+          "[threads][determinism]") {
+  // Large patches, which are cut, among small ones, and between them whatever can be refused.
+  const auto run = [](int threads, bool repeats) {
+    PatchBatch batch(BatchOptions{}.with_threads(threads));
+    const Material material = plain_material(uniform, SnapRule::keep);
+    std::vector<Motion> motions;
+    std::uint32_t seed = 0;
+    const auto add = [&](std::uint32_t size) {
+      Motion motion;
+      motion.id = batch.add(material, plain_options(size).with_seed(++seed));
+      motion.normal_load = size;
+      motion.displacement[0] = 0.9 * dbar;
+      motion.displacement[1] = 0.2 * dbar;
+      motions.push_back(motion);
+    };
+    for (int k = 0; k < 6; ++k) {
+      for (int small = 0; small < 60; ++small) add(90);
+      add(k % 2 == 0 ? 120000 : 70000);
+    }
+    const Motion gone = motions[30];
+    batch.remove(gone.id);
+    add(90);                            // in the same slot, so that this slot is named twice
+    motions[60].displacement[0] = NAN;  // large
+    motions[61].normal_load = -1.0;     // small
+    motions[100].id = bristle::PatchId{};
+    if (!repeats) motions.erase(motions.begin() + 30);
+    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // large
+    std::vector<Response> responses(motions.size());
+    std::vector<Status> seen;
+    std::uint32_t tasks = 0;
+    for (int k = 0; k < 3; ++k) {
+      const bristle::StepReport report = batch.step(tick, motions, responses);
+      tasks = std::max(tasks, report.tasks);
+      for (const Response& response : responses) seen.push_back(response.status);
+      seen.push_back(report.status);
+      seen.push_back(static_cast<Status>(report.patches_stepped));
+    }
+    return std::make_tuple(seen, batch.state_hash(), tasks);
+  };
+  for (const bool repeats : {false, true}) {
+    const auto alone = run(1, repeats);
+    const std::vector<Status>& status = std::get<0>(alone);
+    CHECK(status[repeats ? 60 : 59] == Status::bad_input);
+    CHECK(status[repeats ? 100 : 99] == Status::unknown_id);
+    if (repeats) {
+      CHECK(status[30] == Status::unknown_id);
+      CHECK(status[200] == Status::repeated_id);
+    }
+    for (const int threads : {2, 5}) {
+      const auto shared = run(threads, repeats);
+      CHECK(std::get<0>(shared) == status);
+      CHECK(std::get<1>(shared) == std::get<1>(alone));
+      if (!repeats) CHECK(std::get<2>(shared) > 1);  // it was shared
+    }
+  }
 }
 
 TEST_CASE("A step whose patches all hold still was done by the calling thread", "[threads]") {

@@ -97,6 +97,7 @@ struct PatchBatch::Impl {
   const KernelTable& kernels;
   Workers workers;
   const Sharing sharing = chosen_sharing();
+  Retreat retreat;
   double last_sizable_step = -1.0;  ///< when the last step ended that may be worth sharing, s
   const bool skips;
   CommandList commands;
@@ -137,9 +138,11 @@ struct PatchBatch::Impl {
   struct Task {
     int split = -1;
     std::uint32_t first = 0, last = 0;
+    int next_split = 0;  ///< of a range of motions: the first of the splits that may lie in it
     Totals totals;
     std::uint64_t visited = 0;
     const void* thread = nullptr;  ///< who did it
+    double end = 0.0;              ///< when it was done, s
     std::uint32_t stepped = 0;
     Status status = Status::ok;
   };
@@ -150,7 +153,8 @@ struct PatchBatch::Impl {
     int first_task = 0, task_count = 0;
   };
   std::array<Task, max_tasks> tasks;
-  std::array<Split, max_split> splits;
+  std::array<Split, max_split> splits;  ///< by motion
+  int split_count = 0;
   double dt = 0.0;
   Span<const Motion> in;
   Span<Response> out;
@@ -185,6 +189,7 @@ struct PatchBatch::Impl {
           c->patch.record->clock = &clock;
           c->patch.record->epoch = clock;
           pool.patch(c->slot) = c->patch;
+          pool.outlook(c->slot) = {-1.0, c->patch.record->largest_work, 0};
           c->patch.record = nullptr;
           ++patches;
           break;
@@ -283,9 +288,6 @@ struct PatchBatch::Impl {
     return size;
   }
 
-  /// Inside a step: admitted, with work for kernels still to do.
-  static constexpr Status waiting = static_cast<Status>(1u << 31);
-
   /// Refuses what cannot be stepped. Null when refused.
   Patch* admit(Patch* p, std::size_t i) noexcept {
     out[i].id = in[i].id;
@@ -305,14 +307,14 @@ struct PatchBatch::Impl {
     return p;
   }
 
-  /// Asks for the memory that motions soon to come will need: patches out of cache cost half of it less
-  /// (core/MODEL.md, section 20).
-  [[gnu::always_inline]] void fetch_ahead(std::size_t i) const noexcept {
-    if (i + slots_ahead < in.size()) {
+  /// Asks for the memory that motions soon to come will need, those before `last`: patches out of cache cost
+  /// half of it less (core/MODEL.md, section 20).
+  [[gnu::always_inline]] void fetch_ahead(std::size_t i, std::size_t last) const noexcept {
+    if (i + slots_ahead < last) {
       const std::uint32_t slot = slot_of(in[i + slots_ahead].id);
       if (slot < pool.capacity()) fetch(&pool.patch(slot), 1);
     }
-    if (i + records_ahead < in.size()) {
+    if (i + records_ahead < last) {
       const std::uint32_t slot = slot_of(in[i + records_ahead].id);
       if (slot >= pool.capacity()) return;
       const Patch& p = pool.patch(slot);
@@ -333,6 +335,44 @@ struct PatchBatch::Impl {
     ++task.stepped;
   }
 
+  /// The motions of a range, one after another. What rests is answered at once: it costs no more than asking.
+  void step_range(Task& task) noexcept {
+    const bool notes = workers.count() > 1;
+    int next_split = task.next_split;
+    std::size_t fetch_until = task.first;
+    for (std::size_t i = task.first; i < task.last; ++i) {
+      if (next_split < split_count && splits[static_cast<std::size_t>(next_split)].motion == i) {
+        ++next_split;
+        continue;
+      }
+      // A long row of resting patches is read as fast without asking.
+      if (i < fetch_until) fetch_ahead(i, task.last);
+      Patch* p = pool.find(in[i].id);
+      if (p != nullptr && p->last_step != step_number && stays_at_rest(*p, in[i])) {
+        p->last_step = step_number;
+        out[i].id = in[i].id;
+        answer_at_rest(*p, out[i]);
+        task.status = task.status | out[i].status;
+        ++task.stepped;
+        continue;
+      }
+      p = admit(p, i);
+      if (p == nullptr) {
+        task.status = task.status | out[i].status;
+        continue;
+      }
+      fetch_until = i + resting_row;
+      step_one(*p, i, task);
+      if (notes) note_outlook(*p, slot_of(in[i].id));
+    }
+  }
+
+  void note_outlook(const Patch& p, std::uint32_t slot) const noexcept {
+    Outlook& outlook = pool.outlook(slot);
+    outlook.normal_load = p.normal_load;
+    outlook.bristles = p.in_contact();
+  }
+
   static void run_task(void* self, int index) {
     Impl& impl = *static_cast<Impl*>(self);
     Task& task = impl.tasks[static_cast<std::size_t>(index)];
@@ -341,88 +381,64 @@ struct PatchBatch::Impl {
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
       split.patch->model->run(*split.patch, split.step, task.first, task.last, task.totals);
-      return;
+    } else {
+      impl.step_range(task);
     }
-    for (std::uint32_t i = task.first; i < task.last; ++i) {
-      if (!has(impl.out[i].status, waiting)) continue;
-      impl.fetch_ahead(i);
-      impl.step_one(*impl.pool.find(impl.in[i].id), i, task);
-    }
+    task.end = DeadlineMonitor::wall_now();
   }
 
-  Task& new_task(int& count, int split, std::uint32_t first, std::uint32_t last) noexcept {
-    Task& task = tasks[static_cast<std::size_t>(count++)];
-    task = Task{};
-    task.split = split;
-    task.first = first;
-    task.last = last;
-    return task;
+  /// Bristles that the step may visit, with what a patch costs beside them. 0 = nothing is to be done.
+  std::uint64_t cost_of(const Motion& motion) const noexcept {
+    const std::uint32_t slot = slot_of(motion.id);
+    if (slot >= pool.capacity()) return 0;
+    const Outlook& outlook = pool.outlook(slot);
+    const bool works = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0 ||
+                       motion.normal_load != outlook.normal_load;
+    return works ? sharing.patch_overhead + outlook.bristles : 0;
   }
 
-  /// Bristles that the step may visit, with what a patch costs beside them. 0 = nothing can snap.
-  std::uint64_t cost_of(const Patch& p, const Motion& motion) const noexcept {
-    if (motion.normal_load != p.normal_load) return sharing.patch_overhead + p.record->largest_work;
-    const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
-    return sharing.patch_overhead + (moves ? p.in_contact() : 0);
+  /// What all motions will cost; 0 where a slot is named twice: such a step is not worth sharing.
+  std::uint64_t count_cost() noexcept {
+    std::uint64_t cost = 0;
+    const auto mark = static_cast<std::uint32_t>(step_number);
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      const std::uint32_t slot = slot_of(in[i].id);
+      if (slot >= pool.capacity()) continue;
+      if (std::exchange(pool.outlook(slot).last_counted, mark) == mark) return 0;
+      cost += cost_of(in[i]);
+    }
+    return cost;
   }
 
   StepReport step_all() noexcept {
     StepReport report;
     ++step_number;
     trial.of = nullptr;
-    const auto n = in.size();
-    const bool serial = workers.count() == 1;
+    split_count = 0;
     FloatModeScope mode;
-
-    // Who can be stepped, and what it will cost. What rests is answered at once: it costs no more than
-    // asking.
-    std::uint64_t cost = 0;
-    std::size_t first_waiting = n;
-    Task alone{};
-    std::size_t fetch_until = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      // A long row of resting patches is read as fast without asking.
-      if (i < fetch_until) fetch_ahead(i);
-      Patch* p = pool.find(in[i].id);
-      if (p != nullptr && p->last_step != step_number && stays_at_rest(*p, in[i])) {
-        p->last_step = step_number;
-        out[i].id = in[i].id;
-        answer_at_rest(*p, out[i]);
-        alone.status = alone.status | out[i].status;
-        ++alone.stepped;
-        continue;
-      }
-      p = admit(p, i);
-      if (p == nullptr) {
-        report.status = report.status | out[i].status;
-        continue;
-      }
-      fetch_until = i + resting_row;
-      if (serial) {
-        step_one(*p, i, alone);
-        continue;
-      }
-      out[i].status = waiting;
-      cost += cost_of(*p, in[i]);
-      first_waiting = std::min(first_waiting, i);
-    }
+    const std::uint64_t cost = workers.count() > 1 ? count_cost() : 0;
     const bool sizable = cost >= sharing.parallel_from;
-    const bool shared = sizable && (cost >= sharing.parallel_from_paused ||
-                                    DeadlineMonitor::wall_now() - last_sizable_step < sharing.awake);
-    if (!shared)
-      for (std::size_t i = first_waiting; i < n; ++i) {
-        if (!has(out[i].status, waiting)) continue;
-        fetch_ahead(i);
-        step_one(*pool.find(in[i].id), i, alone);
-      }
+    const bool pays = sizable && (cost >= sharing.parallel_from_paused ||
+                                  DeadlineMonitor::wall_now() - last_sizable_step < sharing.awake);
+    const bool shared = pays && retreat.is_over();
     report.tasks = 1;
     report.threads = 1;
-    if (shared) split_and_run(first_waiting, cost, report);
+    if (shared) {
+      split_and_run(cost, report);
+    } else {
+      Task alone{};
+      alone.last = static_cast<std::uint32_t>(in.size());
+      step_range(alone);
+      add_to(report, alone);
+    }
     if (sizable) last_sizable_step = DeadlineMonitor::wall_now();
-    report.status = report.status | alone.status;
-    report.patches_stepped += alone.stepped;
-    report.bristles_visited += alone.visited;
     return report;
+  }
+
+  static void add_to(StepReport& report, const Task& task) noexcept {
+    report.status = report.status | task.status;
+    report.patches_stepped += task.stepped;
+    report.bristles_visited += task.visited;
   }
 
   /// The step proper; the caller took the commands, so that the table stays as it is.
@@ -451,11 +467,13 @@ struct PatchBatch::Impl {
       clock += static_cast<Int128>(std::min(dt_s, longest) * clock_units_per_second);
   }
 
-  /// A large patch goes by ranges of blocks. False: there is no room for its tasks.
-  bool split_patch(Patch& p, std::size_t i, std::uint64_t pieces, int& split_count,
-                   int& task_count) noexcept {
+  /// A large patch goes by ranges of blocks. False: there is no room for its tasks, or none are needed.
+  bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count) noexcept {
     if (pieces <= 1 || split_count >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
       return false;
+    Patch* const found = pool.find(in[i].id);
+    if (found == nullptr || stays_at_rest(*found, in[i]) || !is_good_motion(*found, in[i])) return false;
+    Patch& p = *admit(found, i);
     Split& split = splits[static_cast<std::size_t>(split_count)];
     split.patch = &p;
     split.motion = i;
@@ -465,16 +483,18 @@ struct PatchBatch::Impl {
     split.step.contact_loss = contact_loss;
     split.first_task = task_count;
     split.task_count = 0;
-    out[i].status = Status::ok;  // no longer waiting
     if (split.step.moves && !holds_still(p, split.step)) {
       find_direction(split.step.advance);
       // Whole groups of blocks to a task: bounds are kept by group.
       const std::uint32_t blocks = p.model->prepare(p, split.step);
       const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
       const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
-      for (std::uint32_t k = 0; k < parts; ++k)
-        new_task(task_count, split_count, groups * k / parts * blocks_per_range,
-                 std::min(groups * (k + 1) / parts * blocks_per_range, blocks));
+      for (std::uint32_t k = 0; k < parts; ++k) {
+        Task& task = tasks[static_cast<std::size_t>(task_count++)] = Task{};
+        task.split = split_count;
+        task.first = groups * k / parts * blocks_per_range;
+        task.last = std::min(groups * (k + 1) / parts * blocks_per_range, blocks);
+      }
       split.task_count = static_cast<int>(parts);
     }
     ++split_count;
@@ -495,43 +515,46 @@ struct PatchBatch::Impl {
       p.model->finish(p, split.step, totals, sums);
     }
     write_response(p, split.step, sums, response);
+    note_outlook(p, slot_of(response.id));
     report.status = report.status | response.status;
     report.bristles_visited += sums.visited;
     ++report.patches_stepped;
   }
 
-  void split_and_run(std::size_t first, std::uint64_t cost, StepReport& report) noexcept {
-    const auto n = in.size();
+  void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
+    const auto n = static_cast<std::uint32_t>(in.size());
     const std::uint64_t piece = std::max<std::uint64_t>(
         cost / (static_cast<std::uint64_t>(workers.count()) * 4), sharing.smallest_piece);
     int task_count = 0;
-    int split_count = 0;
-    auto group_first = static_cast<std::uint32_t>(first);
+    Task group{};
     std::uint64_t group_cost = 0;
-    for (std::size_t i = first; i < n; ++i) {
-      if (!has(out[i].status, waiting)) continue;
-      Patch& p = *pool.find(in[i].id);
-      const std::uint64_t patch_cost = cost_of(p, in[i]);
+    std::uint32_t group_size = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint64_t patch_cost = cost_of(in[i]);
       const std::uint64_t pieces = std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64);
-      if (patch_cost > 2 * sharing.smallest_piece && split_patch(p, i, pieces, split_count, task_count))
-        continue;
-      group_cost += patch_cost;
-      const int room = max_tasks - 1 - task_count;
-      if (group_cost >= piece && room > 0) {
-        new_task(task_count, -1, group_first, static_cast<std::uint32_t>(i) + 1);
-        group_first = static_cast<std::uint32_t>(i) + 1;
-        group_cost = 0;
+      const bool is_split = patch_cost > 2 * sharing.smallest_piece && split_patch(i, pieces, task_count);
+      if (!is_split) {
+        group_cost += patch_cost;
+        ++group_size;
       }
+      group.last = i + 1;
+      const bool is_full = group_cost >= piece && task_count < max_tasks - 1;
+      if (group_size == 0 || (i + 1 < n && !is_full)) continue;
+      tasks[static_cast<std::size_t>(task_count++)] = group;
+      group.first = i + 1;
+      group.next_split = split_count;
+      group_cost = 0;
+      group_size = 0;
     }
-    if (group_cost > 0) new_task(task_count, -1, group_first, static_cast<std::uint32_t>(n));
+    const double start = DeadlineMonitor::wall_now();
     workers.run(task_count, &run_task, this);
-
+    double own_end = start;
     for (int t = 0; t < task_count; ++t) {
       const Task& task = tasks[static_cast<std::size_t>(t)];
-      report.status = report.status | task.status;
-      report.patches_stepped += task.stepped;
-      report.bristles_visited += task.visited;
+      if (task.thread == &this_thread) own_end = std::max(own_end, task.end);
+      add_to(report, task);
     }
+    retreat.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
     for (int s = 0; s < split_count; ++s) finish_split(splits[static_cast<std::size_t>(s)], report);
     // Where all that could have been shared holds still, the calling thread did what there was.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), 1u);

@@ -35,9 +35,19 @@ struct SlotNote {
   Response last;             ///< what force() reads
 };
 
+/// What is known of a slot's next step without a look at its patch: an estimate, by which work is shared out.
+struct Outlook {
+  double normal_load = -1.0;   ///< N, of the last step
+  std::uint32_t bristles = 0;  ///< in contact
+  std::uint32_t last_counted =
+      0;  ///< low bits of the number of the step that named it last: finds repeated ids
+};
+
 struct PatchChunk {
-  explicit PatchChunk(std::uint32_t slots) : patches(new Patch[slots]), notes(new SlotNote[slots]) {}
+  explicit PatchChunk(std::uint32_t slots)
+      : patches(new Patch[slots]), outlooks(new Outlook[slots]), notes(new SlotNote[slots]) {}
   std::unique_ptr<Patch[]> patches;
+  std::unique_ptr<Outlook[]> outlooks;
   std::unique_ptr<SlotNote[]> notes;
 };
 
@@ -69,6 +79,10 @@ class PatchPool {
     BRISTLE_ASSERT(slot < capacity_);
     const int chunk = chunk_of(slot);
     return patches_[static_cast<std::size_t>(chunk)][slot - first_of(chunk)];
+  }
+  Outlook& outlook(std::uint32_t slot) const noexcept {
+    const int chunk = chunk_of(slot);
+    return chunks_[static_cast<std::size_t>(chunk)]->outlooks[slot - first_of(chunk)];
   }
   SlotNote& note(std::uint32_t slot) const noexcept {
     const int chunk = chunk_of(slot);

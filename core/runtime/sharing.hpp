@@ -1,6 +1,7 @@
 // When a step is shared among threads, and in what pieces.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 
@@ -39,5 +40,38 @@ inline Sharing chosen_sharing() noexcept {
   if (end == text || *end != 0 || patch == 0) return sharing;
   return {from, from, 0.0, piece, patch};
 }
+
+/// Steps that the caller makes alone after workers have held it up. A worker that the system takes off its
+/// core in the midst of a piece keeps the caller waiting until it is back, up to tens of milliseconds; nobody
+/// can do that piece for it. Where this happens, cores are wanted by others, and sharing would lose more than
+/// it gains.
+class Retreat {
+ public:
+  /// Asked once for each step that is worth sharing.
+  bool is_over() noexcept {
+    if (steps_alone_ == 0) return true;
+    --steps_alone_;
+    return false;
+  }
+  /// After a shared step: how long the caller worked and then waited for others, s.
+  void judge(double worked, double waited) noexcept {
+    if (waited > worked + grace) {
+      steps_alone_ = length_;
+      length_ = std::min(4 * length_, longest);
+      good_ = 0;
+    } else if (++good_ >= longest) {
+      length_ = first;
+    }
+  }
+
+  static constexpr std::uint32_t first = 32, longest = 8192;  ///< steps
+  /// s. In an even share nobody waits longer than for the last piece; that short a wait is no harm.
+  static constexpr double grace = 200e-6;
+
+ private:
+  std::uint32_t steps_alone_ = 0;
+  std::uint32_t length_ = first;
+  std::uint32_t good_ = 0;  ///< steps since the last retreat
+};
 
 }  // namespace bristle::detail
