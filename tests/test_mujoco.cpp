@@ -159,6 +159,17 @@ TEST_CASE("In MuJoCo a ball that slides rolls on at 5/7 of its speed", "[mujoco]
   CHECK(world.data->qvel[0] == Approx(rolling).epsilon(0.001));
 }
 
+TEST_CASE("In MuJoCo the axes of a contact turn by half of the ball's spin, however slow it is", "[mujoco]") {
+  World world(on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5));
+  world.run(0.2);
+  const Eigen::Vector3d before = world.friction->contacts().at(0).frame.along();
+  world.drive = [](const mjModel&, mjData& data) { data.qvel[5] = 2e-4; };  // 2e-7 rad a step
+  world.run(2.0);
+  const bristle::ContactFrame& frame = world.friction->contacts().at(0).frame;
+  const double angle = before.cross(frame.along()).dot(frame.normal());
+  CHECK(std::fabs(angle) == Approx(0.5 * 2e-4 * 2.0).margin(1.1e-6));
+}
+
 TEST_CASE("In MuJoCo too weak a pinch lets the capsule slide at g - 2 mu N / m", "[mujoco]") {
   Scene scene = pinch(0.2);
   scene.xml.replace(scene.xml.find("0.02 0.02 0.02"), 14, "0.02 0.02 0.50");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace mujoco_example {
 
@@ -18,7 +19,6 @@ namespace {
 std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
-bool by_key(const BristleFriction::Contact& a, const BristleFriction::Contact& b) { return a.key < b.key; }
 
 /// Refuses what bristles cannot do.
 ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
@@ -43,11 +43,11 @@ Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& mov
 bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
   return {contact.patch, {moved[0], moved[1], moved[2]}, contact.normal_load};
 }
-/// Adds weight * a' b of two rows to the lower triangle.
-template <class Matrix>
-void add_product(double weight, const Matrix& a, const Matrix& b, Eigen::Index row, Matrix& to) {
-  const double* const left = &a(row, 0);
-  const double* const right = &b(row, 0);
+/// Adds weight * a' b of two rows, of matrices stored by rows, to the lower triangle.
+template <class Rows, class Square>
+void add_product(double weight, const Rows& a, const Rows& b, Eigen::Index row, Square& to) {
+  const double* const left = a.data() + row * a.cols();
+  const double* const right = b.data() + row * b.cols();
   for (Eigen::Index i = 0; i < a.cols(); ++i) {
     const double share = weight * left[i];
     double* const line = &to(i, 0);
@@ -136,8 +136,8 @@ int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) cons
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
   cells_before_.swap(cells_);
-  if (!std::is_sorted(before_.begin(), before_.end(), by_key))
-    std::sort(before_.begin(), before_.end(), by_key);
+  next_before_ = 0;
+  by_key_.clear();
   contacts_.clear();
   cells_.clear();
   found_.clear();
@@ -157,26 +157,32 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   if (discs_) discs_->end_step();
 }
 
+/// What was known of a contact a step ago, or null. MuJoCo lists contacts mostly in the order of the step
+/// before.
+const BristleFriction::Contact* BristleFriction::find_before(std::uint64_t key) {
+  if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
+  if (by_key_.empty()) {
+    for (std::size_t i = 0; i < before_.size(); ++i) by_key_.emplace_back(before_[i].key, i);
+    std::sort(by_key_.begin(), by_key_.end());
+  }
+  const auto found = std::lower_bound(by_key_.begin(), by_key_.end(), std::make_pair(key, std::size_t{0}));
+  if (found == by_key_.end() || found->first != key) return nullptr;
+  next_before_ = found->second + 1;
+  return &before_[found->second];
+}
+
 void BristleFriction::take_over(const mjModel& model, const mjData& data, const mjContact& found,
                                 std::uint64_t key, int dim) {
-  Contact& contact = contacts_.emplace_back();
+  const Contact* const old = find_before(key);
+  const bool known = old != nullptr;
+  Contact& contact = known ? contacts_.emplace_back(*old) : contacts_.emplace_back();
   contact.key = key;
   const bool disc = dim >= 4;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
-  const auto old = std::lower_bound(before_.begin(), before_.end(), contact, by_key);
-  const bool known = old != before_.end() && old->key == key;
   contact.bodies[0] = model.geom_bodyid[found.geom1];
   contact.bodies[1] = model.geom_bodyid[found.geom2];
   if (known) {
-    contact = *old;
-    const auto turn = [&](int body) -> Vector3d {
-      return model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * body);
-    };
-    if (disc) {
-      contact.frame.carry_with_surface(normal, turn(contact.bodies[0]));
-    } else {
-      contact.frame.carry(normal, turn(contact.bodies[1]), turn(contact.bodies[0]));
-    }
+    carry_frame(model, data, normal, disc, contact);
   } else {
     contact.frame = bristle::ContactFrame(normal, along);
   }
@@ -198,6 +204,24 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   contact.first_cell = cells_.size();
   for (std::size_t k = 0; k < contact.cells; ++k)
     cells_.push_back(known && k < old->cells ? cells_before_[old->first_cell + k] : Cell{});
+}
+
+/// Turns that make no difference wait until they do: most contacts rest.
+void BristleFriction::carry_frame(const mjModel& model, const mjData& data, const Vector3d& normal, bool disc,
+                                  Contact& contact) {
+  constexpr double negligible = 1e-6;  // rad
+  for (int side = 0; side < 2; ++side)
+    contact.turn[side] += model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * contact.bodies[side]);
+  if ((normal - contact.frame.normal()).squaredNorm() + contact.turn[0].squaredNorm() +
+          contact.turn[1].squaredNorm() <
+      negligible * negligible)
+    return;
+  if (disc)
+    contact.frame.carry_with_surface(normal, contact.turn[0]);
+  else
+    contact.frame.carry(normal, contact.turn[1], contact.turn[0]);
+  contact.turn[0].setZero();
+  contact.turn[1].setZero();
 }
 
 /// The tree at the top of those that touch this one.
@@ -328,22 +352,35 @@ void BristleFriction::predict(double dt_s, const Island& island) {
 
   // What lets go in a pass stays so.
   for (std::size_t pass = 0; pass <= island.cells; ++pass) {
-    system_ = fixed_;
-    right_ = fixed_right_;
-    for (Eigen::Index row = 0; row < jacobian.rows(); ++row) {
-      add_product(dt_s, jacobian, gain_, row, system_);
-      right_ += (dt_s * pull_[row]) * jacobian.row(row).transpose();
-    }
-    factor_.compute(system_);
-    factor_.solveInPlace(right_);
-    slip_ = start_slip_;
-    slip_.noalias() += jacobian * right_;
+    if (jacobian.cols() == 6)
+      solve<6>(dt_s, jacobian);
+    else
+      solve<Eigen::Dynamic>(dt_s, jacobian);
     if (!clip(dt_s, island)) break;
   }
   for (const std::size_t i : island.contacts) {
     Contact& c = contacts_[i];
     c.slip.head(c.rows) = slip_.segment(c.first_row, c.rows);
   }
+}
+
+/// One free body, the island that there is most of, has its number of unknowns known to the compiler: half
+/// the time.
+template <int size>
+void BristleFriction::solve(double dt_s, const RowMatrix& jacobian) {
+  using Square = Eigen::Matrix<double, size, size, Eigen::RowMajor>;
+  using Rows = Map<const Eigen::Matrix<double, Eigen::Dynamic, size, Eigen::RowMajor>>;
+  const Eigen::Index n = jacobian.cols();
+  const Rows along(jacobian.data(), jacobian.rows(), n), gain(gain_.data(), gain_.rows(), n);
+  Square system = Map<const Square>(fixed_.data(), n, n);
+  Eigen::Matrix<double, size, 1> change = fixed_right_;
+  for (Eigen::Index row = 0; row < jacobian.rows(); ++row) {
+    add_product(dt_s, along, gain, row, system);
+    change += (dt_s * pull_[row]) * along.row(row).transpose();
+  }
+  Eigen::LLT<Eigen::Ref<Square>>(system).solveInPlace(change);
+  slip_ = start_slip_;
+  slip_.noalias() += along * change;
 }
 
 /// Every cell with the force, stiffness and damping that it has now.

@@ -27,6 +27,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <mujoco/mujoco.h>
@@ -75,9 +76,11 @@ class BristleFriction {
   /// A contact of the last step.
   struct Contact {
     std::uint64_t key = 0;
-    bristle::PatchId patch;             ///< of the batch; of a disc that of the extended patches
-    bristle::ContactFrame frame;        ///< normal from geom1 to geom2
-    Eigen::Vector3d point = {0, 0, 0};  ///< m, in the world
+    bristle::PatchId patch;       ///< of the batch; of a disc that of the extended patches
+    bristle::ContactFrame frame;  ///< normal from geom1 to geom2
+    Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
+                               Eigen::Vector3d::Zero()};  ///< rad, not yet in `frame`
+    Eigen::Vector3d point = {0, 0, 0};                    ///< m, in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
     double normal_load = 0.0;              ///< N, of MuJoCo's solver in this step
@@ -116,8 +119,11 @@ class BristleFriction {
   };
 
   void match(const mjModel& model, const mjData& data);
+  const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  int dim);
+  static void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, bool disc,
+                          Contact& contact);
   int dim_of(const mjModel& model, const mjContact& contact) const;
   void find_islands(const mjModel& model);
   int top_of(int tree);
@@ -126,6 +132,8 @@ class BristleFriction {
                 Eigen::Index normal_row, Island& island);
   void set_equation(const mjModel& model, const mjData& data, const Island& island);
   void predict(double dt_s, const Island& island);
+  template <int size>
+  void solve(double dt_s, const RowMatrix& jacobian);
   void begin_prediction(double dt_s, const Island& island);
   void sum_cells(const Contact& contact, const Island& island);
   bool clip(double dt_s, const Island& island);
@@ -141,7 +149,9 @@ class BristleFriction {
   bristle::ExtendedPatches patches_;  // of the discs
   std::optional<bristle::KeyedPatches> discs_;
   bristle::ContactMatcher matcher_;
-  std::vector<Contact> contacts_, before_;  // before_: by key
+  std::vector<Contact> contacts_, before_;
+  std::size_t next_before_ = 0;  // of before_: the one that is likely to come next
+  std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;  // places in before_, once somebody asked
   std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
   std::vector<bristle::ContactPoint> found_points_;
@@ -153,9 +163,8 @@ class BristleFriction {
   std::size_t island_count_ = 0;
   std::vector<int> tree_, island_of_;  // by body: what it hangs on; its island, or -1
   std::vector<int> column_;            // by degree of freedom: its column in its island
-  RowMatrix fixed_, system_;           // of an island, lower triangles: without patches; with them
+  RowMatrix fixed_;                    // of an island, without patches: lower triangle
   RowMatrix gain_;                     // of every contact, times its rows of the Jacobian
-  Eigen::LLT<RowMatrix> factor_;
   Eigen::VectorXd fixed_right_, right_, slip_, start_slip_, pull_, other_constraints_;
   std::vector<double> applied_;
 };

@@ -238,6 +238,8 @@ class ContactFrame {
   }
 
   Eigen::Vector3d carried_by(const Quaternion& turn, const Eigen::Vector3d& to) const noexcept {
+    if (turn.vec().isZero(0.0))  // the ground, and whatever is bolted to it
+      return detail::carry_along(now_.along, now_.normal, to, now_.along);
     const Eigen::Vector3d along = turn * now_.along;
     const Eigen::Vector3d from = turn * now_.normal;
     return detail::carry_along(along, from, to, along);
