@@ -29,6 +29,7 @@
 #include "tools/scene/waveform.hpp"
 
 using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 using nlohmann::json;
 
 namespace {
@@ -806,6 +807,14 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
   CHECK_THAT(table, Contains("not confirmed: machine too busy") && !Contains("fewer than 900"));
   CHECK(row["bristles"] == 0);
   CHECK(row["unconfirmed"] == true);
+
+  // One step in a hundred takes three times as long: the median of 1 ns a bristle allows a million.
+  const cli::CapacityRow delayed = cli::find_capacity({}, options, clock(3.0, 3.0));
+  CHECK(delayed.fits.bristles < 340'000);
+  CHECK_THAT(told(delayed).first, Contains("LOWER BOUND, MACHINE BUSY in 1 of 1 rows") &&
+                                      Contains("at least 33") && Contains(" 1,000,000 "));
+  CHECK_THAT(told(usual).first, StartsWith("1.00 ms of one thread are enough for 98") && !Contains("BUSY") &&
+                                    !Contains("at least"));
 
   const cli::CapacityRow slow = cli::find_capacity({}, options, clock(1e4, 1e4));
   const auto [slow_table, slow_row] = told(slow);

@@ -131,7 +131,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
 
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
   const Json report = report_of(options, result);
-  std::string text = fmt::format(
+  std::string text = capacity_answer(report);
+  text += fmt::format(
       "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um "
       "(default material: lognormal), "
       "motion along (0.8, 0.6)\n",

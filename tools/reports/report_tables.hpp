@@ -27,6 +27,10 @@ Table infinite_table(const Json& capacity, Medium medium);
 Table contacts_table(const Json& capacity, Medium medium);
 /// "> 1,234"; of a row that has none, why.
 std::string bristles_that_fit(const Json& row);
+/// Whether the row's p99 says more of the machine than of bristle: the median is far inside the deadline.
+bool was_busy(const Json& row, double deadline_s);
+/// The report in a sentence, and whether to believe it.
+std::string capacity_answer(const Json& capacity);
 
 // bristle-accuracy-1
 Table settings_table(const Json& accuracy, Medium medium, bool front_only);
