@@ -892,6 +892,8 @@ class Sweeps(unittest.TestCase):
                 rows = list(csv.DictReader(file))
             written = [float(row["steel_pad.fx_mean[N]"]) for row in rows]
             self.assertEqual(written, table["steel_pad.fx_mean"].tolist())
+            subprocess.run([sys.executable, "-c", f"""import bristle.sweep
+assert len(bristle.sweep({str(SCENES / 'two_surfaces.toml')!r}, {{"scene.dt": [1e-3, 2e-3]}}, steps=5)) == 2"""], check=True)
             with self.assertRaisesRegex(bristle.Error, "did you mean 'kinetic'"):
                 bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetik": [1.0]})
 

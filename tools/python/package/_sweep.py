@@ -164,7 +164,7 @@ def _run_task(recipe, indices, isa):
 # ------------------------------------------------------------------------------------------------------- by a scheduler
 
 _TASK_SECONDS = 0.5  # of work: the scheduler takes a few milliseconds a task
-_MOST_TRIES = 20  # of rows whose workers died under them
+_MOST_TRIES = 5  # of rows whose workers died under them, each after four workers
 
 
 class _Sizes:
