@@ -6,6 +6,7 @@ import concurrent.futures
 import copy
 import csv
 import importlib.util
+import json
 import multiprocessing
 import os
 import pathlib
@@ -28,7 +29,8 @@ LOAD = 2.0  # N
 REPOSITORY = pathlib.Path(__file__).parent.parent
 SCENES = REPOSITORY / "tools" / "scenes"
 COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
-TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment"}
+TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment",
+         "sweep", "SweepTable"}
 HAS_TOOLS = hasattr(bristle, "fit")
 
 
@@ -859,6 +861,41 @@ class Interface(unittest.TestCase):
                 if name in ("Response", "Responses"):  # numpy makes the attributes
                     members = set(bristle.response_dtype.names)
                 self.assertEqual({m for m in stubbed[name] if not m.startswith("_")}, members, name)
+
+
+@unittest.skipUnless(HAS_TOOLS, "this build has no tools")
+class Sweeps(unittest.TestCase):
+    VARY = {"material.rubber.kinetic": [0.6, 0.9], "patch.steel_pad.bristles": "100:400:2"}
+
+    def test_a_sweep_is_that_of_the_command_line(self):
+        table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, report=["kinetic", "time.cpu"], steps=300, repeat=2)
+        self.assertEqual(len(table), 8)
+        self.assertEqual(table["patch.steel_pad.bristles"].tolist(), [100, 100, 400, 400] * 2)
+        self.assertEqual(table.units["time.cpu"], "s")
+        self.assertGreater(table["time.cpu"].min(), 0.0)
+        with tempfile.TemporaryDirectory() as folder:
+            report = pathlib.Path(folder) / "report.json"
+            subprocess.run([COMMAND_LINE, "sweep", SCENES / "two_surfaces.toml", "--vary", "material.rubber.kinetic=0.6,0.9",
+                            "--vary", "patch.steel_pad.bristles=100:400:2", "--report", "kinetic,time.cpu", "--steps", "300",
+                            "--repeat", "2", "--json", report], check=True, stdout=subprocess.DEVNULL)
+            said = json.loads(report.read_text())
+        self.assertEqual((table.hash, table.study), (said["table_hash"], said["study"]))
+
+    def test_a_sweep_writes_tables_and_keeps_a_journal_that_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out, journal = pathlib.Path(folder) / "table.csv", pathlib.Path(folder) / "journal"
+            for _ in range(2):  # the second time all rows are there
+                table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, report="fx_mean", steps=50, out=out,
+                                      journal=journal, threads=2)
+                self.assertEqual(journal.read_bytes().count(b"\n"), 5)
+            with open(out, newline="") as file:
+                rows = list(csv.DictReader(file))
+            written = [float(row["steel_pad.fx_mean[N]"]) for row in rows]
+            self.assertEqual(written, table["steel_pad.fx_mean"].tolist())
+            subprocess.run([sys.executable, "-c", f"""import bristle.sweep
+assert len(bristle.sweep({str(SCENES / 'two_surfaces.toml')!r}, {{"scene.dt": [1e-3, 2e-3]}}, steps=5)) == 2"""], check=True)
+            with self.assertRaisesRegex(bristle.Error, "did you mean 'kinetic'"):
+                bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetik": [1.0]})
 
 
 if __name__ == "__main__":

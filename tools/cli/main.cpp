@@ -26,6 +26,7 @@
 #include "tools/reports/report.hpp"
 #include "tools/run/run.hpp"
 #include "tools/stability/stability.hpp"
+#include "tools/sweep/sweep.hpp"
 
 namespace {
 
@@ -220,6 +221,90 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->needs(realtime);
 }
 
+// `sweep`, and within it `merge`.
+CLI::App* add_sweep(CLI::App& app, cli::SweepOptions& options, cli::MergeOptions& merge) {
+  CLI::App* sweep = app.add_subcommand("sweep", "A scene over a grid or sample of parameters, as one table");
+  sweep->add_option("SCENE", options.study.scene, "Scene file, TOML (tools/README.md)");
+  const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* description) {
+    return sweep->add_option(option, list, description)->allow_extra_args(false)->trigger_on_parse(false);
+  };
+  add_list("--vary", options.study.vary,
+           "KEY=FROM:TO:NUMBER (with :log, :int) or KEY=V1,V2,...; a key as material.wood.kinetic; may be "
+           "repeated");
+  sweep
+      ->add_option_function<std::vector<std::string>>(
+          "--sample",
+          [&options](const std::vector<std::string>& words) {
+            const std::vector<std::string> names = {"grid", "latin", "sobol"};
+            const auto found = std::find(names.begin(), names.end(), words[0]);
+            if (found == names.end())
+              throw cli::UserError(
+                  fmt::format("--sample is '{}'; allowed: grid, latin NUMBER, sobol NUMBER", words[0]));
+            options.study.sampling = static_cast<cli::SweepSampling>(found - names.begin());
+            if (words.size() < 2) return;
+            const std::string& count = words[1];
+            const auto [rest, error] =
+                std::from_chars(count.data(), count.data() + count.size(), options.study.points);
+            if (error != std::errc() || rest != count.data() + count.size() || words[0] == "grid")
+              throw cli::UserError(fmt::format(
+                  "--sample is '{} {}'; allowed: grid, latin NUMBER, sobol NUMBER", words[0], count));
+          },
+          "grid (default), latin NUMBER (hypercube), sobol NUMBER of points")
+      ->expected(1, 2);
+  sweep->add_option("--repeat", options.study.repeat, "Rows at each point, each with seeds by its index")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}));
+  sweep->add_option("--seed", options.study.seed, "Of the rows' seeds and of the sample");
+  add_list("--set", options.study.set, "KEY=VALUE in every row; may be repeated");
+  add_list("--reference", options.study.reference,
+           "KEY=VALUE of a second run of each row, to which its forces are compared (result error); may be "
+           "repeated");
+  sweep
+      ->add_option("--report", options.study.report,
+                   "Results: default, all, a patch or body, or names such as "
+                   "kinetic,tip.peak,state_hash,time.step_p50")
+      ->allow_extra_args(false)
+      ->trigger_on_parse(false)
+      ->delimiter(',');
+  sweep->add_option("--window", options.study.window,
+                    "FROM:UNTIL, s: results window_peak and window_mean, and the time of error");
+  sweep->add_option("--steps", options.study.steps, "Steps, instead of the scene's duration")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
+  add_list("--out", options.out, "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated");
+  sweep->add_option("--journal", options.journal,
+                    "Rows as they are done (default: beside the table), kept at the end");
+  sweep->add_option("--json", options.json, "Write the report to this JSON file (- for stdout)");
+  sweep->add_option("--threads", options.threads, "Rows at a time; 0 = one per core")
+      ->check(CLI::Range(0, 1024));
+  sweep->add_option("--shard", options.shard, "i/N: only this part of the rows, i from 1; then sweep merge");
+  sweep->add_option("--dask", options.dask,
+                    "Address of a Dask scheduler that has the rows run, e.g. tcp://host:8786");
+  sweep->add_option("--isa", options.isa, "Instruction set: see bristle --version");
+  sweep->add_option("--row", options.row,
+                    "Run nothing: write the scene of this row (--out SCENE.toml, else stdout)");
+  sweep->footer(
+      "A sweep that was stopped or killed is resumed by the same command. bristle sweep merge --help: "
+      "shards.");
+  CLI::App* merge_app = sweep->add_subcommand("merge", "One table of the journals of all shards");
+  merge_app->add_option("JOURNAL", merge.journals, "Journals of one study, in any order")->required();
+  merge_app
+      ->add_option("--out", merge.out,
+                   "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated")
+      ->allow_extra_args(false)
+      ->trigger_on_parse(false);
+  merge_app->add_option("--json", merge.json, "Write the report to this JSON file (- for stdout)");
+  merge_app->add_flag("--partial", merge.partial, "Write what there is, though rows are missing");
+  return sweep;
+}
+
+int run_sweep(const CLI::App& sweep, const cli::SweepOptions& options, const cli::MergeOptions& merge) {
+  if (!sweep.get_subcommands().empty()) {
+    cli::merge_command(merge);
+    return exit_done;
+  }
+  if (options.study.scene.empty()) throw cli::UserError("sweep: SCENE is missing (see bristle sweep --help)");
+  return cli::sweep_command(options);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.require_subcommand(1);
@@ -357,6 +442,9 @@ int run(int argc, char** argv) {
   stability_app->add_option("--json", stability_options.json,
                             "Write the report to this JSON file (- for stdout)");
   stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)");
+  cli::SweepOptions sweep_options;
+  cli::MergeOptions merge_options;
+  const CLI::App* sweep_app = add_sweep(app, sweep_options, merge_options);
   cli::AccuracyOptions accuracy_options;
   std::string wanted_error;
   CLI::App* accuracy_app = app.add_subcommand(
@@ -415,6 +503,7 @@ int run(int argc, char** argv) {
   if (fit_app->parsed()) cli::fit_command(fit_options);
   if (report_app->parsed()) cli::report_command(report_options);
   if (stability_app->parsed()) cli::stability_command(stability_options);
+  if (sweep_app->parsed()) return run_sweep(*sweep_app, sweep_options, merge_options);
   return exit_done;
 }
 

@@ -26,6 +26,7 @@ void define_tools(py::module_& module) {
   define_scenes(module);
   define_fitting(module);
   define_experiments(module);
+  define_sweep(module);
 }
 
 }  // namespace bristle_python

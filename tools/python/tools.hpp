@@ -23,5 +23,6 @@ py::object report_of(const std::string& json);
 void define_scenes(py::module_& module);
 void define_fitting(py::module_& module);
 void define_experiments(py::module_& module);
+void define_sweep(py::module_& module);
 
 }  // namespace bristle_python

@@ -14,6 +14,7 @@
 #include "tools/files/toml_table.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/scene/scene_table.hpp"
 #include "tools/scene/snap_law.hpp"
 #include "tools/scene/waveform.hpp"
 
@@ -558,7 +559,11 @@ double Scene::trace_length() const noexcept {
 
 Scene parse_scene(const std::string& text, const std::string& path, const SceneLimits& limits,
                   const ShareDone& progress) {
-  const toml::table root = parse_toml(text, path);
+  return scene_of(parse_toml(text, path), path, limits, progress);
+}
+
+Scene scene_of(const toml::table& root, const std::string& path, const SceneLimits& limits,
+               const ShareDone& progress) {
   const TomlTable table(path, root, "");
   for (const auto& [key, node] : root) {
     const std::string_view name = key.str();

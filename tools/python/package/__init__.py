@@ -14,6 +14,9 @@ from ._bristle import *
 from ._bristle import __version__
 from ._arrays import Response, Responses, motions, responses
 
+if hasattr(_bristle, "_SweepStudy"):
+    from ._sweep import SweepTable, sweep
+
 
 def __getattr__(name):
     """Says of a name that this build leaves out why it does."""

@@ -1,6 +1,7 @@
 # Types of the module, for editors and checkers. Units and meaning: docstrings, help(bristle).
 import enum
 import os
+from collections.abc import Mapping, Sequence
 from typing import Any, Optional, TypedDict, Union, overload
 
 import numpy as np
@@ -503,4 +504,36 @@ def run_scene(
     clip_load: float = ...,
     out_patches: Optional[int] = ...,
 ) -> SceneRun: ...
+class SweepTable:
+    @property
+    def study(self) -> str: ...
+    @property
+    def hash(self) -> str: ...
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]: ...
+    @property
+    def units(self) -> dict[str, str]: ...
+    def __getitem__(self, name: str) -> NDArray[Any]: ...
+    def __len__(self) -> int: ...
+    def write(self, path: Union[str, os.PathLike[str]]) -> None: ...
+
+def sweep(
+    scene: Union[str, os.PathLike[str]],
+    vary: Union[Mapping[str, Union[str, Sequence[Any], NDArray[Any]]], Sequence[str]],
+    *,
+    sample: str = ...,
+    points: int = ...,
+    repeat: int = ...,
+    seed: Optional[int] = ...,
+    set: Optional[Mapping[str, Any]] = ...,
+    reference: Optional[Mapping[str, Any]] = ...,
+    report: Union[str, Sequence[str]] = ...,
+    window: Optional[tuple[float, float]] = ...,
+    steps: Optional[int] = ...,
+    out: Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]], None] = ...,
+    journal: Union[str, os.PathLike[str], None] = ...,
+    threads: int = ...,
+    isa: Optional[str] = ...,
+    client: Optional[Any] = ...,
+) -> SweepTable: ...
 def experiment(name: str, *, models: Optional[list[str]] = ..., **parameters: Any) -> dict[str, Any]: ...

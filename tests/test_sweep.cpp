@@ -1,0 +1,624 @@
+// `bristle sweep`: ranges and samples by hand and by tables, rows against `bristle run`, and one table
+// whoever computes it, however often it is interrupted.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#if BRISTLE_HAS_NETCDF
+#include <netcdf.h>
+#endif
+
+#include <bristle/patch_batch.hpp>
+
+#include "temporary_folder.hpp"
+#include "tools/files/toml_text.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/sweep/override.hpp"
+#include "tools/sweep/sweep.hpp"
+#include "tools/sweep/table_file.hpp"
+
+using Catch::Matchers::Contains;
+using cli::SweepValue;
+using cli::UserError;
+using Folder = bristle_test::TemporaryFolder;
+
+namespace {
+
+const std::string slide_scene = R"(
+[scene]
+name = "slide"
+dt = 1e-3
+duration = 0.3
+
+[[material]]
+name = "wood"
+kinetic = 0.4
+peak = 0.46
+presliding_length = 1e-5
+
+[[patch]]
+name = "tip"
+material = "wood"
+max_normal_load = 1.0
+bristles = 200
+axes = 1
+outputs = ["mean", "energy"]
+
+[[motion]]
+patch = "tip"
+type = "ramp"
+velocity = 1e-3
+load = 0.8
+)";
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+std::string read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+Outcome run_cli(const Folder& folder, const std::string& arguments, const std::string& environment = "") {
+  const std::string command =
+      environment + " '" BRISTLE_CLI "' " + arguments + " 2> '" + folder.at("stderr") + "'";
+  Outcome outcome;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> block;
+  while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
+    outcome.out.append(block.data(), got);
+  const int status = pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  outcome.err = read_file(folder.at("stderr"));
+  return outcome;
+}
+
+/// A table, and the command that made it went well.
+std::string table_of(const Folder& folder, const std::string& arguments,
+                     const std::string& environment = "") {
+  const Outcome outcome =
+      run_cli(folder, "sweep " + arguments + " --out '" + folder.at("table.csv") + "'", environment);
+  INFO(arguments << '\n' << outcome.err);
+  REQUIRE(outcome.code == 0);
+  return read_file(folder.at("table.csv"));
+}
+
+std::vector<std::vector<std::string>> csv_rows(const std::string& text) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back();
+    std::size_t begin = 0;
+    for (std::size_t comma; (comma = line.find(',', begin)) != std::string::npos; begin = comma + 1)
+      rows.back().push_back(line.substr(begin, comma - begin));
+    rows.back().push_back(line.substr(begin));
+  }
+  return rows;
+}
+
+std::string cell(const std::vector<std::vector<std::string>>& table, std::size_t row,
+                 const std::string& head) {
+  const auto found = std::find(table[0].begin(), table[0].end(), head);
+  INFO(head);
+  REQUIRE(found != table[0].end());
+  return table[row + 1][static_cast<std::size_t>(found - table[0].begin())];
+}
+double number(const std::vector<std::vector<std::string>>& table, std::size_t row, const std::string& head) {
+  return std::stod(cell(table, row, head));
+}
+
+std::vector<double> numbers_of(const std::string& range) {
+  std::vector<double> numbers;
+  for (const SweepValue& value : cli::parse_varied("key=" + range).values)
+    numbers.push_back(value.get<double>());
+  return numbers;
+}
+
+template <class Call>
+std::string complaint_of(Call call) {
+  try {
+    call();
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Twelve rows, milliseconds each.
+const std::string twelve_rows =
+    "--vary material.wood.kinetic=0.3:0.45:3 --vary motion.tip.velocity=5e-4,1e-3 --repeat 2";
+
+cli::StudyOptions study_options(const std::string& scene) {
+  cli::StudyOptions options;
+  options.scene = scene;
+  options.vary = {"material.wood.kinetic=0.3:0.45:3", "motion.tip.velocity=5e-4,1e-3"};
+  options.repeat = 2;
+  return options;
+}
+
+}  // namespace
+
+// -------------------------------------------------------------------------------------------------------------
+// ranges
+
+TEST_CASE("Ranges of a sweep are linear, logarithmic, whole, or lists of any TOML value", "[sweep]") {
+  CHECK(numbers_of("0.1:0.5:5") == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
+  CHECK(numbers_of("1e-6:1e-3:4:log") == std::vector<double>{1e-6, 1e-5, 1e-4, 1e-3});
+  CHECK(numbers_of("100:100000:4:log:int") == std::vector<double>{100, 1000, 10000, 100000});
+  CHECK(numbers_of("5:1:3") == std::vector<double>{5, 3, 1});
+  CHECK(numbers_of("-2:7:1") == std::vector<double>{-2});
+  CHECK(cli::parse_varied("k=1:9:3").values[1].is_number_integer());
+  CHECK(cli::parse_varied("k=1:8:3").values[1] == 4.5);
+  CHECK(cli::parse_varied("k=1:8:3:int").values[1] == 5);
+  const auto list =
+      cli::parse_varied("k=[1e-3, 0.0], keep , 3, 0.5,{ law = \"single\", length = 1e-5 }").values;
+  REQUIRE(list.size() == 5);
+  CHECK(list[0] == "[1e-3, 0.0]");
+  CHECK(list[1] == "keep");
+  CHECK(list[2] == 3);
+  CHECK(list[3] == 0.5);
+  CHECK(list[4] == "{ law = \"single\", length = 1e-5 }");
+  for (const char* bad : {"k", "=1", "k=", "k=1:2:x", "k=1:2:0", "k=0:2:3:log", "k=1,,2", "k=1:2:3:4"}) {
+    INFO(bad);
+    CHECK_THAT(complaint_of([&] { cli::parse_varied(bad); }), Contains(bad));
+  }
+}
+
+TEST_CASE("A Sobol sample is that of Bratley and Fox, its origin included", "[sweep]") {
+  const std::vector<double> points = cli::sobol_points(2, 6, 0);
+  // Numerical Recipes and ACM 659 give these.
+  CHECK(points == std::vector<double>{0, 0, 0.5, 0.5, 0.75, 0.25, 0.25, 0.75, 0.375, 0.375, 0.875, 0.875});
+  // Each of the 16 quarters of both axes holds one of the first 16, with and without a shift of digits.
+  for (const std::uint64_t seed : {0u, 7u}) {
+    const std::vector<double> sixteen = cli::sobol_points(2, 16, seed);
+    std::set<int> cells;
+    for (std::size_t i = 0; i < 16; ++i)
+      cells.insert(static_cast<int>(4 * sixteen[2 * i]) * 4 + static_cast<int>(4 * sixteen[2 * i + 1]));
+    CHECK(cells.size() == 16);
+  }
+  CHECK(cli::sobol_points(2, 4, 7) != cli::sobol_points(2, 4, 8));
+}
+
+TEST_CASE("A Latin hypercube has one point in every part of every axis, in another order for each",
+          "[sweep]") {
+  constexpr std::size_t points = 50;
+  const std::vector<double> sample = cli::latin_points(3, points, 5);
+  std::vector<std::vector<int>> orders(3);
+  for (std::size_t d = 0; d < 3; ++d) {
+    std::set<int> parts;
+    for (std::size_t i = 0; i < points; ++i) {
+      orders[d].push_back(static_cast<int>(sample[3 * i + d] * points));
+      parts.insert(orders[d].back());
+    }
+    CHECK(parts.size() == points);
+    CHECK((*parts.begin() == 0 && *parts.rbegin() == points - 1));
+  }
+  CHECK((orders[0] != orders[1] && orders[1] != orders[2]));
+  CHECK(sample != cli::latin_points(3, points, 6));
+  CHECK(sample == cli::latin_points(3, points, 5));
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// keys
+
+TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
+  toml::table root = cli::parse_toml(
+      "[scene]\ndt = 1e-3\n[[material]]\nname = 'a'\nsnap_length = { law = 'single', length = 1e-5 }\n"
+      "[[material]]\nname = 'b'\n[[patch]]\nname = 'p'\n[[motion]]\npatch = 'p'\nvelocity = [1.0, 2.0]\n"
+      "[[body]]\nname = 'c'\nforce = [ { t = 0.0, x = 1.0 }, { t = 1.0, x = 2.0 } ]\n",
+      "scene");
+  cli::set_key(root, "scene.dt", 2e-3);
+  CHECK(root["scene"]["dt"].value<double>() == 2e-3);
+  cli::set_key(root, "material.a.snap_length.length", 2e-5);
+  CHECK(root["material"][0]["snap_length"]["length"].value<double>() == 2e-5);
+  cli::set_key(root, "material.*.kinetic", 0.3);
+  CHECK(root["material"][0]["kinetic"].value<double>() == 0.3);
+  CHECK(root["material"][1]["kinetic"].value<double>() == 0.3);
+  cli::set_key(root, "motion.p.velocity.1", 5);
+  CHECK(root["motion"][0]["velocity"][1].value<std::int64_t>() == 5);
+  cli::set_key(root, "motion.velocity", "[3.0, 4.0]");
+  CHECK(root["motion"][0]["velocity"][0].value<double>() == 3.0);
+  cli::set_key(root, "body.c.force.1.x", 7.5);
+  CHECK(root["body"][0]["force"][1]["x"].value<double>() == 7.5);
+  cli::set_key(root, "patch.bristles", 100);
+  CHECK(root["patch"][0]["bristles"].value<std::int64_t>() == 100);
+  cli::set_key(root, "material.b.rule", "keep");
+  CHECK(root["material"][1]["rule"].value<std::string>() == "keep");
+
+  const auto complaint = [&](const std::string& path) {
+    return complaint_of([&] { cli::set_key(root, path, 1.0); });
+  };
+  CHECK_THAT(complaint("materiel.a.kinetic"), Contains("did you mean 'material'"));
+  CHECK_THAT(complaint("body.d.mass"), Contains("no body 'd'") && Contains("there are: c"));
+  CHECK_THAT(complaint("body.c.force.2.x"), Contains("allowed: 0 to 1"));
+  CHECK_THAT(complaint("material.kinetic"), Contains("no material 'kinetic'"));
+  CHECK_THAT(complaint("material.a.snap_lenght.length"), Contains("did you mean 'snap_length'"));
+  CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
+  CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
+}
+
+TEST_CASE("An unknown key, name or result is refused at once with the nearest one", "[sweep]") {
+  const Folder folder;
+  const std::string scene = "sweep '" + folder.write("slide.toml", slide_scene) + "' ";
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const Outcome outcome = run_cli(folder, scene + arguments);
+    INFO(arguments);
+    CHECK(outcome.code == 2);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    CHECK_THAT(outcome.err, Contains(why));
+  };
+  refused("--vary material.wood.kinetik=0.1,0.2", "did you mean 'kinetic'");
+  refused("--vary material.wod.kinetic=0.1,0.2", "did you mean 'wood'");
+  refused("--vary patch.tip.bristels=10,20", "did you mean 'bristles'");
+  refused("--vary patch.tip.bristles=10,20 --report kinetc", "did you mean 'kinetic'");
+  refused("--vary patch.tip.bristles=10:20", "NUMBER");
+  refused("--vary patch.tip.bristles=10,20 --vary patch.tip.bristles=30", "twice");
+  refused("--vary patch.tip.bristles=10,20 --sample sobol", "the number of points");
+  refused("--vary patch.tip.bristles=10,20 --sample halton 3", "allowed: grid, latin NUMBER, sobol NUMBER");
+  refused("--vary patch.tip.seed=10,20 --repeat 2", "take one of the two");
+  refused("--vary patch.tip.bristles=10,20 --shard 5/4", "i from 1 to N");
+  refused("--vary patch.tip.bristles=10,20 --shard 1/4", "give --out");
+  refused("--vary patch.tip.bristles=10,20 --isa fast", "fast");
+  refused("--vary patch.tip.bristles=1.5,2.5", "every row was refused");
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// rows
+
+TEST_CASE("A row reports what bristle run reports of the same scene", "[sweep]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene);
+  const auto table = csv_rows(table_of(
+      folder, "'" + scene + "' --vary material.wood.kinetic=0.3,0.4 --report default,kinetic_in_theory"));
+  REQUIRE(table.size() == 3);
+  std::string by_hand = slide_scene;
+  by_hand.replace(by_hand.find("kinetic = 0.4"), 13, "kinetic = 0.3");
+  const std::string texts[] = {by_hand, slide_scene};
+  for (std::size_t row = 0; row < 2; ++row) {
+    const Outcome outcome =
+        run_cli(folder, "run '" + folder.write("by_hand.toml", texts[row]) + "' --json -");
+    REQUIRE(outcome.code == 0);
+    const auto report = nlohmann::json::parse(outcome.out);
+    const auto& patch = report["patches"][0];
+    CHECK(cell(table, row, "state_hash") == report["state_hash"].get<std::string>());
+    CHECK(number(table, row, "tip.fx_mean[N]") == patch["force"]["x"]["mean"].get<double>());
+    CHECK(number(table, row, "tip.peak") == patch["coefficient"]["highest"].get<double>());
+    CHECK(number(table, row, "tip.dissipated[J]") == patch["energy"]["dissipated"].get<double>());
+    CHECK(number(table, row, "tip.snaps") == patch["energy"]["snaps"].get<double>());
+    CHECK(number(table, row, "tip.kinetic_in_theory") == Approx(row == 0 ? 0.3 : 0.4));
+    CHECK(number(table, row, "tip.x[m]") == Approx(0.3e-3));  // 1 mm/s for 0.3 s
+    CHECK(number(table, row, "tip.load_mean[N]") == Approx(0.8));
+  }
+}
+
+TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene);
+  const auto table = csv_rows(table_of(folder, "'" + scene + "' " + twelve_rows + " --report state_hash"));
+  std::set<std::string> hashes;
+  for (std::size_t row = 0; row < 12; ++row) hashes.insert(cell(table, row, "state_hash"));
+  CHECK(hashes.size() == 12);  // repeats have seeds of their own
+  const Outcome written = run_cli(
+      folder, "sweep '" + scene + "' " + twelve_rows + " --row 7 --out '" + folder.at("row.toml") + "'");
+  REQUIRE(written.code == 0);
+  const Outcome run = run_cli(folder, "run '" + folder.at("row.toml") + "' --json -");
+  REQUIRE(run.code == 0);
+  CHECK(nlohmann::json::parse(run.out)["state_hash"].get<std::string>() == cell(table, 7, "state_hash"));
+}
+
+TEST_CASE("Values that a scene refuses make a row that says so, and the others run", "[sweep]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene);
+  // Of a lognormal law the peak is at most 2.006 times the kinetic coefficient.
+  const auto table =
+      csv_rows(table_of(folder, "'" + scene + "' --vary material.wood.peak=0.46,0.9,-1 --report kinetic"));
+  REQUIRE(table.size() == 4);
+  CHECK(cell(table, 0, "failure").empty());
+  CHECK(number(table, 0, "tip.kinetic") == Approx(0.4).epsilon(0.1));
+  for (const std::size_t row : {1u, 2u}) {
+    CHECK(cell(table, row, "tip.kinetic").empty());
+    CHECK_THAT(cell(table, row, "failure"), Contains("peak") && Contains("allowed"));
+    CHECK(cell(table, row, "failure").find(folder.path.string()) ==
+          std::string::npos);  // the same on any machine
+  }
+}
+
+TEST_CASE("A sweep's error is the rms difference to a reference run, and its window cuts the time",
+          "[sweep]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene);
+  const auto forces = [&](const std::string& text) {
+    const std::string file = folder.at("forces.csv");
+    const Outcome outcome =
+        run_cli(folder, "run '" + folder.write("one.toml", text) + "' --out '" + file + "'");
+    REQUIRE(outcome.code == 0);
+    return csv_rows(read_file(file));
+  };
+  std::string many = slide_scene;
+  many.replace(many.find("bristles = 200"), 14, "bristles = 5000");
+  const auto ours = forces(slide_scene), truth = forces(many);
+  double error = 0.0, square = 0.0, highest = 0.0, sum = 0.0;
+  int steps = 0;
+  for (std::size_t step = 0; step + 1 < ours.size(); ++step) {
+    const double t = number(ours, step, "t");
+    if (!(t > 0.1 + 1e-9 && t < 0.2 + 1e-9)) continue;
+    const double a = number(ours, step, "fx"), b = number(truth, step, "fx");
+    error += (a - b) * (a - b);
+    square += b * b;
+    highest = std::max(highest, std::abs(a) / 0.8);
+    sum += std::abs(a) / 0.8;
+    ++steps;
+  }
+  REQUIRE(steps == 100);
+  const auto table = csv_rows(table_of(
+      folder,
+      "'" + scene + "' --vary material.wood.peak=0.46 --reference patch.tip.bristles=5000 --window 0.1:0.2"));
+  CHECK(number(table, 0, "tip.error") == Approx(std::sqrt(error / square)).epsilon(1e-6));
+  CHECK(number(table, 0, "tip.window_peak") == Approx(highest).epsilon(1e-6));
+  CHECK(number(table, 0, "tip.window_mean") == Approx(sum / steps).epsilon(1e-6));
+  const auto itself = csv_rows(
+      table_of(folder, "'" + scene + "' --vary material.wood.peak=0.46 --reference patch.tip.bristles=200"));
+  CHECK(number(itself, 0, "tip.error") == 0.0);
+}
+
+TEST_CASE("A trace belongs to a study: another content makes another study", "[sweep]") {
+  const Folder folder;
+  std::string scene = slide_scene.substr(0, slide_scene.find("type = "));
+  scene.erase(scene.find("duration = 0.3\n"), 15);
+  scene += "type = \"trace\"\nfile = \"motion.csv\"\n";
+  folder.write("motion.csv", "t,x,load\n0,0,1\n0.1,1e-4,1\n");
+  cli::StudyOptions options;
+  options.scene = folder.write("trace.toml", scene);
+  options.vary = {"material.wood.kinetic=0.3,0.4"};
+  const cli::Study first(options);
+  // From its recipe alone, in another folder.
+  const Folder elsewhere;
+  const cli::Study copy(first.recipe(), elsewhere.path.string());
+  CHECK(copy.hash() == first.hash());
+  const std::string row = first.run_row(1);
+  CHECK(copy.run_row(1) == row);
+  folder.write("motion.csv", "t,x,load\n0,0,1\n0.1,2.5e-4,1\n");
+  CHECK_THAT(complaint_of([&] { first.run_row(1); }), Contains("motion.csv: changed while the sweep ran"));
+  CHECK(copy.run_row(1) == row);
+  const cli::Study second(options);
+  CHECK(second.hash() != first.hash());
+  CHECK(second.run_row(1) != row);
+}
+
+// ------------------------------------------------------------------------------------------------ one table
+// whoever runs
+
+TEST_CASE(
+    "A sweep's table is the same with any number of threads, in shards of any order, on any instruction set",
+    "[sweep][determinism]") {
+  const Folder folder;
+  const std::string scene = "'" + folder.write("slide.toml", slide_scene) + "' ";
+  const std::string table = table_of(folder, scene + twelve_rows + " --threads 1");
+  CHECK(csv_rows(table).size() == 13);
+  CHECK(table_of(folder, scene + twelve_rows + " --threads 2") == table);
+  CHECK(table_of(folder, scene + twelve_rows + " --threads 7") == table);
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) continue;
+    INFO(isa.name);
+    CHECK(table_of(folder, scene + twelve_rows, std::string("BRISTLE_ISA=") + isa.name) == table);
+  }
+  for (const int shard : {3, 1, 2})
+    REQUIRE(run_cli(folder, fmt::format("sweep {}{} --shard {}/3 --out '{}'", scene, twelve_rows, shard,
+                                        folder.at("parts.csv")))
+                .code == 0);
+  const std::string journals = "'" + folder.at("parts.csv") + "'.shard-";
+  const Outcome missing = run_cli(folder, "sweep merge " + journals + "1-of-3.journal " + journals +
+                                              "2-of-3.journal --out '" + folder.at("merged.csv") + "'");
+  CHECK(missing.code == 2);
+  CHECK_THAT(missing.err, Contains("4 of 12 rows are missing, the first is row 2"));
+  for (const char* order : {"1-of-3.journal {0}3-of-3.journal {0}2-of-3.journal",
+                            "2-of-3.journal {0}1-of-3.journal {0}3-of-3.journal"}) {
+    const Outcome merged =
+        run_cli(folder, "sweep merge " + journals + fmt::format(fmt::runtime(order), journals) + " --out '" +
+                            folder.at("merged.csv") + "'");
+    INFO(merged.err);
+    CHECK(merged.code == 0);
+    CHECK(read_file(folder.at("merged.csv")) == table);
+  }
+}
+
+TEST_CASE("Measured times are columns of a sweep, but no part of its table's hash", "[sweep]") {
+  const Folder folder;
+  const std::string scene = "'" + folder.write("slide.toml", slide_scene) + "' ";
+  const auto report = [&](const std::string& more) {
+    const Outcome outcome = run_cli(folder, "sweep " + scene + twelve_rows + " --json - " + more);
+    REQUIRE(outcome.code == 0);
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto first = report("--report kinetic,time.cpu"), second = report("--report kinetic,time.cpu");
+  CHECK(first["table_hash"] == second["table_hash"]);
+  CHECK(first["columns"][5]["name"] == "time.cpu");
+  CHECK(first["columns"][5]["least"].get<double>() > 0.0);
+  CHECK(report("--report peak,time.cpu")["table_hash"] != first["table_hash"]);
+}
+
+// -------------------------------------------------------------------------------------------------------------
+// journal
+
+TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, none is run twice",
+          "[sweep]") {
+  const Folder folder;
+  const cli::Study study(study_options(folder.write("slide.toml", slide_scene)));
+  const std::string path = folder.at("journal");
+  std::vector<std::string> rows;
+  {
+    cli::Journal journal(path, study.header());
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      rows.push_back(study.run_row(i));
+      journal.add(rows.back());
+      journal.add(rows.back());  // once is enough
+    }
+  }
+  const std::string whole = read_file(path);
+  CHECK(std::count(whole.begin(), whole.end(), '\n') == 5);
+  for (std::size_t length = 0; length < whole.size(); length += 23) {
+    folder.write("journal", whole.substr(0, length));
+    const auto lines = std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length), '\n');
+    const std::uint64_t kept = lines == 0 ? 0 : static_cast<std::uint64_t>(lines) - 1;
+    cli::Journal journal(path, study.header());
+    INFO("cut at " << length);
+    REQUIRE(journal.found() == kept);
+    REQUIRE(cli::rows_to_do(study, {}, journal.rows()).size() == 12 - kept);
+    for (std::uint64_t i = kept; i < 4; ++i) journal.add(rows[i]);
+    REQUIRE(read_file(path) == whole);
+  }
+}
+
+TEST_CASE(
+    "A sweep's journal drops a damaged row, and refuses another study, another file and a second writer",
+    "[sweep]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene);
+  const cli::Study study(study_options(scene));
+  const std::string path = folder.at("journal");
+  {
+    cli::Journal journal(path, study.header());
+    for (std::uint64_t i = 0; i < 3; ++i) journal.add(study.run_row(i));
+    CHECK_THAT(complaint_of([&] { cli::Journal(path, study.header()); }),
+               Contains("another sweep writes it"));
+  }
+  std::string text = read_file(path);
+  const std::size_t second_row = text.find("[1,");
+  text[second_row + 30] ^= 1;
+  folder.write("journal", text);
+  const cli::SweepRows rows = cli::read_journal(path);
+  CHECK(rows.done == 2);
+  CHECK(rows.rows[1].empty());
+
+  cli::StudyOptions other = study_options(scene);
+  other.vary[0] = "material.wood.kinetic=0.3:0.44:3";
+  CHECK_THAT(complaint_of([&] { cli::Journal(path, cli::Study(other).header()); }),
+             Contains("another study") && Contains("0.3:0.45:3") && Contains("0.3:0.44:3"));
+  CHECK_THAT(complaint_of([&] { cli::Journal(folder.write("notes", "a line\nanother\n"), study.header()); }),
+             Contains("is no journal"));
+  CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
+
+  // A comment in the scene changes nothing, a number does.
+  folder.write("slide.toml", "# a comment\n" + slide_scene);
+  CHECK(cli::Study(study_options(scene)).hash() == study.hash());
+  std::string changed = slide_scene;
+  changed.replace(changed.find("load = 0.8"), 10, "load = 0.7");
+  folder.write("slide.toml", changed);
+  CHECK(cli::Study(study_options(scene)).hash() != study.hash());
+}
+
+TEST_CASE("A sweep that is killed in the middle goes on where it was, to the same table",
+          "[sweep][determinism]") {
+  const Folder folder;
+  const std::string scene = folder.write("slide.toml", slide_scene), journal = folder.at("journal");
+  // Rows of about 10 ms: enough of them to be in the middle of.
+  const std::string vary =
+      " --vary material.wood.kinetic=0.3:0.45:40 --vary patch.tip.bristles=10000 --report default";
+  const std::string table = table_of(folder, "'" + scene + "'" + vary);
+  const int signals[] = {SIGKILL, SIGKILL, SIGINT};
+  std::size_t before = 0;
+  for (const int signal : signals) {
+    const std::string command = "exec '" BRISTLE_CLI "' sweep '" + scene + "'" + vary +
+                                " --threads 2 --out '" + folder.at("killed.csv") + "' --journal '" + journal +
+                                "' > /dev/null 2> '" + folder.at("stderr") + "'";
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      _exit(127);
+    }
+    const auto lines = [&] {
+      const std::string text = read_file(journal);
+      return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    };
+    for (int wait = 0; wait < 3000 && lines() < before + 5; ++wait)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    kill(child, signal);
+    int status = 0;
+    waitpid(child, &status, 0);
+    before = lines();
+    if (signal == SIGINT) {
+      CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 130));
+      CHECK_THAT(read_file(folder.at("stderr")), Contains("resume by the same command"));
+    } else {
+      CHECK((WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL));
+    }
+    CHECK(before < 41);
+    CHECK_FALSE(std::filesystem::exists(folder.at("killed.csv")));
+  }
+  REQUIRE(before >= 15);
+  const Outcome resumed = run_cli(folder, "sweep '" + scene + "'" + vary + " --out '" +
+                                              folder.at("killed.csv") + "' --journal '" + journal + "'");
+  REQUIRE(resumed.code == 0);
+  CHECK_THAT(resumed.err, Contains("of 40 rows are in"));
+  CHECK(read_file(folder.at("killed.csv")) == table);
+  const std::string text = read_file(journal);
+  CHECK(std::count(text.begin(), text.end(), '\n') == 41);  // every row once, and the head
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// files
+
+TEST_CASE("A sweep's NetCDF table has the numbers of the CSV, and units", "[sweep]") {
+  const Folder folder;
+  const std::string scene = "'" + folder.write("slide.toml", slide_scene) + "' ";
+  const std::string file = folder.at("table.nc");
+#if BRISTLE_HAS_NETCDF
+  const auto csv = csv_rows(table_of(
+      folder, scene + "--vary material.wood.peak=0.46,-1 --vary patch.tip.max_normal_load=1:2:2 --out '" +
+                  file + "'"));
+  int id = 0, variable = 0;
+  REQUIRE(nc_open(file.c_str(), NC_NOWRITE, &id) == NC_NOERR);
+  double values[4] = {};
+  char text[64] = {};
+  REQUIRE(nc_inq_varid(id, "tip.fx_mean", &variable) == NC_NOERR);
+  REQUIRE(nc_get_var_double(id, variable, values) == NC_NOERR);
+  CHECK(values[1] == number(csv, 1, "tip.fx_mean[N]"));
+  CHECK(std::isnan(values[2]));
+  REQUIRE(nc_get_att_text(id, variable, "units", text) == NC_NOERR);
+  CHECK(std::string(text) == "N");
+  long long loads[4] = {};
+  REQUIRE(nc_inq_varid(id, "patch.tip.max_normal_load", &variable) == NC_NOERR);
+  REQUIRE(nc_get_var_longlong(id, variable, loads) == NC_NOERR);
+  CHECK((loads[0] == 1 && loads[1] == 2));
+  unsigned long long hashes[4] = {};
+  REQUIRE(nc_inq_varid(id, "state_hash", &variable) == NC_NOERR);
+  REQUIRE(nc_get_var_ulonglong(id, variable, hashes) == NC_NOERR);
+  CHECK(fmt::format("{:016x}", hashes[0]) == cell(csv, 0, "state_hash"));
+  char* failures[4] = {};
+  REQUIRE(nc_inq_varid(id, "failure", &variable) == NC_NOERR);
+  REQUIRE(nc_get_var_string(id, variable, failures) == NC_NOERR);
+  CHECK(std::string(failures[0]).empty());
+  CHECK_THAT(failures[2], Contains("peak is -1"));
+  nc_free_string(4, failures);
+  nc_close(id);
+#else
+  const Outcome outcome =
+      run_cli(folder, "sweep " + scene + "--vary material.wood.peak=0.46 --out '" + file + "'");
+  CHECK(outcome.code == 2);
+  CHECK_THAT(outcome.err, Contains("install libnetcdf-dev"));
+#endif
+}

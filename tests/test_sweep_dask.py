@@ -1,0 +1,131 @@
+#!/usr/bin/python3
+"""bristle.sweep on a Dask cluster: a real scheduler, worker processes on loopback, one of them killed in the middle.
+
+Exit code 77, which CTest shows as skipped, where Debian's python3-distributed is missing.
+"""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import bristle
+
+try:
+    from distributed import Client, LocalCluster
+except ImportError:
+    print("skipped: no module distributed (on Debian: apt install python3-distributed)")
+    sys.exit(77)
+
+COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
+SCENE = """
+[scene]
+name = "slide"
+dt = 1e-3
+duration = 0.2
+[[material]]
+name = "wood"
+presliding_length = 1e-5
+[[patch]]
+name = "tip"
+material = "wood"
+max_normal_load = 1.0
+bristles = 60000
+axes = 1
+[[motion]]
+patch = "tip"
+type = "trace"
+file = "motion.csv"
+"""
+MOTION = "t,x,load\n0,0,0.8\n0.2,2e-4,0.9\n"
+VARY = {"material.wood.kinetic": "0.3:0.45:12", "patch.tip.axes": [1, 2]}
+REPORT = ["kinetic", "state_hash"]
+
+
+class OnDask(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.scene = pathlib.Path(cls.folder.name) / "slide.toml"
+        cls.scene.write_text(SCENE)
+        (cls.scene.parent / "motion.csv").write_text(MOTION)
+        cls.cluster = LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None)
+        cls.client = Client(cls.cluster)
+        cls.workers = [cls.start_worker() for _ in range(2)]
+        cls.client.wait_for_workers(2, timeout=60)
+        cls.by_threads = bristle.sweep(cls.scene, VARY, report=REPORT, threads=2)
+
+    @classmethod
+    def tearDownClass(cls):
+        for worker in cls.workers:
+            worker.kill()
+            worker.wait()
+        cls.client.close()
+        cls.cluster.close()
+        cls.folder.cleanup()
+
+    @classmethod
+    def start_worker(cls):
+        """A process of its own, without a nanny that would start another in its place, and in another folder."""
+        environment = dict(os.environ, PYTHONPATH=str(pathlib.Path(bristle.__file__).parents[1]))
+        return subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli.dask_worker", cls.cluster.scheduler_address, "--no-nanny", "--nthreads",
+             "1", "--no-dashboard"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/tmp")
+
+    def test_rows_are_those_of_threads_though_a_worker_is_killed_and_another_comes(self):
+        journal = self.scene.parent / "journal"
+        killed_after = []
+
+        def kill_one():
+            while not journal.exists() or journal.read_bytes().count(b"\n") < 6:
+                time.sleep(0.002)
+            self.workers[0].send_signal(signal.SIGKILL)
+            killed_after.append(journal.read_bytes().count(b"\n") - 1)
+            self.workers.append(self.start_worker())
+
+        killer = threading.Thread(target=kill_one, daemon=True)
+        killer.start()
+        table = bristle.sweep(self.scene, VARY, report=REPORT, journal=journal, client=self.client)
+        killer.join(10)
+        self.assertEqual(len(table), 24)
+        self.assertLess(killed_after[0], 24)  # it was in the middle
+        self.assertEqual(self.workers[0].wait(10), -signal.SIGKILL)
+        self.assertEqual(table.hash, self.by_threads.hash)
+        self.assertEqual(len(set(table["state_hash"])), 24)
+        self.assertEqual(list(table["tip.kinetic"]), list(self.by_threads["tip.kinetic"]))
+        self.assertEqual(journal.read_bytes().count(b"\n"), 25)  # every row once, though some ran twice
+        again = bristle.sweep(self.scene, VARY, report=REPORT, journal=journal, client=self.client)
+        self.assertEqual(again.hash, table.hash)
+
+    def test_the_command_line_hands_its_rows_to_a_scheduler(self):
+        command = [COMMAND_LINE, "sweep", self.scene, "--vary", "material.wood.kinetic=0.3:0.45:12", "--vary",
+                   "patch.tip.axes=1,2", "--report", ",".join(REPORT), "--out", self.scene.parent / "table.csv"]
+        environment = dict(os.environ, BRISTLE_PYTHON=sys.executable)
+        run = subprocess.run([*command, "--dask", self.cluster.scheduler_address], env=environment, capture_output=True,
+                             text=True)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        self.assertIn(self.by_threads.hash, run.stdout)
+
+    def test_a_scheduler_that_is_not_there_is_named_in_the_error(self):
+        command = [COMMAND_LINE, "sweep", self.scene, "--vary", "patch.tip.axes=1,2", "--dask", "tcp://127.0.0.1:9"]
+        environment = dict(os.environ, BRISTLE_PYTHON=sys.executable, DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT="1s")
+        run = subprocess.run(command, env=environment, capture_output=True, text=True)
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("tcp://127.0.0.1:9: no scheduler answers there", run.stderr)
+
+    def test_a_row_that_the_scene_refuses_is_the_same_row_on_a_worker(self):
+        vary = {"material.wood.peak": [0.46, 3.0, -1.0]}
+        here = bristle.sweep(self.scene, vary, report=REPORT)
+        there = bristle.sweep(self.scene, vary, report=REPORT, client=self.client)
+        self.assertEqual(here.hash, there.hash)
+        self.assertIn("peak", there["failure"][2])
+        self.assertNotIn(str(self.scene.parent), there["failure"][2])
+
+
+if __name__ == "__main__":
+    unittest.main()

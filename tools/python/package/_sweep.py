@@ -1,0 +1,268 @@
+"""bristle.sweep: a scene over a grid or sample of parameters, on threads here or on a Dask cluster."""
+
+import atexit
+import collections
+import json
+import os
+import shutil
+import sys
+import tempfile
+import threading
+import time
+
+import numpy as np
+
+from ._bristle import Error, _check_table_file, _SweepRows, _SweepStudy
+
+_DTYPES = {"number": np.float64, "whole": np.int64, "hash": np.uint64, "text": object}
+
+
+class SweepTable:
+    """Rows of a study, in the order of their index. table["tip.kinetic"] is a column as a numpy array."""
+
+    def __init__(self, study, rows):
+        self._rows, self._study = rows, study.hash
+        self._columns, self._units = {}, {}
+        cells = [json.loads(line) for line in rows.lines()]
+        for c, column in enumerate(study.columns):
+            self._columns[column["name"]] = _column([row[c] for row in cells], column["type"])
+            self._units[column["name"]] = column["unit"]
+
+    @property
+    def columns(self):
+        """Columns by name, as numpy arrays."""
+        return self._columns
+
+    @property
+    def units(self):
+        """Units of the columns by name; "" of pure numbers and texts."""
+        return self._units
+
+    @property
+    def study(self):
+        """Hash of scene, motion files, ranges, seeds and results."""
+        return self._study
+
+    @property
+    def hash(self):
+        """Of all rows, measured times left out: the table hash of `bristle sweep`."""
+        return self._rows.table_hash()
+
+    def __getitem__(self, name):
+        if name not in self._columns:
+            raise KeyError(f"{name}; there are: {', '.join(self._columns)}")
+        return self._columns[name]
+
+    def __len__(self):
+        return len(self._columns["index"])
+
+    def write(self, path):
+        """As CSV, or by its ending as NetCDF (.nc)."""
+        self._rows.write(os.fspath(path))
+
+    def __str__(self):
+        return self._rows.summary()
+
+    def __repr__(self):
+        return f"<bristle.SweepTable: {len(self)} rows, {len(self._columns)} columns, hash {self.hash}>"
+
+
+def _column(cells, kind):
+    """None, where a row has no such result, is NaN; 0 in whole numbers and hashes of rows that were refused."""
+    if kind == "hash":
+        cells = [int(cell, 16) if cell is not None else 0 for cell in cells]
+    elif kind == "whole":
+        cells = [cell if cell is not None else 0 for cell in cells]
+    return np.array([np.nan if cell is None and kind == "number" else cell for cell in cells], dtype=_DTYPES[kind])
+
+
+def _text(value):
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return "[" + ",".join(_text(v) for v in value) + "]"
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{k}=" + (f'"{v}"' if isinstance(v, str) else _text(v)) for k, v in value.items()) + "}"
+    return repr(value.item() if isinstance(value, np.generic) else value)
+
+
+def _ranges(vary):
+    """"a:b:n" as it is; a list of values with commas."""
+    if not isinstance(vary, dict):
+        return [os.fspath(v) for v in vary]
+    return [f"{key}={r if isinstance(r, str) else ','.join(_text(v) for v in r)}" for key, r in vary.items()]
+
+
+def _settings(values):
+    return [f"{key}={_text(value)}" for key, value in (values or {}).items()]
+
+
+def sweep(scene, vary, *, sample="grid", points=0, repeat=1, seed=None, set=None, reference=None, report=(), window=None,
+          steps=None, out=None, journal=None, threads=0, isa=None, client=None):
+    """Runs a scene once for every point of the ranges and returns a SweepTable, as `bristle sweep` does.
+
+    vary: {"material.wood.kinetic": "0.2:0.6:5", "patch.tip.bristles": [100, 1000]}, or a list of such texts KEY=RANGE.
+    sample: "grid", "latin" or "sobol"; with these, `points` of them. repeat: rows at each point, with seeds by index.
+    set, reference: {key: value}. report: names of results. window: (from, until), s. out: table files, .csv or .nc.
+    journal: a file that keeps rows as they are done; the same call resumes it. Default: beside the first of `out`.
+    threads: rows at a time, 0 = one per core. client: a distributed.Client; its workers run the rows, may come and go
+    meanwhile, and need this module but no common disk. The table is the same bit for bit either way.
+    Raises bristle.Error.
+    """
+    tables = [] if out is None else [os.fspath(o) for o in (out if isinstance(out, (list, tuple)) else [out])]
+    for table in tables:
+        _check_table_file(table)
+    study = _SweepStudy(scene, _ranges(vary), sample=sample, points=points, repeat=repeat, seed=seed, set=_settings(set),
+                        reference=_settings(reference), report=[report] if isinstance(report, str) else list(report),
+                        window="" if window is None else f"{_text(window[0])}:{_text(window[1])}", steps=steps)
+    kept = os.fspath(journal) if journal is not None else tables[0] + ".journal" if tables else ""
+    rows = _SweepRows(study, kept)
+    try:
+        if client is None:
+            rows.run_on_threads(study, threads, isa or "")
+        else:
+            for row in _rows_by_dask(client, study.recipe(), rows.missing(study), isa or ""):
+                rows.add(row)
+        for table in tables:
+            rows.write(table)
+        if journal is None:
+            rows.remove()
+    finally:
+        rows.close()
+    return SweepTable(study, rows)
+
+
+# ---------------------------------------------------------------------------------------------------------- on workers
+
+_studies = {}
+_lock = threading.Lock()
+
+
+def _study_here(recipe):
+    """The study in this process: its files lie in a folder that goes with the process."""
+    with _lock:
+        if recipe not in _studies:
+            folder = tempfile.mkdtemp(prefix="bristle_sweep_")
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            _studies.clear()  # one at a time: a worker lives longer than a study
+            _studies[recipe] = _SweepStudy.from_recipe(recipe, folder)
+        return _studies[recipe]
+
+
+def _same(recipe):
+    return recipe
+
+
+def _run_task(recipe, indices, isa):
+    study = _study_here(recipe)
+    start = time.perf_counter()
+    return [study.run_row(index, isa) for index in indices], time.perf_counter() - start
+
+
+# ------------------------------------------------------------------------------------------------------- by a scheduler
+
+_TASK_SECONDS = 0.5  # of work: the scheduler takes a few milliseconds a task
+_MOST_TRIES = 5  # of rows whose workers died under them, each after four workers
+
+
+class _Sizes:
+    """How many rows a task takes, from the time of those before."""
+
+    def __init__(self, client, rows):
+        self._client, self._left, self._per_row = client, rows, None
+        self._threads, self._looked = 1, -10.0
+
+    def threads(self):
+        if time.monotonic() - self._looked > 1.0:  # workers come and go
+            self._threads = max(1, sum(self._client.nthreads().values()))
+            self._looked = time.monotonic()
+        return self._threads
+
+    def done(self, rows, seconds):
+        self._left -= rows
+        now = seconds / rows
+        self._per_row = now if self._per_row is None else 0.7 * self._per_row + 0.3 * now
+
+    def rows(self):
+        if self._per_row is None:
+            return 1
+        wanted = int(_TASK_SECONDS / max(self._per_row, 1e-6))
+        return max(1, min(wanted, self._left // (4 * self.threads())))
+
+
+def _rows_by_dask(client, recipe, indices, isa):
+    """Rows as they are done. Of a worker that is lost the rows run again elsewhere."""
+    from distributed import as_completed
+
+    if not client.nthreads():
+        print("bristle: the scheduler has no workers yet; waiting for them", file=sys.stderr)
+    # Submitted, not scattered: what is scattered to a worker goes with it.
+    shared = client.submit(_same, recipe, pure=False)
+    waiting, parts, futures = collections.deque(indices), {}, {}
+    tries, sizes, flying = collections.Counter(), _Sizes(client, len(indices)), as_completed()
+
+    def send(part):
+        future = client.submit(_run_task, shared, part, isa, pure=False)
+        parts[future.key], futures[future.key] = part, future
+        flying.add(future)
+
+    def fill():
+        while waiting and len(parts) < 2 * sizes.threads() + 2:
+            send([waiting.popleft() for _ in range(min(sizes.rows(), len(waiting)))])
+
+    try:
+        fill()
+        for future in flying:
+            part = parts.pop(future.key)
+            futures.pop(future.key)
+            rows = _result(future, part, tries)
+            if rows is None:
+                if shared.status in ("cancelled", "lost", "error"):
+                    shared = client.submit(_same, recipe, pure=False)
+                send(part)
+                continue
+            sizes.done(len(part), rows[1])
+            fill()
+            yield from rows[0]
+    finally:
+        client.cancel(list(futures.values()))
+
+
+def _result(future, part, tries):
+    """Rows and their time; None where their workers were lost."""
+    from distributed.scheduler import KilledWorker
+
+    try:
+        if future.status not in ("cancelled", "lost"):
+            return future.result()
+        lost = "the scheduler lost the task"
+    except KilledWorker as error:
+        lost = f"workers died: {error}"
+    tries[part[0]] += 1
+    if tries[part[0]] >= _MOST_TRIES:
+        raise Error(f"row {part[0]} was lost {_MOST_TRIES} times: {lost}")
+    return None
+
+
+def main(request_file):
+    """What `bristle sweep --dask` starts: prints the rows of a request."""
+    with open(request_file) as file:
+        request = json.load(file)
+    try:
+        from distributed import Client
+    except ImportError:
+        sys.exit(f"bristle: {sys.executable} has no module distributed: on Debian apt install python3-distributed")
+    try:
+        client = Client(request["address"], timeout=10)
+    except (OSError, ValueError) as error:
+        sys.exit(f"bristle: --dask {request['address']}: no scheduler answers there ({error})")
+    try:
+        for row in _rows_by_dask(client, request["recipe"], request["indices"], request["isa"]):
+            print(row, flush=True)
+    except (Error, ImportError, RuntimeError) as error:
+        sys.exit(f"bristle: --dask {request['address']}: {error}")
+    except (KeyboardInterrupt, BrokenPipeError):
+        os._exit(130)  # who started this says what to do
+    client.close()

@@ -1,0 +1,126 @@
+// What bristle.sweep (package/_sweep.py) is made of: a study, and rows with their journal and tables.
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "tools/python/material_names.hpp"
+#include "tools/python/tools.hpp"
+#include "tools/sweep/sweep.hpp"
+#include "tools/sweep/table_file.hpp"
+
+namespace bristle_python {
+namespace {
+
+using cli::Study;
+using Path = std::filesystem::path;
+using Texts = std::vector<std::string>;
+
+std::unique_ptr<Study> make_study(const Path& scene, const Texts& vary, const std::string& sample,
+                                  std::uint64_t points, std::uint64_t repeat,
+                                  const std::optional<std::uint32_t>& seed, const Texts& set,
+                                  const Texts& reference, const Texts& report, const std::string& window,
+                                  const std::optional<std::uint64_t>& steps) {
+  const Names<cli::SweepSampling> samples = {{"grid", cli::SweepSampling::grid},
+                                             {"latin", cli::SweepSampling::latin},
+                                             {"sobol", cli::SweepSampling::sobol}};
+  cli::StudyOptions options;
+  options.scene = scene.string();
+  options.vary = vary;
+  options.sampling = value_of(samples, "sample", sample);
+  options.points = points;
+  options.repeat = repeat;
+  options.seed = seed;
+  options.set = set;
+  options.reference = reference;
+  options.report = report;
+  options.window = window;
+  options.steps = steps;
+  return std::make_unique<Study>(options);
+}
+
+std::string run_row(const Study& study, std::uint64_t index, const std::string& isa) {
+  const py::gil_scoped_release release;
+  return study.run_row(index, isa);
+}
+
+/// Rows in a journal, or only in memory.
+class Rows {
+ public:
+  Rows(const Study& study, const std::string& journal) {
+    if (!journal.empty()) {
+      journal_ = std::make_unique<cli::Journal>(journal, study.header());
+      return;
+    }
+    rows_.header = study.header();
+    rows_.rows.resize(study.rows());
+  }
+  const cli::SweepRows& rows() const { return journal_ ? journal_->rows() : rows_; }
+  void add(const std::string& row) { journal_ ? journal_->add(row) : rows_.add(row, "sweep"); }
+  /// Takes the journal away: its rows are in a table.
+  void remove() {
+    if (journal_) journal_->remove();
+  }
+  /// Lets others write the journal; the rows stay.
+  void close() {
+    if (!journal_) return;
+    rows_ = journal_->rows();
+    journal_.reset();
+  }
+
+ private:
+  std::unique_ptr<cli::Journal> journal_;
+  cli::SweepRows rows_;
+};
+
+void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
+  const std::vector<std::uint64_t> indices = cli::rows_to_do(study, {}, rows.rows());
+  const py::gil_scoped_release release;
+  const auto check = [] {
+    // Every thread has a clock of its own; only Python's main thread hears of Ctrl-C.
+    thread_local InterruptCheck interrupted;
+    interrupted();
+  };
+  cli::run_rows(
+      study, indices, threads, isa, [&](const std::string& row) { rows.add(row); }, check);
+}
+
+py::object columns_of(const Study& study) { return report_of(study.header().at("columns").dump()); }
+
+}  // namespace
+
+void define_sweep(py::module_& module) {
+  py::class_<Study>(module, "_SweepStudy")
+      .def(py::init(&make_study), py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("sample"),
+           py::arg("points"), py::arg("repeat"), py::arg("seed"), py::arg("set"), py::arg("reference"),
+           py::arg("report"), py::arg("window"), py::arg("steps"))
+      .def_static("from_recipe",
+                  [](const std::string& recipe, const Path& folder) {
+                    return std::make_unique<Study>(recipe, folder.string());
+                  })
+      .def("recipe", &Study::recipe)
+      .def_property_readonly("hash", &Study::hash)
+      .def_property_readonly("rows", &Study::rows)
+      .def_property_readonly("columns", &columns_of)
+      .def("run_row", &run_row, py::arg("index"), py::arg("isa"));
+  py::class_<Rows>(module, "_SweepRows")
+      .def(py::init<const Study&, const std::string&>())
+      .def("add", &Rows::add)
+      .def("remove", &Rows::remove)
+      .def("close", &Rows::close)
+      .def("missing",
+           [](const Rows& rows, const Study& study) { return cli::rows_to_do(study, {}, rows.rows()); })
+      .def("lines", [](const Rows& rows) { return rows.rows().rows; })
+      .def("table_hash", [](const Rows& rows) { return rows.rows().table_hash(); })
+      .def("write",
+           [](const Rows& rows, const std::string& path) { cli::write_table_file(rows.rows(), path); })
+      .def("summary", [](const Rows& rows) { return cli::sweep_summary(rows.rows(), {}); })
+      .def("run_on_threads", &run_on_threads);
+  module.def("_check_table_file", &cli::check_table_file);
+}
+
+}  // namespace bristle_python

@@ -1,0 +1,331 @@
+// The subcommands `bristle sweep` and `bristle sweep merge`.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "tools/files/output_file.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/user_error.hpp"
+#include "tools/reports/conditions.hpp"
+#include "tools/reports/numbers.hpp"
+#include "tools/reports/progress.hpp"
+#include "tools/reports/table.hpp"
+#include "tools/run/paced_clock.hpp"
+#include "tools/sweep/dask.hpp"
+#include "tools/sweep/sweep.hpp"
+#include "tools/sweep/table_file.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string left_text(double seconds) {
+  if (seconds < 100.0) return fmt::format("{:.0f} s", std::ceil(seconds));
+  if (seconds < 6000.0) return fmt::format("{:.0f} min", std::ceil(seconds / 60.0));
+  return fmt::format("{:.1f} h", seconds / 3600.0);
+}
+
+/// Rows done, and how long the others will take at the pace so far.
+class RowProgress {
+ public:
+  RowProgress(std::uint64_t rows, bool quiet) : rows_(rows), line_("sweep", quiet) {}
+  void one_done() {
+    ++done_;
+    const double share = static_cast<double>(done_) / static_cast<double>(rows_);
+    const double left = (seconds_now() - start_) * (1.0 - share) / share;
+    line_.update(
+        share,
+        fmt::format("{} of {} rows, {} left", count_text(done_), count_text(rows_), left_text(left)).c_str());
+  }
+
+ private:
+  std::uint64_t rows_, done_ = 0;
+  double start_ = seconds_now();
+  Progress line_;
+};
+
+/// Where rows are kept: in a journal, or only here.
+class Store {
+ public:
+  Store(const std::string& journal, const Study& study) {
+    if (!journal.empty()) {
+      journal_.emplace(journal, study.header());
+      return;
+    }
+    rows_.header = study.header();
+    rows_.rows.resize(study.rows());
+  }
+  const SweepRows& rows() const { return journal_ ? journal_->rows() : rows_; }
+  void add(const std::string& row) {
+    if (journal_) return journal_->add(row);
+    rows_.add(row, "sweep");
+  }
+  std::uint64_t found() const { return journal_ ? journal_->found() : 0; }
+  void remove() {
+    if (journal_) journal_->remove();
+  }
+
+ private:
+  std::optional<Journal> journal_;
+  SweepRows rows_;
+};
+
+std::string journal_path(const SweepOptions& options, const Shard& shard) {
+  if (!options.journal.empty()) return options.journal;
+  const auto file =
+      std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) { return o != "-"; });
+  if (file == options.out.end()) {
+    if (shard.parts > 1)
+      throw UserError(
+          "--shard: where to? give --out STUDY.csv, beside which the shard's journal is kept, or --journal");
+    return {};
+  }
+  if (shard.parts == 1) return *file + ".journal";
+  return fmt::format("{}.shard-{}-of-{}.journal", *file, shard.part, shard.parts);
+}
+
+/// Numbers of a column, and where they are.
+struct Spread {
+  double least = 0.0, greatest = 0.0, sum = 0.0;
+  std::uint64_t count = 0;
+  void add(double value) {
+    least = count ? std::min(least, value) : value;
+    greatest = count ? std::max(greatest, value) : value;
+    sum += value;
+    ++count;
+  }
+};
+
+struct Overview {
+  std::vector<SweepColumn> columns;
+  std::vector<Spread> spreads;
+  std::uint64_t failures = 0, missing = 0;
+  std::string first_failure;
+};
+
+Overview overview_of(const SweepRows& rows) {
+  Overview overview;
+  overview.columns = columns_of(rows.header);
+  overview.spreads.resize(overview.columns.size());
+  for (const std::string& row : rows.rows) {
+    if (row.empty()) {
+      ++overview.missing;
+      continue;
+    }
+    const auto cells = nlohmann::json::parse(row);
+    for (std::size_t c = 0; c < std::min(cells.size(), overview.spreads.size()); ++c)
+      if (cells[c].is_number()) overview.spreads[c].add(cells[c].get<double>());
+    if (cells.back().is_null()) continue;
+    if (overview.failures++ == 0)
+      overview.first_failure = fmt::format("row {}: {}", cells[0].dump(), cells.back().get<std::string>());
+  }
+  return overview;
+}
+
+std::string number(double value) { return fmt::format("{:.5g}", value); }
+
+std::string ranges_table(const Overview& overview) {
+  Table table({"<column", "<unit", "rows", "least", "mean", "greatest"});
+  constexpr std::size_t shown = 24;
+  std::size_t more = 0;
+  for (std::size_t c = 1; c + 1 < overview.columns.size(); ++c) {
+    const Spread& spread = overview.spreads[c];
+    const SweepColumn& column = overview.columns[c];
+    if (spread.count == 0 || column.name == "seed") continue;
+    if (c > shown) {
+      ++more;
+      continue;
+    }
+    table.add({column.name, column.unit, count_text(spread.count), number(spread.least),
+               number(spread.sum / static_cast<double>(spread.count)), number(spread.greatest)});
+  }
+  return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
+}
+
+/// All of a small study.
+std::string rows_table(const SweepRows& rows, const Overview& overview) {
+  std::vector<std::string> heads;
+  std::vector<std::size_t> shown;
+  for (std::size_t c = 0; c + 1 < overview.columns.size(); ++c) {
+    heads.push_back(overview.columns[c].head());
+    shown.push_back(c);
+  }
+  Table table(heads);
+  for (const std::string& row : rows.rows) {
+    if (row.empty()) continue;
+    const auto cells = nlohmann::json::parse(row);
+    std::vector<Cell> line;
+    for (const std::size_t c : shown) {
+      const auto& cell = cells[c];
+      line.emplace_back(cell.is_null()           ? "-"
+                        : cell.is_string()       ? cell.get<std::string>()
+                        : cell.is_number_float() ? number(cell.get<double>())
+                                                 : cell.dump());
+    }
+    table.add(std::move(line));
+  }
+  return table.text();
+}
+
+std::size_t width_of(const std::string& text) {
+  std::size_t widest = 0, begin = 0;
+  for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+    widest = std::max(widest, end - begin);
+  return widest;
+}
+
+std::string report_json(const SweepRows& rows, const std::vector<std::string>& out, double seconds) {
+  const Overview overview = overview_of(rows);
+  Json report = {{"schema", "bristle-sweep-1"}};
+  report["conditions"] = to_json(conditions());
+  report["study"] = rows.header["study"];
+  report["scene"] = rows.header["scene"];
+  report["vary"] = rows.header["vary"];
+  report["sample"] = rows.header["sample"];
+  report["rows"] = rows.rows.size();
+  report["done"] = rows.done;
+  report["failures"] = overview.failures;
+  report["first_failure"] = overview.failures ? Json(overview.first_failure) : Json();
+  report["table_hash"] = rows.table_hash();
+  report["wall_s"] = seconds;
+  report["tables"] = out;
+  report["columns"] = Json::array();
+  for (std::size_t c = 0; c < overview.columns.size(); ++c) {
+    Json column = to_json(overview.columns[c]);
+    const Spread& spread = overview.spreads[c];
+    if (spread.count) {
+      column["least"] = spread.least;
+      column["mean"] = spread.sum / static_cast<double>(spread.count);
+      column["greatest"] = spread.greatest;
+    }
+    report["columns"].push_back(column);
+  }
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+/// Whether a table or the report goes to stdout, and no summary then.
+bool on_stdout(const std::vector<std::string>& out, const std::string& json) {
+  const auto tables = std::count(out.begin(), out.end(), "-");
+  if (tables > 1) throw UserError("--out - is given twice");
+  return takes_stdout({{"--json", json}, {"--out", tables == 1 ? "-" : ""}});
+}
+
+void refuse_if_all_failed(const SweepRows& rows) {
+  const Overview overview = overview_of(rows);
+  if (overview.failures == rows.rows.size() && overview.failures > 0)
+    throw UserError("every row was refused; " + overview.first_failure);
+}
+
+std::string resume_text(const SweepOptions& options, const std::string& journal, const SweepRows& rows) {
+  if (journal.empty())
+    return "bristle: stopped; no row is kept: with --out FILE the next sweep can be resumed\n";
+  return fmt::format("bristle: stopped after {} of {} rows, which are in {}; resume by the same command{}\n",
+                     count_text(rows.done), count_text(rows.rows.size()), journal,
+                     options.shard.empty() ? "" : ", the same --shard included");
+}
+
+void write_scene_of_row(const Study& study, const SweepOptions& options) {
+  if (options.out.size() > 1) throw UserError("--row writes one scene; give one --out SCENE.toml, or none");
+  const std::string path = options.out.empty() ? "-" : options.out[0];
+  OutputFile(path).write(study.scene_text(*options.row));
+}
+
+}  // namespace
+
+std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out) {
+  const Overview overview = overview_of(rows);
+  std::string text = fmt::format(
+      "{} rows of scene {}{}{}\n", count_text(rows.done), rows.header.value("scene", std::string("?")),
+      overview.missing ? fmt::format(", {} missing", count_text(overview.missing)) : "",
+      out.empty() ? "" : fmt::format(", in {}", fmt::join(out, " and ")));
+  if (overview.failures)
+    text += fmt::format("{} of them refused by the scene (column failure); {}\n",
+                        count_text(overview.failures), overview.first_failure);
+  text += '\n';
+  const std::string all = rows.done <= 20 ? rows_table(rows, overview) : std::string();
+  text += !all.empty() && width_of(all) <= 100 ? all : ranges_table(overview);
+  text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header["study"].get<std::string>(),
+                      rows.table_hash());
+  return text;
+}
+
+int sweep_command(const SweepOptions& options) {
+  const Study study(options.study);
+  if (options.row) {
+    write_scene_of_row(study, options);
+    return 0;
+  }
+  const Shard shard = parse_shard(options.shard);
+  for (const std::string& path : options.out) check_table_file(path);
+  const bool quiet_stdout = on_stdout(options.out, options.json);
+  const std::string journal = journal_path(options, shard);
+  Store store(journal, study);
+  if (store.found() > 0 && !options.quiet)
+    fmt::print(stderr, "bristle: {} of {} rows are in {} already\n", count_text(store.found()),
+               count_text(study.rows()), journal);
+  const std::vector<std::uint64_t> to_do = rows_to_do(study, shard, store.rows());
+  const double start = seconds_now();
+  stop_on_signals();
+  try {
+    RowProgress progress(std::max<std::uint64_t>(to_do.size(), 1), options.quiet);
+    const RowDone done = [&](const std::string& row) {
+      store.add(row);
+      progress.one_done();
+    };
+    const StepCheck check = [] {
+      if (stop_requested()) throw SweepStopped();
+    };
+    if (!to_do.empty() && !options.dask.empty())
+      run_rows_by_dask(study, to_do, options.dask, options.isa, done);
+    else
+      run_rows(study, to_do, options.threads, options.isa, done, check);
+  } catch (const SweepStopped&) {
+    write_text(stderr, resume_text(options, journal, store.rows()), "standard error");
+    return 130;
+  }
+  if (shard.parts > 1) {
+    const std::string out = options.out.empty() ? "STUDY.csv" : options.out[0];
+    const std::string text = fmt::format(
+        "shard {}/{}: {} rows, in {}\nwhen all shards are done: bristle sweep merge {}.shard-*.journal --out "
+        "{}\n",
+        shard.part, shard.parts, count_text(store.rows().done), journal, out, out);
+    write_text(stdout, text, "standard output");
+    return 0;
+  }
+  for (const std::string& path : options.out) write_table_file(store.rows(), path);
+  if (!options.json.empty())
+    OutputFile(options.json).write(report_json(store.rows(), options.out, seconds_now() - start));
+  if (!quiet_stdout) write_text(stdout, sweep_summary(store.rows(), options.out), "standard output");
+  if (options.journal.empty()) store.remove();
+  refuse_if_all_failed(store.rows());
+  return 0;
+}
+
+void merge_command(const MergeOptions& options) {
+  for (const std::string& path : options.out) check_table_file(path);
+  const bool quiet_stdout = on_stdout(options.out, options.json);
+  SweepRows rows = read_journal(options.journals[0]);
+  for (std::size_t i = 1; i < options.journals.size(); ++i) add_journal(rows, options.journals[i]);
+  if (rows.done < rows.rows.size() && !options.partial) {
+    const auto first = std::find(rows.rows.begin(), rows.rows.end(), std::string()) - rows.rows.begin();
+    throw UserError(
+        fmt::format("{} of {} rows are missing, the first is row {}: run their shards first, or write what "
+                    "there is with --partial",
+                    count_text(rows.rows.size() - rows.done), count_text(rows.rows.size()), first));
+  }
+  for (const std::string& path : options.out) write_table_file(rows, path);
+  if (!options.json.empty()) OutputFile(options.json).write(report_json(rows, options.out, 0.0));
+  if (!quiet_stdout) write_text(stdout, sweep_summary(rows, options.out), "standard output");
+  refuse_if_all_failed(rows);
+}
+
+}  // namespace cli

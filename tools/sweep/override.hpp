@@ -1,0 +1,38 @@
+// Sets any key of a scene's document, by a dotted path: what a study varies needs no list of its own.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <toml++/toml.h>
+
+#include "tools/sweep/range.hpp"
+
+namespace cli {
+
+/// Sets a key:
+///   scene.dt                     of [scene]
+///   material.wood.kinetic        of the [[material]] named wood; patch and body likewise
+///   motion.tip.velocity.0        of the [[motion]] of patch tip; the first number of an array
+///   material.*.kinetic           of every [[material]]
+///   material.kinetic             of the only one
+///   material.wood.snap_length.cv of a table within; body.block.force.2.x of a row
+/// A key that the table does not have yet is added; whether the scene takes it is the reader's to say.
+/// Throws UserError where the path leads nowhere, with the nearest name.
+void set_key(toml::table& root, const std::string& path, const SweepValue& value);
+
+/// The name that is nearest to `name` by edits, "" where none is near.
+std::string nearest_name(std::string_view name, const std::vector<std::string>& names);
+
+/// " (did you mean 'x'?)", or nothing.
+std::string meant(std::string_view name, const std::vector<std::string>& names);
+
+/// Every `file` of a [[motion]].
+void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
+
+/// A TOML document as one text, without comments and in the order of keys.
+std::string canonical_text(const toml::table& root);
+
+}  // namespace cli

@@ -1,0 +1,106 @@
+// A parameter study: one scene, keys that vary, and what each row reports. A row depends on the study and its
+// index alone, never on who computes it, when, or beside whom.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <toml++/toml.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/sweep/range.hpp"
+#include "tools/sweep/results.hpp"
+#include "tools/sweep/sample.hpp"
+
+namespace cli {
+
+struct StudyOptions {
+  std::string scene;              ///< file
+  std::vector<std::string> vary;  ///< KEY=RANGE
+  SweepSampling sampling = SweepSampling::grid;
+  std::uint64_t points = 0;           ///< of a sample; a grid has its own
+  std::uint64_t repeat = 1;           ///< rows at each point, each with seeds of its own
+  std::optional<std::uint32_t> seed;  ///< of the rows' seeds and of the sample; without one and without
+                                      ///< repeats the scene's seeds stand
+  std::vector<std::string> set;       ///< KEY=VALUE, in every row
+  std::vector<std::string>
+      reference;                    ///< KEY=VALUE, of a second run of each row, to which forces are compared
+  std::vector<std::string> report;  ///< results: sweep/results.hpp
+  std::string window;               ///< "FROM:UNTIL", s; empty: the whole run
+  std::optional<std::uint64_t> steps;
+};
+
+/// Called after every step of a row; what it throws ends the row.
+using StepCheck = std::function<void()>;
+
+class Study {
+ public:
+  /// Reads the scene and every file that it names. Throws UserError, also where a key is none of the scene's.
+  explicit Study(const StudyOptions& options);
+  /// From recipe(), on another machine perhaps: files are put into `folder`, which must exist.
+  Study(const std::string& recipe, const std::string& folder);
+
+  /// All that another process needs: options, scene and files, as JSON.
+  std::string recipe() const;
+
+  const std::string& scene_name() const { return scene_name_; }
+  std::uint64_t rows() const { return points_ * options_.repeat; }
+  std::uint64_t points() const { return points_; }
+  /// Of scene, files, ranges, seeds and results, as 16 hexadecimal digits.
+  const std::string& hash() const { return hash_; }
+  const std::vector<SweepColumn>& columns() const { return columns_; }
+  const std::vector<VariedKey>& varied() const { return varied_; }
+  const StudyOptions& options() const { return options_; }
+  /// What a journal begins with, and a table's attributes.
+  nlohmann::json header() const;
+
+  /// The row as JSON, an array with a cell for each column. A scene that the values make impossible is a row
+  /// too: its last cell says why. Throws UserError where this machine cannot run it (memory), and what
+  /// `check` throws. Safe from several threads at once.
+  std::string run_row(std::uint64_t index, const std::string& isa = {}, const StepCheck& check = {}) const;
+
+  /// The scene of a row, as a scene file that `bristle run` takes.
+  std::string scene_text(std::uint64_t index) const;
+
+ private:
+  void prepare();
+  void find_points();
+  void check_keys() const;
+  void collect_files();
+  std::string study_hash() const;
+  std::vector<SweepValue> values_of(std::uint64_t index) const;
+  std::optional<std::uint32_t> seed_of(std::uint64_t index) const;
+  toml::table document() const;
+  void set_values(toml::table& root, const std::vector<SweepValue>& values) const;
+  void set_seeds(toml::table& root, std::uint32_t seed) const;
+  toml::table row_document(std::uint64_t index, bool reference) const;
+  Scene scene_from(toml::table root) const;
+  std::vector<nlohmann::json> results_of(std::uint64_t index, const std::string& isa,
+                                         const StepCheck& check) const;
+  void check_files() const;
+  std::string without_paths(std::string message) const;
+
+  StudyOptions options_;
+  std::string scene_file_;  ///< without its folder
+  std::string scene_text_;
+  std::map<std::string, std::string> files_;   ///< text by name as the scene gives it
+  std::map<std::string, std::string> paths_;   ///< where they lie, by name
+  std::map<std::string, std::string> stamps_;  ///< time and size of each when it was read, by path
+  std::string scene_name_;
+  std::vector<VariedKey> varied_, set_, reference_;
+  double window_from_ = 0.0, window_until_ = 1e300;  ///< s
+  std::uint64_t points_ = 0;
+  std::vector<double> shares_;  ///< of a sample, point by point
+  std::vector<SweepResult> results_;
+  std::vector<SweepColumn> columns_;
+  std::string hash_;
+};
+
+/// FNV-1a, as 16 hexadecimal digits.
+std::string text_hash(std::string_view text);
+
+}  // namespace cli

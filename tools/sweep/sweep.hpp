@@ -1,0 +1,60 @@
+// `bristle sweep`: a scene over a grid or sample of parameters.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/sweep/journal.hpp"
+#include "tools/sweep/study.hpp"
+
+namespace cli {
+
+struct SweepOptions {
+  StudyOptions study;
+  std::vector<std::string> out;      ///< tables: .csv, .nc; "-": CSV to stdout
+  std::string journal;               ///< empty: beside the first table
+  std::string json;                  ///< report; empty: none, "-": stdout
+  std::string shard;                 ///< "i/N", i from 1; empty: all rows
+  std::string dask;                  ///< address of a scheduler; empty: threads here
+  std::optional<std::uint64_t> row;  ///< write the scene of this row, and run nothing
+  int threads = 0;                   ///< 0: one per core
+  std::string isa;
+  bool quiet = false;
+};
+
+struct MergeOptions {
+  std::vector<std::string> journals;
+  std::vector<std::string> out;
+  std::string json;
+  bool partial = false;  ///< rows may be missing
+};
+
+/// Thrown by work that a signal stops.
+struct SweepStopped : std::exception {
+  const char* what() const noexcept override { return "stopped"; }
+};
+
+/// Called with each row as it is done, by one thread at a time.
+using RowDone = std::function<void(const std::string& row)>;
+
+/// Runs these rows on threads here, in any order. What a row throws ends all of it.
+void run_rows(const Study& study, const std::vector<std::uint64_t>& indices, int threads,
+              const std::string& isa, const RowDone& done, const StepCheck& check = {});
+
+/// "3/16": which part of the rows, from 1. Throws UserError.
+struct Shard {
+  std::uint64_t part = 1, parts = 1;
+};
+Shard parse_shard(const std::string& text);
+
+/// Rows of the shard that are not done.
+std::vector<std::uint64_t> rows_to_do(const Study& study, const Shard& shard, const SweepRows& rows);
+
+std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out);
+
+/// The subcommands; exit codes: 0, or 130 after Ctrl-C.
+int sweep_command(const SweepOptions& options);
+void merge_command(const MergeOptions& options);
+
+}  // namespace cli
