@@ -67,6 +67,7 @@ class Coefficients:
     ageing_form: str
     speed_strengthening: float
     strengthening_speed: float
+    spread: float
     def __init__(
         self,
         *,
@@ -89,6 +90,7 @@ class Coefficients:
         ageing_form: str = ...,
         speed_strengthening: float = ...,
         strengthening_speed: float = ...,
+        spread: float = ...,
     ) -> None: ...
     @staticmethod
     def paper() -> Coefficients: ...
