@@ -55,15 +55,15 @@ enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_expone
 /// Law of the snap length in scaled lengths, for redraw. Built by core/materials/kernel_law.cpp.
 struct KernelLaw {
   std::int32_t kind;
-  double location;   ///< uniform: low. normal: mean of the uncut law. lognormal: mu. exponential: mean
-  double scale;      ///< uniform: span. normal: deviation of the uncut law. lognormal: s
-  double cut_share;  ///< normal: probability below 0 before the cut
+  double location;   ///< uniform: low. exponential: mean. (normal, lognormal: see `table`)
+  double scale;      ///< uniform: span
+  double cut_share;  ///< not used
   double shortest, longest;  ///< every draw is clamped to [shortest, longest]
 
-  // Length-biased law for stationary jumps. uniform: a^2, b^2 - a^2. lognormal: mu + s^2.
+  // Length-biased law for stationary jumps. uniform: a^2, b^2 - a^2. exponential: mean.
   double biased_location, biased_scale;
-  const double* table;         ///< quantiles at k / table_last (law_table)
-  const double* biased_table;  ///< length-biased quantiles at k / biased_last (normal, table)
+  const double* table;         ///< quantiles at k / table_last (law_table); else kernels/cells.hpp
+  const double* biased_table;  ///< length-biased: quantiles (normal, table), cells (lognormal)
   std::int32_t table_last, biased_last;
 
   // Renewal-reward constants of the skipped snaps (core/MODEL.md, "Jumps").

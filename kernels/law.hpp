@@ -1,6 +1,7 @@
 // Snap lengths from uniform numbers: the quantile functions, for vectors and for plain numbers V.
 #pragma once
 
+#include "cells.hpp"
 #include "core/kernel_table.hpp"
 #include "elementary.hpp"
 
@@ -15,17 +16,12 @@ inline V clamp_length(const KernelLaw& law, V length) {
 /// Q(u) of any law but the uniform: out of line, so that the common case stays short.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
-  const V a(static_cast<T>(law.location));
-  const V b(static_cast<T>(law.scale));
   switch (law.kind) {
     case law_exponential:
-      return clamp_length<T>(law, V(T(0)) - a * natural_log<T>(share));
-    case law_normal: {
-      const V cut(static_cast<T>(law.cut_share));
-      return clamp_length<T>(law, a + b * normal_quantile<T>(cut + share * (V(T(1)) - cut)));
-    }
+      return clamp_length<T>(law, V(T(0)) - V(static_cast<T>(law.location)) * natural_log<T>(share));
+    case law_normal:
     case law_lognormal:
-      return clamp_length<T>(law, exponential<T>(a + b * normal_quantile<T>(share)));
+      return length_of_cell<T>(law.table, share);
     default:
       return clamp_length<T>(law, look_up<T>(law.table, law.table_last, share));
   }
@@ -42,13 +38,11 @@ inline V length_at(const KernelLaw& law, V share) {
 /// law. Not for the exponential law, whose age and rest are independent.
 template <class T, class V>
 [[gnu::noinline]] V length_met(const KernelLaw& law, V share) {
-  const V a(static_cast<T>(law.biased_location));
-  const V b(static_cast<T>(law.biased_scale));
   switch (law.kind) {
     case law_uniform:
-      return root(a + b * share);
+      return root(V(static_cast<T>(law.biased_location)) + V(static_cast<T>(law.biased_scale)) * share);
     case law_lognormal:
-      return clamp_length<T>(law, exponential<T>(a + b * normal_quantile<T>(share)));
+      return length_of_cell<T>(law.biased_table, share);
     default:
       return clamp_length<T>(law, look_up<T>(law.biased_table, law.biased_last, share));
   }

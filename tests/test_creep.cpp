@@ -35,6 +35,59 @@ TEST_CASE("Slow creep is not lost to rounding", "[creep]") {
   }
 }
 
+TEST_CASE("A creep far below the resolution of positions counts in full", "[creep]") {
+  // Positions are whole numbers of 2^-44 scaled lengths, 4.3e-19 m here. Rounded each for itself 1e-18 m
+  // would be 14 % short and 1e-19 m nothing.
+  for (const double d : {1e-18, 1e-19, 3e-17}) {
+    for (const int axes : {1, 2}) {
+      INFO("steps of " << d << " m, axes " << axes);
+      OnePatch patch(plain_material(uniform, SnapRule::redraw), plain_options(1, axes));
+      patch.step(0.0, 0.0, 1.0);
+      constexpr int steps = 100000;
+      Response r;
+      for (int k = 0; k < steps; ++k) r = patch.step(d, axes == 2 ? -0.3 * d : 0.0, 1.0);
+      // Half a unit for what is still left over, and the rounding of the sums.
+      const double tolerance = 2.2e-19 + 1e-10 * steps * d;
+      expect_near(-r.elastic[0], steps * d, tolerance, "force");
+      expect_near(r.elastic[1], axes == 2 ? 0.3 * steps * d : 0.0, tolerance, "force aside");
+      // And back: nothing was lost on the way.
+      for (int k = 0; k < steps; ++k) r = patch.step(-d, axes == 2 ? 0.3 * d : 0.0, 1.0);
+      expect_near(r.elastic[0], 0.0, tolerance, "force at the start again");
+    }
+  }
+}
+
+TEST_CASE("What rounding left over of a creep is state: saved, part of the hash, forgotten by a reset",
+          "[creep][state]") {
+  const auto make = [] { return OnePatch(plain_material(uniform, SnapRule::redraw), plain_options(300, 2)); };
+  OnePatch crept = make(), fresh = make();
+  for (OnePatch* patch : {&crept, &fresh}) patch->step(0.3 * dbar, 0.0, 300.0);
+  const std::uint64_t before = crept.hash();
+  REQUIRE(fresh.hash() == before);
+  crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a unit: no bristle moves yet
+  CHECK(crept.hash() != before);
+  // A trial step takes it along and leaves it.
+  Motion trial;
+  trial.id = crept.id;
+  trial.displacement[0] = 1.7e-19;
+  trial.normal_load = 300.0;
+  const std::uint64_t hash = crept.hash();
+  for (int k = 0; k < 5; ++k) crept.batch.find_force(1e-3, trial);
+  CHECK(crept.hash() == hash);
+  std::vector<std::byte> state(crept.batch.state_size());
+  REQUIRE(crept.batch.save_state({state.data(), state.size()}) == state.size());
+  fresh.batch.restore_state({state.data(), state.size()});
+  CHECK(fresh.hash() == hash);
+  for (OnePatch* patch : {&crept, &fresh}) patch->step(1.7e-19, 0.0, 300.0);  // moves
+  CHECK(fresh.hash() == crept.hash());
+  CHECK(crept.step(0.0, 0.0, 300.0).elastic[0] == Approx(-300.0 * (0.3 * dbar + 4.3e-19)).epsilon(1e-6));
+  CHECK(crept.batch.reset(crept.id));
+  CHECK(fresh.batch.reset(fresh.id));
+  OnePatch anew = make();
+  for (OnePatch* patch : {&crept, &anew}) patch->step(1.7e-19, 0.0, 300.0);
+  CHECK(crept.hash() == anew.hash());
+}
+
 TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]") {
   const auto steps = static_cast<int>(test_size(1000000));
   std::mt19937_64 random(7);

@@ -518,6 +518,78 @@ TEST_CASE("A ratio that the family cannot reach is refused with the reachable ra
   CHECK(ask(SnapLaw::uniform, SnapRule::redraw, 0.5 * (least + 1e-5)) == "(no error)");
 }
 
+TEST_CASE("Coefficients of a material give it back", "[coefficients]") {
+  const SnapLength laws[] = {SnapLength::uniform(5e-6, 15e-6),   SnapLength::uniform(0.0, 20e-6),
+                             SnapLength::uniform(9.9e-6, 11e-6), SnapLength::normal(10e-6, 2e-6),
+                             SnapLength::normal(10e-6, 6e-6),    SnapLength::lognormal(10e-6, 0.1),
+                             SnapLength::lognormal(10e-6, 0.4),  SnapLength::lognormal(10e-6, 0.7),
+                             SnapLength::lognormal(10e-6, 1.2),  SnapLength::single(10e-6),
+                             SnapLength::exponential(10e-6)};
+  for (const SnapLength& law : laws) {
+    for (SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
+      for (bool rubs : {false, true}) {
+        if (rubs && rule == SnapRule::keep && law.cv() > 0.45) continue;  // refused as a material
+        INFO(to_string(law.law()) << ", cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
+                                  << (rubs ? ", with residual and renewal" : ""));
+        Material m;
+        m.with_snap_length(law).with_snap_rule(rule).with_bristle_stiffness(77.0).with_bristle_damping(0.03);
+        m.with_viscous_friction(0.2).with_speed_strengthening(0.01, 1e-7);
+        if (rubs) m.with_residual_length(2e-6).with_shared_renewal(0.5);
+        const Coefficients c = m.coefficients();
+        const Material back = Material::from_coefficients(c);
+        CHECK(back.snap_length.law() == law.law());
+        CHECK(back.snap_length.first_parameter() ==
+              Approx(law.first_parameter()).epsilon(1e-12).margin(1e-20));
+        CHECK(back.snap_length.second_parameter() ==
+              Approx(law.second_parameter()).epsilon(1e-12).margin(1e-20));
+        CHECK(back.bristle_stiffness * back.bristles_in_contact(1.0) ==
+              Approx(77.0 * m.bristles_in_contact(1.0)).epsilon(1e-9));
+        CHECK(back.bristle_damping == Approx(0.03).epsilon(1e-12));
+        CHECK(back.residual_length == Approx(m.residual_length).epsilon(1e-12).margin(1e-20));
+        CHECK(back.shared_renewal == m.shared_renewal);
+        CHECK(back.speed_strengthening == m.speed_strengthening);
+      }
+    }
+  }
+  // With ageing, at a speed and without one.
+  Material ageing = Material::from_coefficients(Coefficients{}.with_spread(0.7));
+  ageing.with_ageing(bristle::Ageing::logarithmic(0.01, 0.5));
+  for (double speed : {0.0, 1e-5}) {
+    const Material back = Material::from_coefficients(ageing.coefficients(speed));
+    CHECK(back.snap_length.cv() == Approx(0.7).epsilon(1e-12));
+    CHECK(back.ageing_strength == Approx(0.01).epsilon(1e-6));
+    CHECK(back.bristle_stiffness * back.bristles_in_contact(1.0) ==
+          Approx(ageing.bristle_stiffness * ageing.bristles_in_contact(1.0)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("A spread stands for the peak, or agrees with it", "[coefficients][bad_input]") {
+  const auto ask = [](const Coefficients& c) { return message_of([&] { Material::from_coefficients(c); }); };
+  // Uniform on 1/2 to 3/2: peak 5/8 + 1/2 - 1/2 of the mean, kinetic 13/24.
+  const Coefficients wide =
+      Coefficients::paper().with_law(SnapLaw::uniform).with_kinetic(0.52).with_spread(1.0 / std::sqrt(12.0));
+  CHECK(Material::from_coefficients(wide).peak_coefficient() == Approx(0.6).epsilon(1e-6));
+  CHECK(Material::from_coefficients(wide).snap_length.second_parameter() == Approx(15e-6).epsilon(1e-12));
+  Coefficients both = wide;
+  both.peak = 0.6;
+  CHECK(ask(both) == "(no error)");
+  both.peak = 0.61;
+  CHECK(names(ask(both), {"peak = 0.61", "0.6", "spread = 0.288", "kinetic = 0.52", "set spread = 0"}));
+  // The one asked for last counts.
+  CHECK(Material::from_coefficients(Coefficients{}.with_spread(0.9).with_peak(0.46)) ==
+        Material::from_coefficients(Coefficients{}));
+  for (double bad : {nan_value, inf, -0.1, 3.1})
+    CHECK(names(ask(Coefficients{}.with_spread(bad)), {"spread"}));
+  CHECK(names(ask(Coefficients{}.with_law(SnapLaw::exponential).with_spread(0.5)),
+              {"spread = 0.5", "no spread"}));
+  Coefficients neither;
+  neither.peak = 0.0;
+  CHECK(names(ask(neither), {"peak = 0"}));
+  const double quantiles[] = {5e-6, 9e-6, 15e-6};
+  const Material table = Material{}.with_snap_length(SnapLength::table({quantiles, 3}));
+  CHECK(names(ask(table.coefficients()), {"law = table", "keep the Material"}));
+}
+
 TEST_CASE("Bad coefficients are refused by name, value and range", "[coefficients][bad_input]") {
   const auto ask = [](const Coefficients& c) { return message_of([&] { Material::from_coefficients(c); }); };
   for (double bad : {nan_value, inf, -inf, -1.0}) {

@@ -781,6 +781,13 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(found.kinetic, 0.5, places=9)
         self.assertAlmostEqual(found.peak, 0.6, places=6)
         self.assertEqual((found.rule, found.law), ("keep", "lognormal"))
+        # Wider than any peak tells.
+        wide = bristle.Material(snap_length=bristle.SnapLength.lognormal(10e-6, 0.8))
+        back = bristle.Material.from_coefficients(wide.coefficients())
+        self.assertAlmostEqual(back.snap_length.cv, 0.8, places=12)
+        self.assertEqual(bristle.Material.from_coefficients(peak=0.0, spread=0.8).snap_length.cv, 0.8)
+        with self.assertRaisesRegex(bristle.Error, "set spread = 0"):
+            bristle.Material.from_coefficients(spread=0.8)
 
     def test_a_deadline_monitor_counts(self):
         monitor = bristle.DeadlineMonitor(deadline=1e-3)

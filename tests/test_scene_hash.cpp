@@ -89,6 +89,27 @@ TEST_CASE("Each scene has its state hash on record, whatever steps it", "[determ
   }
 }
 
+TEST_CASE("A scene may give the spread of snap lengths in place of the peak", "[scenes]") {
+  const auto read_law = [](const std::string& keys) {
+    return cli::parse_scene(
+               "[scene]\nname = \"s\"\ndt = 1e-3\nduration = 1\n[[material]]\nname = \"m\"\n" + keys +
+                   "[[patch]]\nname = \"p\"\nmaterial = \"m\"\nmax_normal_load = 1.0\n"
+                   "[[motion]]\npatch = \"p\"\ntype = \"ramp\"\nvelocity = [1e-3, 0.0]\nload = 1.0\n",
+               "spread.toml")
+        .materials.at(0)
+        .material;
+  };
+  CHECK(read_law("kinetic = 0.5\nspread = 0.8\n").snap_length.cv() == 0.8);
+  CHECK(read_law("kinetic = 0.5\nspread = 0.8\n").kinetic_coefficient() == Approx(0.5).epsilon(1e-9));
+  std::string refusal;
+  try {
+    read_law("kinetic = 0.5\npeak = 0.7\nspread = 0.8\n");
+  } catch (const std::exception& error) {
+    refusal = error.what();
+  }
+  CHECK(refusal.find("set spread = 0") != std::string::npos);
+}
+
 TEST_CASE("A scene gives ageing and strengthening by coefficients or by bristle parameters, not by both",
           "[scenes][ageing]") {
   const auto scene = [](const std::string& material) {

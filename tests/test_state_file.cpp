@@ -366,35 +366,36 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   for (const double* bad : {&nan, &infinite, &minus}) {
     CHECK(names(refusal(contact, bad, 8), {"patch 1", "normal_load"}));
     CHECK(names(refusal(contact + 8, bad, 8), {"zeta"}));
-    CHECK(names(refusal(contact + 64, bad, 8), {"active"}));
+    CHECK(names(refusal(contact + 80, bad, 8), {"active"}));
     CHECK(names(refusal(contact + 16, bad, 8), {"overload"}));
-    CHECK(names(refusal(contact + 72, bad, 8), {"fraction"}));
+    CHECK(names(refusal(contact + 88, bad, 8), {"fraction"}));
     CHECK(names(refusal(contact + 40, bad, 8), {"pending_dissipated"}));
+    for (std::size_t axis : {0u, 1u}) CHECK(names(refusal(contact + 64 + 8 * axis, bad, 8), {"remainder"}));
   }
-  CHECK(names(refusal(contact + 64, &huge, 8), {"active"}));
+  CHECK(names(refusal(contact + 80, &huge, 8), {"active"}));
   CHECK(names(refusal(contact + 16, &half, 8), {"overload"}));
   CHECK(names(refusal(contact + 16, &huge, 8), {"overload"}));
   CHECK(names(refusal(contact + 8, &huge, 8), {"zeta"}));
   CHECK(names(refusal(contact + 48, &nan, 8), {"pending_loss"}));
   for (const double* bad : {&nan, &infinite, &minus, &huge})
-    CHECK(names(refusal(contact + 80, bad, 8), {"weight"}));
+    CHECK(names(refusal(contact + 96, bad, 8), {"weight"}));
   const std::uint32_t none = 0, two = 2;
-  CHECK(names(refusal(contact + 88, &none, 4), {"detail"}));
-  CHECK(names(refusal(contact + 88, &many, 4), {"detail"}));
-  CHECK(names(refusal(contact + 88, &two, 4), {"weight"}));  // that of three
-  CHECK(names(refusal(contact + 92, &many, 4), {"whole"}));
+  CHECK(names(refusal(contact + 104, &none, 4), {"detail"}));
+  CHECK(names(refusal(contact + 104, &many, 4), {"detail"}));
+  CHECK(names(refusal(contact + 104, &two, 4), {"weight"}));  // that of three
+  CHECK(names(refusal(contact + 108, &many, 4), {"whole"}));
   {
     // Under load, and no bristle in contact.
     std::vector<std::byte> bad = good;
     const double nothing = 0.0;
-    for (std::size_t field : {64u, 72u}) put(bad, contact + field, &nothing, 8);
-    put(bad, contact + 92, &none, 4);
+    for (std::size_t field : {80u, 88u}) put(bad, contact + field, &nothing, 8);
+    put(bad, contact + 108, &none, 4);
     reseal(bad);
     CHECK(names(message_of([&] { batch.restore_state(bad); }), {"active"}));
   }
   const double faint = 1e-31;
-  CHECK(names(refusal(contact + 72, &faint, 8), {"fraction"}));
-  constexpr std::size_t block = contact + 96;
+  CHECK(names(refusal(contact + 88, &faint, 8), {"fraction"}));
+  constexpr std::size_t block = contact + 112;
   CHECK(names(refusal(block, &far, 8), {"displacement"}));
   CHECK(names(refusal(block + 16, &far, 8), {"sum"}));
   constexpr std::size_t zx = block + 32, zy = zx + 12, delta = zy + 12;

@@ -245,7 +245,7 @@ BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BR
                BRISTLE_FIELD(shared_renewal), BRISTLE_FIELD(kinetic_speed), BRISTLE_FIELD(fall_per_decade),
                BRISTLE_FIELD(growth_per_decade), BRISTLE_FIELD(ageing_time),
                BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(speed_strengthening),
-               BRISTLE_FIELD(strengthening_speed));
+               BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread));
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),

@@ -266,6 +266,27 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
 }
 
+/// The spread that is given. A peak beside it must be the one that it has.
+double check_spread(const Family& family, const Coefficients& c) {
+  constexpr double rounding = 1.0 + 1e-12;
+  const double widest = family.widest_allowed();
+  if (widest == 0.0)
+    detail::refuse("Coefficients", "spread", c.spread,
+                   "0 (" + describe(family, c.residual_share) + ", which has no spread to choose)");
+  const double spread = c.spread <= widest * rounding ? std::min(c.spread, widest) : c.spread;
+  detail::require_within("Coefficients", "spread", spread, 0.0, widest,
+                         "(" + describe(family, c.residual_share) + ")");
+  if (c.peak == 0.0) return spread;
+  const double peak = c.kinetic * family.ratio(spread);
+  if (detail::magnitude(c.peak - peak) > 1e-5 * peak)
+    detail::refuse(
+        "Coefficients", "peak", c.peak,
+        detail::number_text(peak) + " beside spread = " + detail::number_text(c.spread) +
+            " and kinetic = " + detail::number_text(c.kinetic) +
+            ": set spread = 0 to have it solved from the peak, or peak = 0 to have the peak follow");
+  return spread;
+}
+
 void check_ageing(const Coefficients& c) {
   using detail::require_within;
   const char* const where = "Coefficients";
@@ -323,6 +344,19 @@ void find_friction(const Material& m, Coefficients& c) {
       ln10 * detail::kinetic_fall(m.snap_length, m.snap_rule, m.shared_renewal, residual, ageing);
 }
 
+/// Family::make takes it back.
+double spread_of(const SnapLength& length) noexcept {
+  switch (length.law()) {
+    case SnapLaw::uniform:
+    case SnapLaw::lognormal:
+      return length.cv();
+    case SnapLaw::normal:
+      return length.second_parameter() / length.first_parameter();
+    default:
+      return 0.0;
+  }
+}
+
 /// An error where no strength fulfils the wish.
 void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
   const bool grows = c.growth_per_decade != 0.0;
@@ -343,7 +377,7 @@ Material Material::from_coefficients(const Coefficients& c) {
   using detail::require_within;
   const char* const where = "Coefficients";
   require_within(where, "kinetic", c.kinetic, 1e-9, 1e6);
-  require_within(where, "peak", c.peak, 1e-9, 2e6);
+  if (c.spread == 0.0 || c.peak != 0.0) require_within(where, "peak", c.peak, 1e-9, 2e6, "(0 with a spread)");
   require_within(where, "presliding_length", c.presliding_length, 1e-12, 1e3, "m");
   require_within(where, "bristles_per_newton", c.bristles_per_newton, 1e-6, 1e15, "1/N");
   require_within(where, "damping_per_newton", c.damping_per_newton, 0.0, 1e15, "s/m");
@@ -359,7 +393,7 @@ Material Material::from_coefficients(const Coefficients& c) {
   if (static_cast<int>(c.law) > static_cast<int>(SnapLaw::exponential)) {
     throw Error("Coefficients: law = " + std::string(to_string(c.law)) +
                 "; allowed are single, uniform, normal, lognormal, exponential: coefficients do not "
-                "determine a table");
+                "determine a table; keep the Material, or give another law and its spread");
   }
 
   require_within(where, "residual_share", c.residual_share, 0.0, largest_residual_share);
@@ -374,7 +408,8 @@ Material Material::from_coefficients(const Coefficients& c) {
 
   const Family family{c.law, c.rule, c.residual_share / (1.0 - c.residual_share), c.shared_renewal,
                       find_wish(c)};
-  const double spread = find_spread(family, c.peak / c.kinetic, c.residual_share);
+  const double spread =
+      c.spread != 0.0 ? check_spread(family, c) : find_spread(family, c.peak / c.kinetic, c.residual_share);
 
   Material material;
   material.snap_length = family.make(c.presliding_length * (1.0 - c.residual_share), spread);
@@ -418,6 +453,7 @@ Coefficients Material::coefficients(double kinetic_speed_m_per_s) const {
   c.shared_renewal = shared_renewal;
   c.bristles_per_newton = bristles_in_contact(1.0);
   c.law = snap_length.law();
+  c.spread = spread_of(snap_length);
   c.rule = snap_rule;
   c.damping_per_newton = bristle_damping * c.bristles_per_newton;
   c.viscous_friction = viscous_friction;

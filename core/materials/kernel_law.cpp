@@ -65,6 +65,100 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   }
 }
 
+/// A table of lines for the kernels (kernels/cells.hpp), of the law times `scale`.
+class CellTable {
+ public:
+  CellTable(const SnapLength& the_law, double the_scale, double the_shortest, double the_longest)
+      : law(the_law), scale(the_scale), shortest(the_shortest), longest(the_longest) {
+    for (int side = 0; side < 2; ++side)
+      for (int cell = 0; cell < half; ++cell) lines[side * half + cell] = find_line(side, cell);
+    match_tail();
+  }
+
+  std::vector<double> write() const {
+    std::vector<double> table(3 * size);
+    for (std::size_t at = 0; at < size; ++at) {
+      const double wide[2] = {lines[at].a, lines[at].b};
+      const float narrow[2] = {static_cast<float>(wide[0]), static_cast<float>(wide[1])};
+      std::memcpy(&table[at], narrow, sizeof narrow);
+      std::memcpy(&table[size + 2 * at], wide, sizeof wide);
+    }
+    return table;
+  }
+
+ private:
+  static constexpr int octaves = 23, per_octave = 16, half = octaves * per_octave;
+  static constexpr std::size_t size = 2 * half;
+  struct Line {
+    double a = 0.0, b = 0.0;
+  };
+
+  const SnapLength& law;
+  const double scale, shortest, longest;
+  Line lines[size];
+
+  double quantile(double u) const { return std::clamp(scale * law.quantile(u), shortest, longest); }
+
+  /// With mean and variance of the law over the cell, by Gauss's rule of four places.
+  Line find_line(int side, int cell) const {
+    constexpr double place[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
+                                 0.8611363115940526};
+    constexpr double weight[4] = {0.17392742256872692, 0.32607257743127305, 0.32607257743127305,
+                                  0.17392742256872692};
+    const double octave = std::ldexp(1.0, cell / per_octave - octaves - 1);
+    const auto at = [&](double w) { return quantile(side == 0 ? w : 1.0 - w); };
+    if (cell == 0) return {at(octave), 0.0};  // of one share
+    const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
+    double length[4];
+    double mean = 0.0, variance = 0.0;
+    for (int k = 0; k < 4; ++k) mean += weight[k] * (length[k] = at(middle + 0.5 * width * place[k]));
+    for (int k = 0; k < 4; ++k) variance += weight[k] * square(length[k] - mean);
+    const double slope = (side == 0 ? 1.0 : -1.0) * std::sqrt(12.0 * variance) / width;
+    return {mean - slope * middle, slope};
+  }
+
+  /// The longest lengths stand for those that are too rare to be drawn: the shares above 1 - 2^-16 but the
+  /// last, in two groups, are lengthened so that mean and mean square are the law's.
+  void match_tail() {
+    constexpr double step = 1.0 / 8388608.0;  // of shares
+    constexpr int shares = 128, outer = 8;
+    const double from = law.quantile(1.0 - shares * step);
+    double lack[3], sum[2] = {0.0, 0.0};
+    for (int k = 1; k <= 2; ++k)
+      lack[k] = (law.moment(k) - law.partial_moment(k, from)) * (k == 1 ? scale : scale * scale) / step;
+    for (int n = 0; n < shares; ++n) {
+      const double length = line_at((n + 0.5) * step).a + line_at((n + 0.5) * step).b * (n + 0.5) * step;
+      lack[1] -= length;
+      lack[2] -= length * length;
+      if (n > 0) sum[n < outer ? 0 : 1] += length;
+    }
+    const double count[2] = {outer - 1, shares - outer};
+    double more[2] = {0.0, 0.0};
+    for (int i = 0; i < 20; ++i) {
+      const double squares = 0.5 * (lack[2] - count[0] * square(more[0]) - count[1] * square(more[1]));
+      more[0] = (squares * count[1] - lack[1] * sum[1]) / (sum[0] * count[1] - sum[1] * count[0]);
+      more[1] = (lack[1] - count[0] * more[0]) / count[1];
+    }
+    const double room = longest - (line_at(1.5 * step).a + line_at(1.5 * step).b * 1.5 * step);
+    const double most = 0.5 * from * scale;
+    if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
+      return;  // too wide a law
+    for (int cell = 1; cell < 8 * per_octave; ++cell) {
+      const double w =
+          std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);
+      lines[half + cell].a += more[w < outer * step ? 0 : 1];
+    }
+  }
+  /// Of the upper half.
+  const Line& line_at(double w) const {
+    int exponent = 0;
+    const double mantissa = std::frexp(w, &exponent);  // [1/2, 1)
+    const int cell =
+        (exponent + octaves) * per_octave + static_cast<int>((2.0 * mantissa - 1.0) * per_octave);
+    return lines[half + cell];
+  }
+};
+
 /// Length-biased quantiles at k / biased_knots, for laws without a closed form.
 std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
   std::vector<double> knots(biased_knots + 1);
@@ -93,7 +187,8 @@ void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
   BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // scaled by a power of two
-  BRISTLE_ASSERT(ascends(c.table) && ascends(c.biased_table));
+  BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
+  BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
   BRISTLE_ASSERT(law.jump_from > 0.0 && law.stationary_from >= law.jump_from);
   BRISTLE_ASSERT(law.square_mean >= law.mean * law.mean * (1.0 - 1e-12));
   BRISTLE_ASSERT(law.squares_per_length > 0.0 && law.variance_per_length > -1e-12);
@@ -229,17 +324,15 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
       break;
     case SnapLaw::normal:
       law.kind = law_normal;
-      law.location = first * per_metre;
-      law.scale = second * per_metre;
-      law.cut_share = normal_cdf(-first / second);
+      c.table = CellTable(length, per_metre, c.shortest, c.longest).write();
       break;
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
-      const double s2 = log(1.0 + second * second);
-      law.location = log(first * per_metre) - 0.5 * s2;
-      law.scale = std::sqrt(s2);
-      law.biased_location = law.location + s2;
-      law.biased_scale = law.scale;
+      c.table = CellTable(length, per_metre, c.shortest, c.longest).write();
+      // In proportion to its length a lognormal length is one of 1 + cv^2 times the mean.
+      const SnapLength biased = SnapLength::lognormal(1.0, second);
+      const double mean = first * per_metre * (1.0 + second * second);
+      c.biased_table = CellTable(biased, mean, c.shortest, c.longest).write();
       break;
     }
     case SnapLaw::exponential:
@@ -251,15 +344,15 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
     case SnapLaw::table:
       law.kind = law_table;
       for (double x : length.table_values()) c.table.push_back(x * per_metre);
-      law.table = c.table.data();
       law.table_last = static_cast<std::int32_t>(c.table.size()) - 1;
       break;
   }
   if (law.kind == law_normal || law.kind == law_table) {
     c.biased_table = biased_quantiles(length, per_metre);
-    law.biased_table = c.biased_table.data();
     law.biased_last = biased_knots;
   }
+  law.table = c.table.data();
+  law.biased_table = c.biased_table.data();
   fill_renewal_constants(length, per_metre, law);
   assert_law(c);
   return compiled;

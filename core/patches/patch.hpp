@@ -30,6 +30,8 @@ struct PatchRecord {
   double full_weight =
       0.0;                ///< physical bristles per representative when all are in use; a material keeps it
   std::size_t bytes = 0;  ///< of the record and its columns
+  /// Of displacements of few position units (find_way): what rounding left over, in units. Not of others.
+  double remainder[2] = {0.0, 0.0};
   /// The batch's clock, which runs on in every step; null = it stands still at 0. A patch that ages counts
   /// time from `epoch`. Both in clock units.
   const Int128* clock = nullptr;

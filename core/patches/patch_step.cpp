@@ -41,7 +41,7 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     return;
   }
   // A way of its own: a contact model may carry the patch's position along.
-  for (int axis = 0; axis < 2; ++axis) hold.way[axis] += std::llrint(step.scaled[axis] * fixed_per_length);
+  for (int axis = 0; axis < 2; ++axis) hold.way[axis] += step.units[axis];
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
   // Within this of its anchor the patch is as good as there: after a rest the slide alone counts.
@@ -59,6 +59,26 @@ double find_force_limit(const Patch& p, double growth) noexcept {
   const double residual =
       p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness * m.residual_length;
   return residual + growth * (p.force_limit - residual);
+}
+
+/// Rounding a displacement shorter than this (scaled), 2^20 position units, is off by more than 5e-7 of it:
+/// what is left over is carried to the next. That of a longer one is dropped, so that most steps need no more
+/// than the patch.
+constexpr double creep_length = 0x1p-24;
+
+/// Position units that a displacement (scaled) is, to the nearest; for a short one with what is left over.
+std::int64_t find_units(const Patch& p, double scaled, int axis, PatchStep& step) noexcept {
+  const double units = scaled * fixed_per_length;
+  if (!(std::abs(scaled) < creep_length) || scaled == 0.0) return std::llrint(units);
+  if (!step.creeps) {
+    step.creeps = true;
+    step.remainder[0] = p.record->remainder[0];
+    step.remainder[1] = p.record->remainder[1];
+  }
+  const double wanted = units + step.remainder[axis];
+  const std::int64_t moved = std::llrint(wanted);
+  step.remainder[axis] = wanted - static_cast<double>(moved);
+  return moved;
 }
 
 /// Where the motion leads, in scaled lengths.
@@ -89,7 +109,7 @@ void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) 
     for (double& x : d) x *= far_length / largest;
   double moved[2];
   for (int axis = 0; axis < 2; ++axis) {
-    const std::int64_t fixed = std::llrint(d[axis] * fixed_per_length);
+    const std::int64_t fixed = step.units[axis] = find_units(p, d[axis], axis, step);
     a.to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
                                            static_cast<std::uint64_t>(fixed));
     moved[axis] = to_lengths(fixed);
@@ -191,6 +211,10 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
     out.snaps = sums.snaps + p.pending_snaps;
   }
   if (!step.advance.commit) return;
+  if (step.creeps) {
+    p.record->remainder[0] = step.remainder[0];
+    p.record->remainder[1] = step.remainder[1];
+  }
   p.pending_dissipated = p.pending_loss = 0.0;
   p.pending_snaps = 0;
   p.elastic[0] = out.elastic[0];

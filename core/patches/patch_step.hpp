@@ -15,6 +15,9 @@ struct PatchStep {
   double displacement[2];           ///< m
   double velocity[2];               ///< m/s, for dampers
   double scaled[2];                 ///< the displacement in scaled lengths
+  std::int64_t units[2] = {0, 0};   ///< by which the position moves, fixed point; 0 where `snaps_all`
+  bool creeps = false;              ///< so short that its remainder is carried
+  double remainder[2];              ///< PatchRecord::remainder after it
 };
 
 /// What a step did to the contact.

@@ -12,7 +12,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
-constexpr std::uint32_t saved_version = 3;
+constexpr std::uint32_t saved_version = 4;
 constexpr std::size_t checksum_at = 32;
 
 /// What a patch's head and contact hold, in this order: the one list for writing and for reading.
@@ -37,6 +37,14 @@ void contact_fields(Io& io, Contact& c) noexcept {
   io(c.pending_snaps);
 }
 constexpr std::size_t contact_size = 8 * 8;
+
+/// PatchRecord::remainder.
+template <class Io, class Remainder>
+void remainder_fields(Io& io, Remainder& remainder) noexcept {
+  io(remainder[0]);
+  io(remainder[1]);
+}
+constexpr std::size_t remainder_size = 2 * 8;
 
 /// The patch's own time and how long it can have held, where it ages.
 struct SavedTime {
@@ -79,6 +87,10 @@ std::uint64_t checksum(Span<const std::byte> state) noexcept {
   add_bytes(hasher, {state.data(), checksum_at});
   add_bytes(hasher, {state.data() + saved_batch_size, state.size() - saved_batch_size});
   return hasher.value();
+}
+
+bool is_good_remainder(const double (&remainder)[2]) noexcept {
+  return std::abs(remainder[0]) <= 0.5 && std::abs(remainder[1]) <= 0.5;
 }
 
 const char* find_contact_fault(const Patch& p, const Patch& c) noexcept {
@@ -143,6 +155,17 @@ SavedBatch open_batch(Span<const std::byte> state) {
   return head;
 }
 
+std::uint64_t hash_of(const Patch& p) noexcept {
+  const std::uint64_t hash = p.model->hash(p);
+  const double(&remainder)[2] = p.record->remainder;
+  if (remainder[0] == 0.0 && remainder[1] == 0.0) return hash;
+  Hasher hasher;
+  hasher.add(hash);
+  hasher.add(remainder[0]);
+  hasher.add(remainder[1]);
+  return hasher.value();
+}
+
 std::uint64_t signature_of(const Patch& p) noexcept {
   Hasher hasher;
   hasher.add(p.model->signature(p));
@@ -151,7 +174,7 @@ std::uint64_t signature_of(const Patch& p) noexcept {
 }
 
 std::size_t saved_size_of(const Patch& p) noexcept {
-  return saved_patch_size + contact_size + time_size_of(p) + p.model->saved_size(p);
+  return saved_patch_size + contact_size + remainder_size + time_size_of(p) + p.model->saved_size(p);
 }
 
 void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
@@ -160,6 +183,7 @@ void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
   const SavedPatch head{slot, p.generation, signature_of(p), saved_size_of(p), options.key, options.seed};
   head_fields(write, head);
   contact_fields(write, p);
+  remainder_fields(write, p.record->remainder);
   save_time(p, write);
   p.model->save(p, write);
 }
@@ -176,6 +200,9 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   ByteReader read(from + saved_patch_size);
   contact_fields(read, contact);
   if (const char* fault = find_contact_fault(p, contact)) return fault;
+  double remainder[2];
+  remainder_fields(read, remainder);
+  if (!is_good_remainder(remainder)) return "remainder";
   if (!is_good_time(read_time(p, read))) return "time";
   return p.model->find_fault(p, contact, read);
 }
@@ -185,6 +212,7 @@ void restore_patch(Patch& p, const std::byte* from) noexcept {
   p.record->options.key = head.key;
   ByteReader read(from + saved_patch_size);
   contact_fields(read, p);
+  remainder_fields(read, p.record->remainder);
   const SavedTime saved = read_time(p, read);
   if (p.ages && p.record->clock != nullptr) p.record->epoch = *p.record->clock - saved.time;
   p.record->hold = saved.hold;

@@ -35,6 +35,9 @@ void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
 /// Checks magic, version, length and checksum. Throws bristle::Error.
 SavedBatch open_batch(Span<const std::byte> state);
 
+/// The model's, and what rounding left over of short displacements, where there is any.
+std::uint64_t hash_of(const Patch& patch) noexcept;
+
 std::uint64_t signature_of(const Patch& patch) noexcept;
 /// A function of the patch's options and material alone: a buffer that is large enough stays so.
 std::size_t saved_size_of(const Patch& patch) noexcept;

@@ -277,6 +277,7 @@ struct PatchBatch::Impl {
     p->record->epoch = clock;
     p->model->reset(*p, seed, key);
     p->record->hold = {};
+    p->record->remainder[0] = p->record->remainder[1] = 0.0;
     keep_place(*p, before);
     pool.note(slot_of(id)).last = Response{};
     return true;
@@ -833,14 +834,14 @@ std::uint64_t PatchBatch::state_hash(PatchId id) const noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   const Patch* p = impl_->pool.find(id);
-  return p != nullptr ? p->model->hash(*p) : 0;
+  return p != nullptr ? hash_of(*p) : 0;
 }
 
 std::uint64_t PatchBatch::state_hash() const noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
   Hasher hasher;
-  for_each_patch(impl_->pool, [&](std::uint32_t, const Patch& p) { hasher.add(p.model->hash(p)); });
+  for_each_patch(impl_->pool, [&](std::uint32_t, const Patch& p) { hasher.add(hash_of(p)); });
   return hasher.value();
 }
 

@@ -107,11 +107,12 @@ void define_coefficients(py::module_& module) {
   KeywordClass<Coefficients> coefficients(
       module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
   coefficients.field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
-      .field("peak", &Coefficients::peak, "Highest friction over normal load at first loading.")
+      .field("peak", &Coefficients::peak,
+             "Highest friction over normal load at first loading; 0 = what follows from spread.")
       .field("presliding_length", &Coefficients::presliding_length, "m, mean deflection at a snap.")
       .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
       .named_field("law", &Coefficients::law, law_names,
-                   "Family of snap lengths; peak / kinetic sets its spread.")
+                   "Family of snap lengths; peak / kinetic sets its spread, or spread does.")
       .named_field("rule", &Coefficients::rule, rule_names, "\"redraw\" or \"keep\".")
       .field("damping_per_newton", &Coefficients::damping_per_newton,
              "s/m, tangential damping at rest over load.")
@@ -134,13 +135,17 @@ void define_coefficients(py::module_& module) {
       .field("speed_strengthening", &Coefficients::speed_strengthening,
              "a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic.")
       .field("strengthening_speed", &Coefficients::strengthening_speed, "m/s: v*.")
+      .field(
+          "spread", &Coefficients::spread,
+          "Standard deviation over mean of the snap length (normal: of the uncut law); 0 = solved from peak. "
+          "Beside a peak the two must agree.")
       .done(
           "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
           "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
           "damper_decay='exponential', residual_share=0.1, shared_renewal=1.0, kinetic_speed=0.0, "
           "fall_per_decade=0.0, growth_per_decade=0.0, ageing_time=1.0, ageing_form='logarithmic', "
-          "speed_strengthening=0.0, strengthening_speed=1e-6)");
+          "speed_strengthening=0.0, strengthening_speed=1e-6, spread=0.0)");
   coefficients.type.def_static("paper", &Coefficients::paper,
                                "The law of the paper: residual_share = shared_renewal = 0.");
 }

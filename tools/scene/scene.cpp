@@ -95,7 +95,10 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
 bristle::Coefficients read_coefficients(const TomlTable& table) {
   bristle::Coefficients c;
   c.kinetic = table.number("kinetic", any_positive, c.kinetic);
-  c.peak = table.number("peak", any_positive, c.peak);
+  c.spread = table.number("spread", any_not_negative, c.spread);
+  // Beside a spread the peak follows, unless it is given.
+  const bool has_peak = c.spread == 0.0 || table.has_any({"peak"});
+  c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
   c.presliding_length = table.number("presliding_length", {0.0, 1.0, true, "m"}, c.presliding_length);
   c.bristles_per_newton = table.number("bristles_per_newton", any_positive, c.bristles_per_newton);
   c.law = static_cast<bristle::SnapLaw>(table.choice(
@@ -125,11 +128,11 @@ SceneMaterial read_material(TomlTable table) {
                      "snap_length", "ageing_strength"});
   try {
     if (bristle_parameters) {
-      if (table.has_any({"kinetic", "peak", "presliding_length", "bristles_per_newton", "law",
+      if (table.has_any({"kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "spread",
                          "damping_per_newton", "residual_share", "kinetic_speed", "fall_per_decade",
                          "growth_per_decade"})) {
         table.fail(
-            "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, "
+            "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, spread, "
             "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
             "bristle parameters; give one kind");
       }
@@ -145,6 +148,7 @@ SceneMaterial read_material(TomlTable table) {
                    "presliding_length",
                    "bristles_per_newton",
                    "law",
+                   "spread",
                    "rule",
                    "damping_per_newton",
                    "viscous_friction",

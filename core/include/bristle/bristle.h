@@ -134,14 +134,14 @@ typedef struct bristle_material {
 /** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
 typedef struct bristle_coefficients {
   size_t struct_size;
-  double kinetic;             /**< friction over normal load in sliding, at kinetic_speed */
-  double peak;                /**< highest friction over normal load at first loading, at kinetic_speed */
+  double kinetic; /**< friction over normal load in sliding, at kinetic_speed */
+  double peak;    /**< highest friction over normal load at first loading; 0 = follows from spread */
   double presliding_length;   /**< m, mean deflection at a snap: what it leaves and E[delta] */
   double bristles_per_newton; /**< 1/N */
   double damping_per_newton;  /**< s/m */
   double viscous_friction;    /**< N s/m */
   double stribeck_velocity;   /**< m/s */
-  uint32_t law;               /**< BRISTLE_LAW_...; its spread is solved from peak / kinetic */
+  uint32_t law;               /**< BRISTLE_LAW_...; its spread is given or solved from peak / kinetic */
   uint32_t snap_rule;         /**< BRISTLE_RULE_... */
   uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
   uint32_t reserved;          /**< 0 */
@@ -155,6 +155,7 @@ typedef struct bristle_coefficients {
   uint32_t reserved_too;    /**< 0 */
   double speed_strengthening; /**< a of bristle_material; not part of `kinetic` */
   double strengthening_speed; /**< m/s, v* */
+  double spread; /**< standard deviation over mean of the snap length (normal: uncut); 0 = solved from peak */
 } bristle_coefficients;
 
 /** What follows from a material. */

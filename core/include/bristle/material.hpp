@@ -61,11 +61,13 @@ constexpr double slowest_sliding = 1e-19;
 /// bristle: a contact that is rubbed to and fro does not harden (core/MODEL.md, section 26).
 /// Coefficients::paper() has neither, as the paper.
 struct Coefficients {
-  double kinetic = 0.40;               ///< friction over normal load in sliding, see kinetic_speed
-  double peak = 0.46;                  ///< highest friction over normal load at first loading
+  double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
+  /// Highest friction over normal load at first loading. Equal to kinetic it asks for no peak: the least
+  /// spread that has none is taken, for redrawn lognormal lengths some 0.4. 0: what follows from `spread`.
+  double peak = 0.46;
   double presliding_length = 10e-6;    ///< m, mean deflection at a snap: l_r + E[delta]
   double bristles_per_newton = 900.0;  ///< 1/N, zeta / N of eq. (9)
-  SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is solved from peak / kinetic
+  SnapLaw law = SnapLaw::lognormal;    ///< family; its spread is `spread`, or solved from peak / kinetic
   SnapRule rule = SnapRule::redraw;
   double damping_per_newton = 0.0;  ///< s/m, tangential damping C = zeta sigma1 at rest over N
   double viscous_friction = 0.0;    ///< N s/m, sigma2
@@ -85,6 +87,9 @@ struct Coefficients {
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
   double strengthening_speed = 1e-6;  ///< m/s
+  /// Standard deviation over mean of the snap length; of a normal law, of the uncut one. Several spreads may
+  /// have one peak. 0: the least that has `peak`. Beside a peak the two must agree.
+  double spread = 0.0;
 
   /// The law of Zhang and Phillips: a snap leaves nothing and renews nobody else. Rubbed to and fro by about
   /// its presliding length such a contact hardens.
@@ -94,8 +99,16 @@ struct Coefficients {
     kinetic = value;
     return *this;
   }
+  /// The spread follows from it.
   Coefficients& with_peak(double value) {
     peak = value;
+    spread = 0.0;
+    return *this;
+  }
+  /// The peak follows from it.
+  Coefficients& with_spread(double value) {
+    spread = value;
+    peak = 0.0;
     return *this;
   }
   Coefficients& with_presliding_length(double metres) {
@@ -295,11 +308,13 @@ struct BRISTLE_API Material {
   /// strengthening with speed.
   double steady_force(double speed_m_per_s, double normal_load_n) const;
 
-  /// Bristle parameters from coefficients. The spread of the snap length is solved from
-  /// peak / kinetic; a ratio that the family cannot reach throws with the reachable range.
+  /// Bristle parameters from coefficients. Without Coefficients::spread it is solved from peak / kinetic; a
+  /// ratio that the family cannot reach throws with the reachable range.
   static Material from_coefficients(const Coefficients& coefficients);
-  /// The inverse, but for spreads that no peak tells. At a speed (Coefficients::kinetic_speed; 0 with
-  /// saturating ageing: one presliding length in the ageing time). Ageing comes as fall_per_decade.
+  /// The inverse, with peak and spread: from_coefficients gives a material of the same snap lengths and
+  /// forces (of normal_stiffness and asperity_height_deviation their product counts), or says what it cannot:
+  /// no coefficients determine a table. At a speed (Coefficients::kinetic_speed; 0 with saturating ageing:
+  /// one presliding length in the ageing time). Ageing comes as fall_per_decade.
   Coefficients coefficients(double kinetic_speed_m_per_s = 0.0) const;
 
   friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;

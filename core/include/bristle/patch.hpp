@@ -59,7 +59,7 @@ struct PatchOptions {
   Precision precision = Precision::single;
   StepRule step_rule = StepRule::exact;
   Sampling sampling = Sampling::stratified;
-  std::uint32_t seed = 1;  ///< rotates stratified lengths (independent ones: Sampling::random), keys draws
+  std::uint32_t seed = 1;  ///< of lengths and draws: patches that differ in it are independent
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::representatives;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
@@ -129,7 +129,7 @@ constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 /// Status::bad_input.
 struct Motion {
   PatchId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step; below 3e-14 dbar it is 0
+  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body over the step; tiny ones add up
   double normal_load = 0.0;             ///< N, 0 to 1e15, holds over the whole step
   std::uint8_t has_velocity = 0;        ///< not 0: `velocity` is given; else it is displacement / dt
   double velocity[2] = {0.0, 0.0};      ///< m/s, for the damper and viscous terms only

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
@@ -196,12 +197,14 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
   if (r.redraws()) std::copy_n(lengths + from, count, r.delta + to);
 }
 
-/// The first bristle to copy. Bristle i and its copy i + `count` have stratified lengths that differ by
-/// frac(count / golden ratio) in share: with lengths of their own but nearly the same they would keep step
-/// for long. One bristle on the difference is another.
+/// The first bristle to copy. Bristle i and its copy i + `count` may have stratified lengths close to each
+/// other in share: with lengths of their own but nearly the same they would keep step for long. One bristle
+/// on the difference is another. With the plain seed it is frac(count / golden ratio); with any other the
+/// shares have as many bits in common as `count` ends in zeros.
 template <class T>
 std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noexcept {
   if (r.redraws() || count < 2) return 0;
+  if (r.options.seed != plain_seed) return count % 4 == 0 ? 1 : 0;
   const double share = 0.6180339887498949 * count;
   return std::abs(share - std::floor(share + 0.5)) < 0.19 ? 1 : 0;
 }

@@ -15,6 +15,8 @@ std::uint64_t mix64(std::uint64_t x) noexcept {
   return x;
 }
 
+constexpr std::uint64_t reversed_nibble[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+
 /// The middle of one of 2^52 cells of (0, 1).
 double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12) + 0.5) * 0x1p-52; }
 
@@ -36,8 +38,16 @@ void fill(const CompiledMaterial& material, Sampling sampling, std::uint32_t see
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
   // 2^64 / golden ratio; wrapping is the fractional part.
-  const std::uint64_t x = mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u;
-  return to_share(x);
+  if (seed == plain_seed) return to_share(mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u);
+  // The bits of i in reverse, 0.b0 b1 b2 ..., each four of them changed by four random bits that depend on
+  // the seed and on the bits before them.
+  std::uint64_t share = 0;
+  std::uint64_t random = mix64(mix64(seed) + 0x5DEECE66Du);
+  for (int at = 60; at >= 32; at -= 4, i >>= 4) {
+    share |= (reversed_nibble[i & 15] ^ (random >> 60)) << at;
+    random = mix64(random + ((i & 15) + std::uint64_t{1}) * 0x9E3779B97F4A7C15u);
+  }
+  return to_share(share | random >> 32);
 }
 
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept {

@@ -10,8 +10,12 @@
 
 namespace bristle::detail {
 
-/// u_i in (0, 1): golden-ratio sequence, shifted by the seed. Any first k of them are spread to order
-/// 1/k over the unit interval, so any active prefix is a stratified sample (core/MODEL.md, section 5).
+/// The default seed, that of the reference tables: its stratified lengths follow the golden-ratio sequence.
+constexpr std::uint32_t plain_seed = 1;
+
+/// u_i in (0, 1): those of one seed are spread, any first k of them to order 1/k over the unit interval, so
+/// any active prefix is a stratified sample. Those of two seeds are independent: the van der Corput sequence,
+/// its bits scrambled with the seed (core/MODEL.md, section 5). plain_seed: the golden-ratio sequence.
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// u_i in (0, 1): independent numbers, a hash of seed and i (Sampling::random).

@@ -68,6 +68,7 @@ class Coefficients:
     ageing_form: str
     speed_strengthening: float
     strengthening_speed: float
+    spread: float
     def __init__(
         self,
         *,
@@ -90,6 +91,7 @@ class Coefficients:
         ageing_form: str = ...,
         speed_strengthening: float = ...,
         strengthening_speed: float = ...,
+        spread: float = ...,
     ) -> None: ...
     @staticmethod
     def paper() -> Coefficients: ...
