@@ -547,6 +547,111 @@ TEST_CASE("A slope steeper than the friction lets the block slide as the incline
   }
 }
 
+// ------------------------------------------------------------------------------------- the pad of the tool
+
+namespace {
+
+/// A finger presses with 5 N on the top of a block of 1 kg, 25 mm beside its middle, and pulls it along x by
+/// 60 mm. It has a friction of 1.5, the floor of 0.1: what holds the block to the finger has to be more than
+/// the moment of the floor's friction about it.
+struct OffCentrePull {
+  static constexpr double press = 5.0, aside = 0.025, floor = 0.1, of_pad = 1.5;
+  static constexpr double moment = floor * 1.0 * g * aside;  // whatever the finger's load does to the corners
+  // At the end; mean while it is pulled, about the normal out of the finger, which points down.
+  double turned = 0.0, torque = 0.0;
+  double gap = 0.0;  // m, between finger and its place on the block
+
+  OffCentrePull(double pad_radius, bool infinite) {
+    Settings s = few_bristles();
+    s.mass = 1.0;
+    s.kinetic = floor;
+    s.peak = 1.05 * floor;
+    s.presliding_length = 50e-6;
+    s.infinite = infinite;
+    s.pad_radius = pad_radius;
+    s.pad_friction = of_pad;
+    const auto hand = [](double t, double x) {
+      return HandRow{t, {true, {x, aside, 0.06 + RoomMeasures{}.tool_radius}, {0, 0, -press}}};
+    };
+    Run run(s, {hand(0.0, 0.0), hand(0.3, 0.0), hand(2.3, 0.06)});
+    run.until(0.8);
+    int count = 0;
+    while (run.now().time < 2.3) {
+      const Snapshot& now = run.tick();
+      for (std::size_t i = 0; i < now.contacts; ++i) {
+        if (now.contact[i].between == Between::block_tool) torque += now.contact[i].torque;
+      }
+      ++count;
+    }
+    torque /= count;
+    const Snapshot& end = run.now();
+    turned = turn_about(end, 2);
+    const double c = std::cos(turned), sn = std::sin(turned);
+    gap = std::hypot(end.tool[0] - end.block_position[0] + sn * aside,
+                     end.tool[1] - end.block_position[1] - c * aside);
+  }
+  /// Of a uniform disc that spins on the spot.
+  static double limit(double pad_radius) { return 2.0 / 3.0 * of_pad * press * pad_radius; }
+};
+
+}  // namespace
+
+TEST_CASE("A finger with a pad holds a block off its middle up to the torsional limit, a point lets it turn",
+          "[room][pad]") {
+  for (const bool infinite : {false, true}) {
+    INFO((infinite ? "infinitely many bristles" : "representatives"));
+    // 0.82 of the limit: the block goes straight, and the pad carries the moment.
+    REQUIRE(OffCentrePull::moment < 0.85 * OffCentrePull::limit(6e-3));
+    const OffCentrePull held(6e-3, infinite);
+    CHECK(std::fabs(held.turned) < 0.02);
+    CHECK(-held.torque == Approx(OffCentrePull::moment).epsilon(0.03));
+    CHECK(held.gap < 100e-6);
+    // 1.23: more than the peak (1.05) holds too. It turns, against the moment of a disc that also carries a
+    // fifth of the force it can.
+    REQUIRE(OffCentrePull::moment > 1.2 * OffCentrePull::limit(4e-3));
+    const OffCentrePull turning(4e-3, infinite);
+    CHECK(turning.turned < -0.06);
+    CHECK(-turning.torque < 1.03 * OffCentrePull::limit(4e-3));
+    CHECK(-turning.torque > 0.93 * OffCentrePull::limit(4e-3));
+  }
+  const OffCentrePull point(0.0, false);
+  CHECK(point.turned < -0.3);
+  CHECK(point.torque == 0.0);
+}
+
+TEST_CASE("A pad without an extent is the point of before", "[room][pad]") {
+  const auto block_after = [](double radius) {
+    Settings s = few_bristles();
+    s.infinite = true;
+    s.pad_radius = radius;
+    Run run(s, {at_place(0.0, -0.065, 0.02, 0.03), at_place(1.0, -0.02, 0.02, 0.03)});
+    run.until(1.0);
+    return run.now().block_position[0];
+  };
+  CHECK(block_after(1e-9) == Approx(block_after(0.0)).margin(1e-7));
+  // To the bit: the hash of this run before there were pads.
+  Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)});
+  run.until(1.0);
+  CHECK(run.loop().state_hash() == 0x893881642ee3f557u);
+}
+
+TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, without a jump", "[room][pad]") {
+  Settings s = few_bristles();
+  s.pad_radius = 4e-3;
+  s.pad_friction = 1.0;
+  Run run(s, {{0.0, {true, {0.0, 0.02, 0.068}, {0, 0, -3.0}}}});
+  for (const double radius : {4e-3, 10e-3, 1e-3, 0.0, 8e-3}) {
+    s.pad_radius = radius;
+    run.loop().exchange().settings.write(s);
+    for (int k = 0; k < 200; ++k) {
+      REQUIRE(is_finite(run.tick()));
+    }
+    CHECK(run.now().settings.pad_radius == radius);
+    CHECK(speed(run.now()) < 1e-4);
+    CHECK(std::fabs(turn_about(run.now(), 2)) < 1e-3);
+  }
+}
+
 // --------------------------------------------------------------------------------- the same bits, and files
 
 TEST_CASE("The same script gives the same bits, another one others", "[room]") {

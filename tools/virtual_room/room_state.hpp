@@ -36,6 +36,8 @@ struct Settings {
   double tapping = 0.0;            ///< N, amplitude of a disturbance along the slope
   double hand_stiffness = 400.0;   ///< N/m, virtual spring between device and tool
   double hand_damping = 2.0;       ///< N s/m
+  double pad_radius = 0.0;         ///< m, of the tool's contact, a disc under uniform pressure; 0: a point
+  double pad_friction = 0.0;  ///< kinetic friction of the tool over its load; 0: as of the other surfaces
 };
 
 /// The mouse as a device: where the person drags the tool to.
@@ -63,6 +65,8 @@ struct ContactView {
   double load = 0.0;                                   ///< N
   double friction[3] = {0, 0, 0};                      ///< N, on the block
   double limit = 0.0;                                  ///< N, highest elastic force under this load
+  double torque = 0.0,
+         torque_limit = 0.0;  ///< N m, on the block about the normal; of a contact with an extent
 };
 
 /// Some bristles of one patch, for the magnifying glass. Deflections in the patch's axes.

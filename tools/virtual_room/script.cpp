@@ -59,7 +59,9 @@ void allow_settings(const TomlTable& table, bool with_time) {
                "slope_deg",
                "tapping",
                "hand_stiffness",
-               "hand_damping"});
+               "hand_damping",
+               "pad_radius",
+               "pad_friction"});
   if (!with_time && table.has("t")) table.fail("t", "belongs in [[change]]");
 }
 

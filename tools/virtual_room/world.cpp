@@ -50,6 +50,13 @@ Vector9 row_along(const Touch& touch, const Vector3& arm, const Vector3& axis) {
   return row;
 }
 
+// Turn of the block on the tool, which the hand keeps from turning.
+Vector9 spin_row(const Touch& touch) {
+  Vector9 row = Vector9::Zero();
+  if (touch.pair == Touch::Pair::block_tool) row.segment<3>(3) = touch.normal;
+  return row;
+}
+
 Between between_of(const Touch& touch) {
   if (touch.pair == Touch::Pair::block_tool) return Between::block_tool;
   if (touch.surface == Surface::floor) return Between::block_floor;
@@ -209,6 +216,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
       if (place.force[axis] == 0.0) continue;
       push += place.force[axis] * row_along(touch, arm, Vector3::Unit(axis));
     }
+    if (place.torque != 0.0) push += place.torque * spin_row(touch);
   }
   const Vector9 start = body_.velocity;
   const Vector9 momentum = coupled_.mass * start + dt * push;
@@ -286,11 +294,13 @@ TangentRows World::tangent_rows(const Touch& touch, const Place& place) const no
 void World::collect_patches() noexcept {
   std::array<bool, touch_keys> near{};
   contact_count_ = 0;
-  const auto add = [&](int patch, const TangentRows& rows, double load, std::size_t touch) {
+  const auto add = [&](int patch, const TangentRows& rows, const Velocity& spin, double load,
+                       std::size_t touch) {
     PatchContact& c = contacts_[contact_count_];
     c = {};
     c.patch = static_cast<std::size_t>(patch);
     c.rows = rows;
+    c.spin = spin;
     c.load = load;
     contact_touch_[contact_count_++] = touch;
   };
@@ -304,13 +314,13 @@ void World::collect_patches() noexcept {
       place.way[0] = place.way[1] = 0.0;
       if (place.patch >= 0) patch_used_[static_cast<std::size_t>(place.patch)] = true;
     }
-    if (place.patch >= 0) add(place.patch, tangent_rows(touch, place), place.load, i);
+    if (place.patch >= 0) add(place.patch, tangent_rows(touch, place), spin_row(touch), place.load, i);
   }
   for (std::size_t k = 0; k < touch_keys; ++k) {
     Place& place = places_[k];
     if (near[k]) continue;
     place.load = 0.0;
-    if (place.patch >= 0) add(place.patch, TangentRows::Zero(), 0.0, touches_.count);
+    if (place.patch >= 0) add(place.patch, TangentRows::Zero(), Velocity::Zero(), 0.0, touches_.count);
     if (place.patch >= 0) patch_used_[static_cast<std::size_t>(place.patch)] = false;
     place = {};
   }
@@ -338,10 +348,13 @@ void World::keep_forces(double dt, const Velocity& mean) noexcept {
     place.way[1] += way[1];
     place.force = c.force[0] * place.along + c.force[1] * place.aside;
     place.limit = c.limit;
+    place.torque = c.torque;
+    place.torque_limit = c.torque_limit;
     if (c.load > 0.0) continue;
     patch_used_[c.patch] = false;
     place.patch = -1;
     place.force.setZero();
+    place.torque = 0.0;
   }
 }
 
@@ -410,6 +423,8 @@ void World::show(Snapshot& to) const noexcept {
     copy(place.force, view.friction);
     view.load = place.load;
     view.limit = place.limit;
+    view.torque = place.torque;
+    view.torque_limit = place.torque_limit;
     if (parameters_.settings.model == FrictionModel::brush) {
       to.bristles_total += bristles_of(parameters_.settings, static_cast<std::size_t>(place.patch));
     }

@@ -58,9 +58,10 @@ class World {
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();  // N, of the patch on the block
-    double load = 0.0, limit = 0.0;   // N
-    double way[2] = {0, 0};           // m, in the tangent plane
+    Vector3 force = Vector3::Zero();          // N, of the patch on the block
+    double load = 0.0, limit = 0.0;           // N
+    double torque = 0.0, torque_limit = 0.0;  // N m, of a pad: on the block about the normal
+    double way[2] = {0, 0};                   // m, in the tangent plane
   };
   struct NormalContact {
     Velocity row;  // row . u: speed at which the gap opens
