@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -21,6 +22,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
+#include "tools/virtual_room/mouse_device.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/script.hpp"
@@ -544,6 +546,156 @@ TEST_CASE("A slope steeper than the friction lets the block slide as the incline
     run.until(0.3);
     const double acceleration = (run.now().block_velocity[0] - v0) / (run.now().time - t0);
     CHECK(acceleration == Approx(g * (std::sin(0.35) - 0.2 * std::cos(0.35))).epsilon(0.02));
+  }
+}
+
+// -------------------------------------------------------------------------------------- the person's hand
+
+TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and arrives", "[room][hand]") {
+  Exchange exchange;
+  MouseDevice device(exchange);
+  Hand hand;
+  MouseHand mouse{true, {-0.1, 0.0, 0.01}, 0.0};
+  exchange.mouse.write(mouse);
+  device.read(0.0, hand);
+  CHECK(hand.position[0] == -0.1);
+  // A pixel of 0.8 mm every sixtieth second: 48 mm/s.
+  double last = hand.position[0], speed = 0.0, most = 0.0, least = 1.0;
+  for (int k = 1; k <= 600; ++k) {
+    if (k % 50 == 0 || k % 50 == 16 || k % 50 == 33) mouse.position[0] += 0.8e-3;
+    exchange.mouse.write(mouse);
+    device.read(1e-3 * k, hand);
+    speed = (hand.position[0] - last) / 1e-3;
+    last = hand.position[0];
+    if (k > 300) most = std::max(most, speed);
+    if (k > 300) least = std::min(least, speed);
+  }
+  CHECK(most < 1.1 * 0.048);
+  CHECK(least > 0.9 * 0.048);
+  CHECK(mouse.position[0] - hand.position[0] == Approx(0.048 * HandFilter::delay).epsilon(0.2));
+  for (int k = 601; k < 1000; ++k) device.read(1e-3 * k, hand);
+  CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-9));
+  // One that leaps by a centimetre: neither a blow nor an overshoot.
+  mouse.position[0] += 0.01;
+  exchange.mouse.write(mouse);
+  double farthest = 0.0;
+  for (int k = 1000; k < 1400; ++k) {
+    device.read(1e-3 * k, hand);
+    if (k == 1000) CHECK(mouse.position[0] - hand.position[0] > 0.0098);
+    if (k == 1040) CHECK(std::fabs(mouse.position[0] - hand.position[0]) < 0.0045);
+    farthest = std::max(farthest, hand.position[0]);
+  }
+  CHECK(farthest <= mouse.position[0]);
+  CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-6));
+  // Time goes back at a reset, and a new grip begins where it is.
+  mouse.holds = false;
+  exchange.mouse.write(mouse);
+  device.read(0.0, hand);
+  CHECK_FALSE(hand.holds);
+  mouse = {true, {0.1, 0.1, 0.02}, 0.0};
+  exchange.mouse.write(mouse);
+  device.read(1e-3, hand);
+  CHECK(hand.position[1] == 0.1);
+}
+
+TEST_CASE("Nothing is held at first, and the hand is shown at the tool", "[room][hand]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  HapticLoop loop(options);
+  loop.advance(3);
+  loop.exchange().room.refresh();
+  const Snapshot& first = loop.exchange().room.latest();
+  CHECK_FALSE(first.held);
+  for (int i = 0; i < 3; ++i) CHECK(first.device[i] == first.tool[i]);
+  CHECK(first.tool[0] + RoomMeasures{}.tool_radius < -0.5 * RoomMeasures{}.block[0]);
+  loop.exchange().mouse.write({true, {-0.1, 0.02, 0.02}, 0.0});
+  loop.advance(100);
+  loop.exchange().room.refresh();
+  CHECK(loop.exchange().room.latest().held);
+  CHECK(loop.exchange().room.latest().device[1] == 0.02);
+}
+
+TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[room][hand]") {
+  for (const double stiffness : {100.0, 400.0}) {
+    LoopOptions options;
+    options.settings.hand_stiffness = stiffness;
+    options.settings.kinetic = 0.35;
+    HapticLoop loop(options);
+    loop.exchange().acts.push(Act::slow_pull);
+    loop.advance(3);
+    double highest = 0.0, at = 0.0, time = 0.0;
+    PlotPoint point;
+    const auto look = [&] {
+      while (loop.exchange().plot.pop(point)) {
+        time = static_cast<double>(point.time);
+        if (-point.friction <= highest) continue;
+        highest = static_cast<double>(-point.friction);
+        at = time;
+      }
+    };
+    for (int k = 0; k < 30; ++k) {
+      loop.advance(100);
+      look();
+    }
+    const double weight = options.settings.mass * g;
+    CHECK(highest == Approx(options.settings.peak * weight).epsilon(0.03));
+    CHECK(at > 1.0);
+    CHECK(at < 3.5);
+    for (int k = 0; k < 40; ++k) loop.advance(100), look();
+    loop.exchange().room.refresh();
+    const Snapshot& end = loop.exchange().room.latest();
+    CHECK_FALSE(end.held);
+    CHECK(end.block_position[0] > options.settings.presliding_length);
+    // The mouse again.
+    loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
+    loop.advance(100);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().held);
+    // In mid-pull a reset ends it.
+    loop.exchange().acts.push(Act::slow_pull);
+    loop.advance(500);
+    loop.exchange().acts.push(Act::reset);
+    loop.advance(5);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().time < 0.01);
+  }
+}
+
+TEST_CASE("Slow motion steps a share of the ticks, and a recording is never written over", "[room][hand]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = folder.at("recording");
+  HapticLoop loop(options);
+  // By the virtual clock time is not real: every tick steps, whatever the speed.
+  for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::slower);
+  loop.advance(100);
+  loop.exchange().room.refresh();
+  CHECK(loop.exchange().room.latest().speed == Approx(0.01));
+  CHECK(loop.exchange().room.latest().time == Approx(0.1));
+  loop.start();
+  const auto time_after = [&](int milliseconds) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    loop.exchange().room.refresh();
+    return loop.exchange().room.latest().time;
+  };
+  const double begin = time_after(50);
+  const double slow = time_after(400) - begin;
+  CHECK(slow > 0.0);
+  CHECK(slow < 0.02);  // 4 ms, and what a busy machine adds
+  loop.stop();
+  for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::faster);
+  loop.advance(1);
+  for (int take = 0; take < 3; ++take) {
+    loop.exchange().acts.push(Act::record);
+    loop.advance(50);
+    loop.exchange().acts.push(Act::stop_recording);
+    loop.advance(50);
+  }
+  loop.finish_recording();
+  for (const char* name : {"recording.toml", "recording-2.toml", "recording-3.toml", "recording-3.csv"}) {
+    INFO(name);
+    CHECK(std::filesystem::exists(folder.at(name)));
   }
 }
 

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <limits>
 #include <thread>
 #include <utility>
@@ -26,6 +27,7 @@
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/recorder.hpp"
 #include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/world.hpp"
 
 namespace room {
@@ -38,6 +40,9 @@ constexpr double strongest_hand = 1e3;  // N, in each axis
 // Periods are measured, not judged: with this deadline none is late, and the system is not asked why it was.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
+// Of slow motion: the share of ticks that step.
+constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
+constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
 
 struct Message {
@@ -71,6 +76,21 @@ Hand within_reach(const Hand& hand, bool& sane) {
     h.force[i] = std::clamp(h.force[i], -strongest_hand, strongest_hand);
   }
   return h;
+}
+
+double load_at_rest(const Settings& s) { return s.mass * 9.80665 * std::cos(s.slope) + s.extra_load; }
+
+// The name for a new recording: nothing that was recorded is written over.
+std::string free_name(const std::string& wanted) {
+  const auto taken = [](const std::string& base) {
+    for (const char* ending : {".csv", ".hand.csv", ".toml"}) {
+      if (std::filesystem::is_regular_file(base + ending)) return true;
+    }
+    return false;
+  };
+  std::string name = wanted;
+  for (int k = 2; taken(name); ++k) name = fmt::format("{}-{}", wanted, k);
+  return name;
 }
 
 }  // namespace
@@ -107,13 +127,15 @@ struct HapticLoop::Impl {
     const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
     take_order();
     take_acts();
-    const bool stepping = !paused || steps_wanted > 0;
+    const bool stepping = paused ? steps_wanted > 0 : is_due(due_s);
     if (stepping) {
       if (paused) --steps_wanted;
       step();
       exchange.plot.push(plot_point(bristle::DeadlineMonitor::wall_now() - begin));
-    } else {
+    } else if (paused) {
       stand_still();
+    } else {
+      wait_slowly();
     }
     publish();
     const double end = bristle::DeadlineMonitor::wall_now();
@@ -153,7 +175,23 @@ struct HapticLoop::Impl {
     double force[3];
     for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
     device->write(force);
+    std::copy(force, force + 3, last_force);
     simulated.store(world.time(), std::memory_order_release);
+  }
+
+  // In slow motion most ticks only wait; with the virtual clock there is none.
+  bool is_due(double due_s) noexcept {
+    if (speed == 0 || due_s <= 0.0) return true;
+    progress += speeds[speed];
+    if (progress < 1.0) return false;
+    progress -= 1.0;
+    return true;
+  }
+  // The device is served at its rate and keeps its force: it is not lost, and loses nobody.
+  void wait_slowly() noexcept {
+    Hand unused = hand;
+    device->read(world.time(), unused);
+    device->write(last_force);
   }
 
   // A tick of a pause. What the device sends is taken, so that it does not queue up, and goes nowhere.
@@ -166,6 +204,7 @@ struct HapticLoop::Impl {
   // Nothing is computed for this device from here on: it must not keep the last force.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
+    std::fill(last_force, last_force + 3, 0.0);
     feedback = 0.0;
   }
 
@@ -223,10 +262,17 @@ struct HapticLoop::Impl {
           paused = true;
           ++steps_wanted;
           break;
+        case Act::slower:
+          if (speed + 1 < speed_count) ++speed;
+          break;
+        case Act::faster:
+          if (speed > 0) --speed;
+          break;
         case Act::reset:
         case Act::record:
         case Act::stop_recording:
         case Act::replay:
+        case Act::slow_pull:
           requests.push(act);
           break;
       }
@@ -265,7 +311,9 @@ struct HapticLoop::Impl {
     s.tick = ticks;
     s.paused = paused;
     s.recording = recording;
-    for (int i = 0; i < 3; ++i) s.device[i] = hand.position[i];
+    s.speed = speeds[speed];
+    s.held = grip > 0.0;
+    for (int i = 0; i < 3; ++i) s.device[i] = s.held ? hand.position[i] : s.tool[i];
     s.device_lost = !device_there;
     s.bristles = bristles;
     const bool stands = !device_there || message_left > 0;
@@ -388,14 +436,15 @@ struct HapticLoop::Impl {
     try {
       switch (act) {
         case Act::reset:
-          order = replay_device ? begin_replay() : begin_anew();
+          order = replay_device && !pulling ? begin_replay() : begin_anew();
           break;
         case Act::record:
           // The files first: from when new patches are made, the order must be given.
-          recorder.start_all(options.record_to, settings, revisions + 1);
+          recorded = free_name(options.record_to);
+          recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
           order.recording = Recording::begin;
-          order.message = to_message(fmt::format("recording to {}.csv", options.record_to));
+          order.message = to_message(fmt::format("recording to {}.csv", recorded));
           break;
         case Act::stop_recording:
           order.recording = Recording::end;
@@ -403,6 +452,9 @@ struct HapticLoop::Impl {
           break;
         case Act::replay:
           order = begin_replay();
+          break;
+        case Act::slow_pull:
+          order = begin_slow_pull();
           break;
         default:
           return;
@@ -418,14 +470,40 @@ struct HapticLoop::Impl {
   Order begin_anew() {
     Order order = parameters_order(settings, true);
     order.reset = true;
+    if (pulling) leave_slow_pull(order);
     if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
     return order;
   }
 
+  // A hand of its own on the block as it lies at the beginning, under the settings in force.
+  Order begin_slow_pull() {
+    Order order = parameters_order(settings, true);
+    order.reset = true;
+    auto hand_of_room = std::make_unique<PlayedHand>(
+        "slow pull", slow_pull(settings, order.parameters.peak, options.measures));
+    replay_end = hand_of_room->end();
+    leaving_device = std::move(replay_device);
+    replay_device = std::move(hand_of_room);
+    order.device = replay_device.get();
+    pulling = true;
+    changes.clear();
+    order.message = to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
+                                           order.parameters.peak * load_at_rest(settings)));
+    return order;
+  }
+
+  void leave_slow_pull(Order& order) {
+    pulling = false;
+    order.device = own_device.get();
+    leaving_device = std::move(replay_device);
+  }
+
   Order begin_replay() {
-    Script script = read_script(options.record_to + ".toml", options.measures);
+    const std::string& name = recorded.empty() ? options.record_to : recorded;
+    Script script = read_script(name + ".toml", options.measures);
     auto player = std::make_unique<PlayedHand>("replay", std::move(script.hand));
-    if (!replay_device) settings_before_replay = settings;
+    if (!replay_device || pulling) settings_before_replay = settings;
+    pulling = false;
     Order order = parameters_order(script.settings, true);
     order.reset = true;
     leaving_device = std::move(replay_device);
@@ -433,11 +511,19 @@ struct HapticLoop::Impl {
     order.device = replay_device.get();
     replay_end = script.seconds;
     changes.assign(script.changes.begin(), script.changes.end());
-    order.message = to_message(fmt::format("replay of {}.toml, {:.3g} s", options.record_to, replay_end));
+    order.message = to_message(fmt::format("replay of {}.toml, {:.3g} s", name, replay_end));
     return order;
   }
 
+  void end_slow_pull() {
+    Order order;
+    leave_slow_pull(order);
+    order.message = to_message("the slow pull has ended: the hand is yours");
+    give(order);
+  }
+
   void end_replay() {
+    if (pulling) return end_slow_pull();
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
@@ -474,6 +560,9 @@ struct HapticLoop::Impl {
   bool recording = false, hand_recorded = false;  // the latter: not forces alone
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the force that goes to the device
+  double last_force[3] = {0, 0, 0};
+  std::size_t speed = 0;  // of speeds
+  double progress = 0.0;  // of the next tick that steps
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
@@ -496,6 +585,8 @@ struct HapticLoop::Impl {
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
+  bool pulling = false;                  // what is played is the slow pull
+  std::string recorded;                  // name of the last recording
   Act waiting = Act::none;               // for a recording to be closed
   bool closing = false, failed = false;  // a recording: to be closed; failed, which is not said yet
   std::string failure;                   // the last one

@@ -331,7 +331,7 @@ struct Renderer::Impl {
     add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, plain,
         0.4f);
     const Vector3f way = hand - tool;
-    if (way.norm() > 0.5f * radius) {
+    if (room.held && way.norm() > 0.5f * radius) {
       spring.replace(make_coil(tool, hand, 9, 0.0034f, 0.00065f));
       add(bodies, spring, Affine3f::Identity(), Vector3f(0.62f, 0.64f, 0.66f), plain, 0.7f);
       bodies.back().by_tool = false;
@@ -356,7 +356,8 @@ struct Renderer::Impl {
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       const ContactView& c = room.contact[i];
       if (!(c.load > 0)) continue;
-      const float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
+      float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
+      if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);  // it has an extent
       const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
       const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
       const Vector3f paint = (1 - u) * Vector3f(0.15f, 0.55f, 0.60f) + u * friction_paint;

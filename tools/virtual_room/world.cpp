@@ -405,6 +405,7 @@ void World::show(Snapshot& to) const noexcept {
   copy(device_force_, to.device_force);
   to.settings = parameters_.settings;
   to.kinetic_coefficient = parameters_.kinetic;
+  to.peak_coefficient = parameters_.peak;
   to.presliding_length = parameters_.presliding_length;
   to.stiffness_per_newton = parameters_.stiffness_per_newton;
   to.contacts = 0;
