@@ -24,6 +24,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
+#include "tools/virtual_room/moved.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/recorder.hpp"
 #include "tools/virtual_room/script.hpp"
@@ -100,6 +101,8 @@ struct HapticLoop::Impl {
       : options(given),
         dt(1.0 / given.rate_hz),
         world(given.measures, batch),
+        lugre(given.measures, batch),
+        coulomb(given.measures, batch),
         maker(batch),
         own_device(std::move(given_device)),
         computing(dt),
@@ -114,8 +117,8 @@ struct HapticLoop::Impl {
     const Parameters first = maker.make(given.settings, true);
     settings = first.settings;
     batch.warm_up();
-    world.take(first);
-    world.reset();
+    take_parameters(first);
+    reset_worlds();
     remember(first.message);
     if (!given.forces_csv.empty()) recorder.start_forces(given.forces_csv);
     recording = recorder.is_open();
@@ -151,6 +154,8 @@ struct HapticLoop::Impl {
     Hand now = hand;
     bool there = device->read(world.time(), now);
     now = within_reach(now, there);
+    // Where it lets go the spring fades: its end stays, wherever this or the next device says that it is.
+    if (!now.holds) std::copy(hand.position, hand.position + 3, now.position);
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
@@ -164,11 +169,12 @@ struct HapticLoop::Impl {
     for (double& force : felt.force) force *= presence;
     record(felt, there);
     world.step(dt, felt, grip, device->limits().force);
+    step_beside();
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
       if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
-      world.reset();
+      reset_worlds();
     }
     // What comes back to the hand after it felt nothing comes without a jump; the world has it whole.
     feedback = std::min(1.0, feedback + change);
@@ -177,6 +183,55 @@ struct HapticLoop::Impl {
     device->write(force);
     std::copy(force, force + 3, last_force);
     simulated.store(world.time(), std::memory_order_release);
+  }
+
+  void take_parameters(const Parameters& p) noexcept {
+    const bool begins = p.settings.compare && !world.settings().compare;
+    world.take(p);
+    Parameters beside = p;
+    beside.patches = {};
+    beside.pad = nullptr;
+    for (World* other : {&lugre, &coulomb}) {
+      beside.settings.model = other == &lugre ? FrictionModel::lugre : FrictionModel::coulomb;
+      other->take(beside);
+      if (begins) other->reset();
+    }
+    if (begins) {
+      for (Moved& m : moved) m.begin();
+    }
+  }
+
+  void reset_worlds() noexcept {
+    for (World* each : {&world, &lugre, &coulomb}) each->reset();
+    for (Moved& m : moved) m.begin();
+  }
+
+  void step_beside() noexcept {
+    moved[0].take(world.time(), world.block_position().x());
+    if (!world.settings().compare) return;
+    Hand nobody;
+    nobody.holds = false;
+    for (World* other : {&lugre, &coulomb}) {
+      other->step(dt, nobody, 0.0, 1.0);
+      if (!other->is_sound()) other->reset();
+    }
+    moved[1].take(world.time(), lugre.block_position().x());
+    moved[2].take(world.time(), coulomb.block_position().x());
+  }
+
+  void show_beside(Snapshot& s) const noexcept {
+    s.moved = moved[0].metres();
+    s.compared = world.settings().compare ? most_compared : 0;
+    for (std::size_t i = 0; i < s.compared; ++i) {
+      const World& other = i == 0 ? lugre : coulomb;
+      ComparedBlock& to = s.beside[i];
+      to.model = i == 0 ? FrictionModel::lugre : FrictionModel::coulomb;
+      const Rotation& q = other.block_orientation();
+      const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
+      std::copy(wxyz, wxyz + 4, to.orientation);
+      for (int axis = 0; axis < 3; ++axis) to.position[axis] = other.block_position()[axis];
+      to.moved = moved[i + 1].metres();
+    }
   }
 
   // In slow motion most ticks only wait; with the virtual clock there is none.
@@ -223,7 +278,7 @@ struct HapticLoop::Impl {
     Order& order = order_taken;
     if (!orders.pop(order)) return;
     if (order.has_parameters) {
-      world.take(order.parameters);
+      take_parameters(order.parameters);
       revision = order.revision;
     }
     if (order.device) {
@@ -233,7 +288,7 @@ struct HapticLoop::Impl {
       device_seen = false;
     }
     if (order.reset) {
-      world.reset();
+      reset_worlds();
       device->restart();
       grip = 0.0;
       presence = 1.0;
@@ -308,6 +363,7 @@ struct HapticLoop::Impl {
     if (ticks % ticks_between_bristles == 0) world.show_bristles(bristles);
     Snapshot& s = exchange.room.draft();
     world.show(s);
+    show_beside(s);
     s.tick = ticks;
     s.paused = paused;
     s.recording = recording;
@@ -548,7 +604,7 @@ struct HapticLoop::Impl {
   double dt;
   Exchange exchange;
   bristle::PatchBatch batch;
-  World world;
+  World world, lugre, coulomb;  // the last two only where they are compared
   PatchMaker maker;
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
@@ -561,6 +617,7 @@ struct HapticLoop::Impl {
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the force that goes to the device
   double last_force[3] = {0, 0, 0};
+  Moved moved[1 + most_compared];
   std::size_t speed = 0;  // of speeds
   double progress = 0.0;  // of the next tick that steps
   std::uint64_t ticks = 0, revision = 0;

@@ -13,6 +13,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/headless.hpp"
+#include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/run_options.hpp"
 #include "tools/virtual_room/screen.hpp"
 #include "tools/virtual_room/script.hpp"
@@ -40,14 +41,14 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   CLI::Option* device =
       app.add_option("--device", o.device, "what moves the tool: mouse, script, file or udp")
           ->transform(to_device)
-          ->type_name("");
+          ->type_name("TEXT");
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
       ->check(CLI::Range(1, 65535))
       ->capture_default_str();
   app.add_option("--clock", o.virtual_clock, "real, or virtual: step without waiting (headless)")
       ->transform(to_clock)
-      ->type_name("");
+      ->type_name("TEXT");
   app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(CLI::Range(1000.0, 10000.0));
   app.add_option("--seconds", o.seconds, "of the simulation; 0 = to the end of the script")
       ->check(CLI::Range(0.0, 1e6));
@@ -103,6 +104,9 @@ int run(RunOptions options) {
     options.loop.changes = script.changes;
     if (options.seconds == 0.0 && options.headless) options.seconds = script.seconds;
   }
+  // The window opens on what tells the models apart.
+  if (options.script.empty() && options.device == room::DeviceKind::mouse && !options.headless)
+    options.loop.settings = room::comparison();
   options.loop.forces_csv = options.csv;
   room::HapticLoop loop(options.loop, make_device(options, script));
   if (!options.headless) {

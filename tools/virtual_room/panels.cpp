@@ -166,12 +166,11 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
   }
-  panel.readout("peak, as it follows", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient,
-                                                   load, room.peak_coefficient * load));
-  panel.readout("kinetic friction, as it follows",
-                fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient, load,
-                            room.kinetic_coefficient * load));
-  panel.readout("stiffness in presliding, as it follows",
+  panel.readout("peak", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient, load,
+                                    room.peak_coefficient * load));
+  panel.readout("kinetic friction", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient,
+                                                load, room.kinetic_coefficient * load));
+  panel.readout("stiffness in presliding",
                 room.stiffness_per_newton > 0 ? with_unit(room.stiffness_per_newton * load, "N/m") : "–");
 }
 
@@ -381,7 +380,7 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"space, full stop", "pause or run, one tick"},
       {"- and =", "slow motion to 1 : 100, and back"},
       {"R", "reset the block"},
-      {"1, 2, 3", "brush, LuGre, Coulomb"},
+      {"1, 2, 3", "brush, LuGre, Coulomb; K: all three on a tapped slope, and back"},
       {"Ctrl+Z", "undo the last change of the settings"},
       {"C, P", "record, replay"},
       {"E, S", "plots as CSV, settings as a script; drop a script on the window to load its settings"},
@@ -459,6 +458,11 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wi
     wishes.save_scene = true;
   if (button("Glass", "G: the magnifying glass", 16)) wishes.toggle_glass = true;
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
+  if (room.compared > 0) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
+  if (button("Compare", "K: the block under brush, LuGre and Coulomb on a tapped slope, and back")) {
+    wishes.compare = true;
+  }
+  if (room.compared > 0) ImGui::PopStyleColor();
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
   const std::string time = fmt::format("{:.2f} s", room.time);
@@ -500,7 +504,14 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
   }
-  const FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
+  FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
+  if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
+    // What the bristles hold now: it grows while they rest.
+    levels.peak = 0;
+    for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+      if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
+    }
+  }
   plot_force_over_time(draw, fonts, first, history, state.plot_seconds, levels, state.ranges, elapsed);
   plot_hysteresis(draw, fonts, second, history, state.plot_seconds, room.presliding_length, levels,
                   state.ranges, elapsed);

@@ -27,7 +27,7 @@ struct Wishes {
   bool settings = false;  ///< they changed
   Act act = Act::none;
   bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
-  bool export_plots = false, save_scene = false, full_speed = false;
+  bool export_plots = false, save_scene = false, full_speed = false, compare = false;
 };
 
 /// Settings of before each change. A slider that is dragged is one change.

@@ -276,6 +276,10 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   const float right = frame.inner().x + frame.inner().width;
   const bool above = right - frame.title_end() > 14 * fonts.small->FontSize;
   const float y = above ? area.y : frame.inner().y + frame.inner().height - 1.3f * fonts.small->FontSize;
+  if (!above) {
+    draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
+                       {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
+  }
   legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
   legend(frame, draw, fonts, right, y, colours::friction, "friction", used);
 }

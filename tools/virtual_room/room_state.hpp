@@ -38,6 +38,7 @@ struct Settings {
   double hand_damping = 2.0;       ///< N s/m
   double pad_radius = 0.0;         ///< m, of the tool's contact, a disc under uniform pressure; 0: a point
   double pad_friction = 0.0;  ///< kinetic friction of the tool over its load; 0: as of the other surfaces
+  bool compare = false;       ///< the same block under LuGre and under Coulomb is shown beside it
 
   bool operator==(const Settings&) const = default;
 };
@@ -92,6 +93,14 @@ struct BristleView {
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};  ///< m
 };
 
+/// A block of Settings::compare. They stand in rooms of their own, nobody touches them.
+inline constexpr std::size_t most_compared = 2;
+struct ComparedBlock {
+  FrictionModel model = FrictionModel::lugre;
+  double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
+  double moved = 0.0;                                             ///< m, as Snapshot::moved
+};
+
 struct LoopStatistics {
   std::uint64_t ticks = 0, late_ours = 0, late_machine = 0;
   double deadline = 1e-3, p50 = 0.0, p99 = 0.0, max = 0.0;      ///< s, computing time of a tick
@@ -107,6 +116,9 @@ struct Snapshot {
   bool held = false;  ///< the hand pulls the tool; else `device` is where the tool is
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};            ///< m/s, rad/s
+  double moved = 0.0;  ///< m, down the slope between taps, since six seconds, when the block has settled
+  std::size_t compared = 0;
+  ComparedBlock beside[most_compared];
   double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};  ///< m: the sphere that touches; the hand that pulls it
   double applied[3] = {0, 0, 0};                      ///< N, of the tool on the block
   double friction[3] = {0, 0, 0};      ///< N, of all patches on the block, those of the tool left out

@@ -59,7 +59,11 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
       return true;
     }
     const float size = 1.3f * std::hypot(top_x - x, top_y - y);
-    return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size;
+    // The glass, and the words below it.
+    const float below = p.glass_y + p.glass_radius + 45 * scale_;
+    const bool in_words =
+        std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
+    return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
   if (is_free(layout_)) return;
   const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);

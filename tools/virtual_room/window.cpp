@@ -21,6 +21,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/png_file.hpp"
+#include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
 #include "tools/virtual_room/room_view.hpp"
 #include "tools/virtual_room/screen.hpp"
@@ -146,7 +147,11 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    return std::clamp(x, 0.75f, 4.0f);
+    // No larger than the panels have room for, in steps: each draws the type anew.
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_.get(), &width, &height);
+    const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
+    return std::clamp(std::min(x, std::floor(4 * fits) / 4), 0.75f, 4.0f);
   }
 
   void take_news() {
@@ -165,7 +170,7 @@ class RoomWindow {
     if (width < 16 || height < 16 || glfwGetWindowAttrib(window_.get(), GLFW_ICONIFIED)) return;
     view_->set_scale(content_scale());
     follow_mouse(width);
-    follow_keys(elapsed);
+    follow_keys(elapsed * room().speed);
     if (glfwGetTime() > notice_until_) view_->notice.clear();
     if (glfwGetTime() > sent_at_ + answer_takes_s) view_->follow(room().settings);
     if (!touched_ && options_.device == DeviceKind::mouse) {
@@ -190,6 +195,7 @@ class RoomWindow {
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
     if (wishes.reset_view) view_->camera = Camera{};
     if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
+    if (wishes.compare) compare();
     if (wishes.export_plots) export_plots();
     if (wishes.save_scene) save_settings();
     for (int k = 0; wishes.full_speed && k < 8; ++k) act(Act::faster);
@@ -240,6 +246,15 @@ class RoomWindow {
     } catch (const std::exception& error) {
       say(error.what());
     }
+  }
+
+  // To the scene that compares, and back to a level floor; both from the beginning.
+  void compare() {
+    const Settings& now = view_->gui.settings;
+    Settings to = now.compare ? Settings{} : comparison();
+    to.bristles = now.bristles;
+    change_settings(to);
+    act(Act::reset);
   }
 
   void change_settings(const Settings& to) {
@@ -347,6 +362,8 @@ class RoomWindow {
       case GLFW_KEY_F1:
         view_->help_shown = !view_->help_shown;
         return;
+      case GLFW_KEY_K:
+        return compare();
       case GLFW_KEY_E:
         return export_plots();
       case GLFW_KEY_S:

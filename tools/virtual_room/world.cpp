@@ -20,8 +20,8 @@ constexpr double air_damping = 0.5;       // N s/m, on the tool
 constexpr double normal_stiffness = 1e5;  // N/m, of one contact: rest penetration of a few micrometres
 constexpr double fastest_target = 2.0;    // m/s: a hand that jumps is followed at this speed
 constexpr double catching_up = 0.15;      // m/s: one that takes the tool from afar, at this one
-constexpr double tap_period = 0.25, tap_length = 0.02;  // s: a tap down the slope, the next one up
-constexpr double far_away = 5.0;                        // m: a block that got there is lost
+constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;  // s: a tap down the slope, the next one up
+constexpr double far_away = 5.0;                                  // m: a block that got there is lost
 // A load that changes by less stays as it was: rounding alone does not make a patch look at its bristles.
 constexpr double load_grain = 1e-9;
 
@@ -438,6 +438,7 @@ void World::show_bristles(BristleView& to) noexcept {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
+      if (k == surfaces * corners && shown_key_ != 0) break;  // the tool's only where there is no other
       if (places_[k].patch < 0 || places_[k].load <= highest) continue;
       highest = places_[k].load;
       shown_key_ = k + 1;

@@ -14,6 +14,9 @@
 
 namespace room {
 
+/// A tap down the slope, the next one up: seconds from one to the next but one.
+inline constexpr double tap_pair = 0.5;
+
 /// One thread steps it: the haptic thread. Nothing in take, reset or step allocates, locks or throws.
 class World {
  public:
@@ -35,6 +38,7 @@ class World {
   double time() const noexcept { return time_; }
   const Settings& settings() const noexcept { return parameters_.settings; }
   const Vector3& block_position() const noexcept { return block_.position; }
+  const Rotation& block_orientation() const noexcept { return block_.orientation; }
   const Vector3& tool() const noexcept { return tool_; }
   Vector3 friction() const noexcept;  ///< N, of all patches on the block, those of the tool left out
   Vector3 applied() const noexcept;   ///< N, of the tool on the block
