@@ -16,11 +16,13 @@ inline room::Snapshot room_with_block_at(double x, double friction_n, double ben
   const room::RoomMeasures measures;
   r.time = 1.0;
   r.kinetic_coefficient = r.settings.kinetic;
+  r.peak_coefficient = r.settings.peak;
   r.presliding_length = r.settings.presliding_length;
   r.block_position[0] = x;
   r.block_position[2] = measures.block[2] / 2;
   r.tool[0] = x - measures.block[0] / 2 - measures.tool_radius;
   r.tool[2] = 0.02;
+  r.held = true;
   r.device[0] = r.tool[0] + 0.045;
   r.device[2] = 0.05;
   r.applied[0] = friction_n;

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -21,6 +22,8 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
+#include "tools/virtual_room/mouse_device.hpp"
+#include "tools/virtual_room/moved.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/script.hpp"
@@ -269,7 +272,9 @@ TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   const double y = run.now().block_position[1];
   run.until(4.5);
   const Snapshot& s = run.now();
-  CHECK(load_of(s, Between::block_wall) == Approx(5.0).epsilon(0.1));
+  // What the floor does not hold.
+  CHECK(load_of(s, Between::block_wall) - friction_of(s, Between::block_floor, 0) ==
+        Approx(5.0).epsilon(0.01));
   CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) > 0.2);
   CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) <
         1.01 * settings.peak * load_of(s, Between::block_wall));
@@ -354,6 +359,47 @@ TEST_CASE("On a slope under taps the brush holds, LuGre and Coulomb creep down",
   CHECK(std::fabs(brush) < 0.05e-6);
   CHECK(creep(FrictionModel::lugre) > 100e-6);
   CHECK(creep(FrictionModel::coulomb) > 10e-6);
+}
+
+TEST_CASE("Compared beside each other the brush stays, LuGre and Coulomb creep as each does alone",
+          "[room]") {
+  Settings settings = comparison();
+  settings.bristles = 512;
+  const auto moved_alone = [&](FrictionModel model) {
+    Settings s = settings;
+    s.compare = false;
+    s.model = model;
+    Run run(s);
+    return run.until(10.002).moved;
+  };
+  Run run(settings);
+  const Snapshot& now = run.until(10.002);
+  REQUIRE(now.compared == 2);
+  INFO("brush " << 1e6 * now.moved << ", LuGre " << 1e6 * now.beside[0].moved << ", Coulomb "
+                << 1e6 * now.beside[1].moved << " um");
+  CHECK(std::fabs(now.moved) < 0.5e-6);
+  CHECK(now.beside[0].model == FrictionModel::lugre);
+  CHECK(now.beside[0].moved > 100e-6);
+  CHECK(now.beside[1].moved > 5e-6);
+  CHECK(now.moved == moved_alone(FrictionModel::brush));
+  CHECK(now.beside[0].moved == moved_alone(FrictionModel::lugre));
+  CHECK(now.beside[1].moved == moved_alone(FrictionModel::coulomb));
+  // Comparing changes nothing of the block itself.
+  Settings alone = settings;
+  alone.compare = false;
+  Run other(alone);
+  other.until(10.002);
+  CHECK(other.loop().state_hash() == run.loop().state_hash());
+}
+
+TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") {
+  Moved moved;
+  for (int k = 1; k <= 20000; ++k) {
+    const double t = 1e-3 * k;
+    moved.take(t, 0.01 * std::exp(-5.0 * t) + 1e-6 * t + 1e-3 * std::sin(2.0 * pi * t / tap_pair));
+  }
+  // From the end of the pair before 6 s up to the last one that is over.
+  CHECK(moved.metres() == Approx(14e-6).epsilon(0.02));
 }
 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
@@ -544,6 +590,262 @@ TEST_CASE("A slope steeper than the friction lets the block slide as the incline
     run.until(0.3);
     const double acceleration = (run.now().block_velocity[0] - v0) / (run.now().time - t0);
     CHECK(acceleration == Approx(g * (std::sin(0.35) - 0.2 * std::cos(0.35))).epsilon(0.02));
+  }
+}
+
+// -------------------------------------------------------------------------------------- the person's hand
+
+TEST_CASE("A mouse that leaps sixty times a second moves the hand smoothly, and arrives", "[room][hand]") {
+  Exchange exchange;
+  MouseDevice device(exchange);
+  Hand hand;
+  MouseHand mouse{true, {-0.1, 0.0, 0.01}, 0.0};
+  exchange.mouse.write(mouse);
+  device.read(0.0, hand);
+  CHECK(hand.position[0] == -0.1);
+  // A pixel of 0.8 mm every sixtieth second: 48 mm/s.
+  double last = hand.position[0], speed = 0.0, most = 0.0, least = 1.0;
+  for (int k = 1; k <= 600; ++k) {
+    if (k % 50 == 0 || k % 50 == 16 || k % 50 == 33) mouse.position[0] += 0.8e-3;
+    exchange.mouse.write(mouse);
+    device.read(1e-3 * k, hand);
+    speed = (hand.position[0] - last) / 1e-3;
+    last = hand.position[0];
+    if (k > 300) most = std::max(most, speed);
+    if (k > 300) least = std::min(least, speed);
+  }
+  CHECK(most < 1.1 * 0.048);
+  CHECK(least > 0.9 * 0.048);
+  CHECK(mouse.position[0] - hand.position[0] == Approx(0.048 * HandFilter::delay).epsilon(0.2));
+  for (int k = 601; k < 1000; ++k) device.read(1e-3 * k, hand);
+  CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-9));
+  // One that leaps by a centimetre: neither a blow nor an overshoot.
+  mouse.position[0] += 0.01;
+  exchange.mouse.write(mouse);
+  double farthest = -1.0;
+  for (int k = 1000; k < 1400; ++k) {
+    device.read(1e-3 * k, hand);
+    if (k == 1000) CHECK(mouse.position[0] - hand.position[0] > 0.0098);
+    if (k == 1040) CHECK(std::fabs(mouse.position[0] - hand.position[0]) < 0.0045);
+    farthest = std::max(farthest, hand.position[0]);
+  }
+  CHECK(farthest <= mouse.position[0]);
+  CHECK(hand.position[0] == Approx(mouse.position[0]).margin(1e-6));
+  // Time goes back at a reset, and a new grip begins where it is.
+  mouse.holds = false;
+  exchange.mouse.write(mouse);
+  device.read(0.0, hand);
+  CHECK_FALSE(hand.holds);
+  mouse = {true, {0.1, 0.1, 0.02}, 0.0};
+  exchange.mouse.write(mouse);
+  device.read(1e-3, hand);
+  CHECK(hand.position[1] == 0.1);
+}
+
+TEST_CASE("Nothing is held at first, and the hand is shown at the tool", "[room][hand]") {
+  LoopOptions options;
+  options.settings = few_bristles();
+  HapticLoop loop(options);
+  loop.advance(3);
+  loop.exchange().room.refresh();
+  const Snapshot& first = loop.exchange().room.latest();
+  CHECK_FALSE(first.held);
+  for (int i = 0; i < 3; ++i) CHECK(first.device[i] == first.tool[i]);
+  CHECK(first.tool[0] + RoomMeasures{}.tool_radius < -0.5 * RoomMeasures{}.block[0]);
+  loop.exchange().mouse.write({true, {-0.1, 0.02, 0.02}, 0.0});
+  loop.advance(100);
+  loop.exchange().room.refresh();
+  CHECK(loop.exchange().room.latest().held);
+  CHECK(loop.exchange().room.latest().device[1] == 0.02);
+}
+
+TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[room][hand]") {
+  for (const double stiffness : {100.0, 400.0}) {
+    LoopOptions options;
+    options.settings.hand_stiffness = stiffness;
+    options.settings.kinetic = 0.35;
+    HapticLoop loop(options);
+    loop.exchange().acts.push(Act::slow_pull);
+    loop.advance(3);
+    double highest = 0.0, at = 0.0, time = 0.0;
+    PlotPoint point;
+    const auto look = [&] {
+      while (loop.exchange().plot.pop(point)) {
+        time = static_cast<double>(point.time);
+        if (-point.friction <= highest) continue;
+        highest = static_cast<double>(-point.friction);
+        at = time;
+      }
+    };
+    for (int k = 0; k < 30; ++k) {
+      loop.advance(100);
+      look();
+    }
+    const double weight = options.settings.mass * g;
+    CHECK(highest == Approx(options.settings.peak * weight).epsilon(0.03));
+    CHECK(at > 1.0);
+    CHECK(at < 3.5);
+    for (int k = 0; k < 40; ++k) loop.advance(100), look();
+    loop.exchange().room.refresh();
+    const Snapshot& end = loop.exchange().room.latest();
+    CHECK_FALSE(end.held);
+    CHECK(end.block_position[0] > options.settings.presliding_length);
+    CHECK(end.block_position[0] < 0.03);  // and not flung away as the hand changes
+    // The mouse again.
+    loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
+    loop.advance(100);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().held);
+    // In mid-pull a reset ends it.
+    loop.exchange().acts.push(Act::slow_pull);
+    loop.advance(500);
+    loop.exchange().acts.push(Act::reset);
+    loop.advance(5);
+    loop.exchange().room.refresh();
+    CHECK(loop.exchange().room.latest().time < 0.01);
+  }
+}
+
+TEST_CASE("Slow motion steps a share of the ticks, and a recording is never written over", "[room][hand]") {
+  const bristle_test::TemporaryFolder folder;
+  LoopOptions options;
+  options.settings = few_bristles();
+  options.record_to = folder.at("recording");
+  HapticLoop loop(options);
+  // By the virtual clock time is not real: every tick steps, whatever the speed.
+  for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::slower);
+  loop.advance(100);
+  loop.exchange().room.refresh();
+  CHECK(loop.exchange().room.latest().speed == Approx(0.01));
+  CHECK(loop.exchange().room.latest().time == Approx(0.1));
+  loop.start();
+  const auto time_after = [&](int milliseconds) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    loop.exchange().room.refresh();
+    return loop.exchange().room.latest().time;
+  };
+  const double begin = time_after(50);
+  const double slow = time_after(400) - begin;
+  CHECK(slow > 0.0);
+  CHECK(slow < 0.02);  // 4 ms, and what a busy machine adds
+  loop.stop();
+  for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::faster);
+  loop.advance(1);
+  for (int take = 0; take < 3; ++take) {
+    loop.exchange().acts.push(Act::record);
+    loop.advance(50);
+    loop.exchange().acts.push(Act::stop_recording);
+    loop.advance(50);
+  }
+  loop.finish_recording();
+  for (const char* name : {"recording.toml", "recording-2.toml", "recording-3.toml", "recording-3.csv"}) {
+    INFO(name);
+    CHECK(std::filesystem::exists(folder.at(name)));
+  }
+}
+
+// ------------------------------------------------------------------------------------- the pad of the tool
+
+namespace {
+
+/// A finger presses with 5 N on the top of a block of 1 kg, 25 mm beside its middle, and pulls it along x by
+/// 60 mm. It has a friction of 1.5, the floor of 0.1: what holds the block to the finger has to be more than
+/// the moment of the floor's friction about it.
+struct OffCentrePull {
+  static constexpr double press = 5.0, aside = 0.025, floor = 0.1, of_pad = 1.5;
+  static constexpr double moment = floor * 1.0 * g * aside;  // whatever the finger's load does to the corners
+  // At the end; mean while it is pulled, about the normal out of the finger, which points down.
+  double turned = 0.0, torque = 0.0;
+  double gap = 0.0;  // m, between finger and its place on the block
+
+  OffCentrePull(double pad_radius, bool infinite) {
+    Settings s = few_bristles();
+    s.mass = 1.0;
+    s.kinetic = floor;
+    s.peak = 1.05 * floor;
+    s.presliding_length = 50e-6;
+    s.infinite = infinite;
+    s.pad_radius = pad_radius;
+    s.pad_friction = of_pad;
+    const auto hand = [](double t, double x) {
+      return HandRow{t, {true, {x, aside, 0.06 + RoomMeasures{}.tool_radius}, {0, 0, -press}}};
+    };
+    Run run(s, {hand(0.0, 0.0), hand(0.3, 0.0), hand(2.3, 0.06)});
+    run.until(0.8);
+    int count = 0;
+    while (run.now().time < 2.3) {
+      const Snapshot& now = run.tick();
+      for (std::size_t i = 0; i < now.contacts; ++i) {
+        if (now.contact[i].between == Between::block_tool) torque += now.contact[i].torque;
+      }
+      ++count;
+    }
+    torque /= count;
+    const Snapshot& end = run.now();
+    turned = turn_about(end, 2);
+    const double c = std::cos(turned), sn = std::sin(turned);
+    gap = std::hypot(end.tool[0] - end.block_position[0] + sn * aside,
+                     end.tool[1] - end.block_position[1] - c * aside);
+  }
+  /// Of a uniform disc that spins on the spot.
+  static double limit(double pad_radius) { return 2.0 / 3.0 * of_pad * press * pad_radius; }
+};
+
+}  // namespace
+
+TEST_CASE("A finger with a pad holds a block off its middle up to the torsional limit, a point lets it turn",
+          "[room][pad]") {
+  for (const bool infinite : {false, true}) {
+    INFO((infinite ? "infinitely many bristles" : "representatives"));
+    // 0.82 of the limit: the block goes straight, and the pad carries the moment.
+    REQUIRE(OffCentrePull::moment < 0.85 * OffCentrePull::limit(6e-3));
+    const OffCentrePull held(6e-3, infinite);
+    CHECK(std::fabs(held.turned) < 0.02);
+    CHECK(-held.torque == Approx(OffCentrePull::moment).epsilon(0.03));
+    CHECK(held.gap < 100e-6);
+    // 1.23: more than the peak (1.05) holds too. It turns, against the moment of a disc that also carries a
+    // fifth of the force it can.
+    REQUIRE(OffCentrePull::moment > 1.2 * OffCentrePull::limit(4e-3));
+    const OffCentrePull turning(4e-3, infinite);
+    CHECK(turning.turned < -0.06);
+    CHECK(-turning.torque < 1.03 * OffCentrePull::limit(4e-3));
+    CHECK(-turning.torque > 0.93 * OffCentrePull::limit(4e-3));
+  }
+  const OffCentrePull point(0.0, false);
+  CHECK(point.turned < -0.3);
+  CHECK(point.torque == 0.0);
+}
+
+TEST_CASE("A pad without an extent is the point of before", "[room][pad]") {
+  const auto block_after = [](double radius) {
+    Settings s = few_bristles();
+    s.infinite = true;
+    s.pad_radius = radius;
+    Run run(s, {at_place(0.0, -0.065, 0.02, 0.03), at_place(1.0, -0.02, 0.02, 0.03)});
+    run.until(1.0);
+    return run.now().block_position[0];
+  };
+  CHECK(block_after(1e-9) == Approx(block_after(0.0)).margin(1e-7));
+  // To the bit: the hash of this run before there were pads.
+  Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)});
+  run.until(1.0);
+  CHECK(run.loop().state_hash() == 0x893881642ee3f557u);
+}
+
+TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, without a jump", "[room][pad]") {
+  Settings s = few_bristles();
+  s.pad_radius = 4e-3;
+  s.pad_friction = 1.0;
+  Run run(s, {{0.0, {true, {0.0, 0.02, 0.068}, {0, 0, -3.0}}}});
+  for (const double radius : {4e-3, 10e-3, 1e-3, 0.0, 8e-3}) {
+    s.pad_radius = radius;
+    run.loop().exchange().settings.write(s);
+    for (int k = 0; k < 200; ++k) {
+      REQUIRE(is_finite(run.tick()));
+    }
+    CHECK(run.now().settings.pad_radius == radius);
+    CHECK(speed(run.now()) < 1e-4);
+    CHECK(std::fabs(turn_about(run.now(), 2)) < 1e-3);
   }
 }
 

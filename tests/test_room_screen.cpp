@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "tests/made_up_room.hpp"
 #include "tools/files/user_error.hpp"
@@ -15,6 +17,9 @@
 #include "tools/virtual_room/history.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/offscreen.hpp"
+#include "tools/virtual_room/panels.hpp"
+#include "tools/virtual_room/plots.hpp"
+#include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
 
 using Eigen::Vector3f;
@@ -114,7 +119,7 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
     room.settings.slope = slope;
     const RoomMeasures measures;
     room::MouseControl mouse;
-    const Vector3f wanted(-0.12f, 0.05f, 0.02f);  // in the room's axes
+    const Vector3f wanted(-0.12f, 0.05f, 0.01f);  // in the room's axes
     float x = 0, y = 0;
     REQUIRE(camera.find_pixel(area, room::room_tilt(slope) * wanted, x, y));
     mouse.move(x, y, {true, false, false}, area, camera, room, measures);
@@ -125,7 +130,7 @@ TEST_CASE("The mouse holds the tool where its ray meets the plane of the hand, o
 
     // The wheel raises it by 2 mm a notch, and with control presses it by 0.1 N; it stays in the room.
     mouse.turn_wheel(3, false, camera, measures);
-    CHECK(mouse.hand().position[2] == Approx(0.026));
+    CHECK(mouse.hand().position[2] == Approx(0.016));
     mouse.turn_wheel(-2, true, camera, measures);
     CHECK(mouse.hand().press == Approx(0.2));
     mouse.turn_wheel(1e6f, false, camera, measures);
@@ -147,6 +152,152 @@ TEST_CASE("A drag that begins on the panels never moves the tool", "[room]") {
   mouse.move(400, 300, {true, false, false}, {300, 0, 600, 600}, camera, Snapshot{}, RoomMeasures{});
   CHECK_FALSE(mouse.hand_changed());
   CHECK_FALSE(mouse.hand().holds);
+}
+
+TEST_CASE("A fine drag moves the hand a tenth of the pointer's way, without a jump where it begins or ends",
+          "[room]") {
+  Camera camera;
+  const Area area{0, 0, 900, 600};
+  const RoomMeasures measures;
+  const Snapshot room;
+  room::MouseControl mouse;
+  const auto move_to = [&](float wanted_x, bool fine) {
+    float x = 0, y = 0;
+    REQUIRE(camera.find_pixel(area, Vector3f(wanted_x, 0, 0.01f), x, y));
+    mouse.move(x, y, {true, false, false, fine}, area, camera, room, measures);
+    return mouse.hand().position[0];
+  };
+  CHECK(move_to(-0.10f, false) == Approx(-0.10).margin(1e-5));
+  CHECK(mouse.hand().position[2] == Approx(0.01));
+  CHECK(move_to(-0.08f, false) == Approx(-0.08).margin(1e-5));
+  CHECK(move_to(-0.08f, true) == Approx(-0.08).margin(1e-5));
+  CHECK(move_to(-0.03f, true) == Approx(-0.075).margin(1e-5));
+  CHECK(move_to(-0.03f, false) == Approx(-0.075).margin(1e-5));
+  CHECK(move_to(-0.01f, false) == Approx(-0.055).margin(1e-5));
+}
+
+TEST_CASE("Keys take the tool where it is, push it at 10 mm/s, and hold on until they let go", "[room]") {
+  room::MouseControl mouse;
+  const RoomMeasures measures;
+  Snapshot room;
+  room.tool[0] = -0.1;
+  room.tool[1] = 0.02;
+  room.tool[2] = 0.03;
+  mouse.push(0, 0, false, 0.1, room, measures);
+  CHECK_FALSE(mouse.hand_changed());
+  for (int k = 0; k < 50; ++k) mouse.push(1, 0, false, 0.01, room, measures);
+  CHECK(mouse.hand().holds);
+  CHECK(mouse.hand().position[0] == Approx(-0.095));
+  CHECK(mouse.hand().position[1] == Approx(0.02));
+  CHECK(mouse.hand().position[2] == Approx(0.03));
+  for (int k = 0; k < 50; ++k) mouse.push(0, -1, true, 0.01, room, measures);
+  CHECK(mouse.hand().position[1] == Approx(0.0195));
+  for (int k = 0; k < 10000; ++k) mouse.push(1, 1, false, 0.01, room, measures);
+  CHECK(mouse.hand().position[0] <= measures.length / 2);
+  CHECK(mouse.hand_changed());
+  mouse.let_go();
+  CHECK(mouse.hand_changed());
+  CHECK_FALSE(mouse.hand().holds);
+}
+
+TEST_CASE("An undone change of the settings brings back what was before it, a dragged slider at once",
+          "[room]") {
+  room::SettingsUndo undo;
+  room::Settings s;
+  CHECK_FALSE(undo.undo(s));
+  const auto change = [&](double mass, bool active) {
+    const room::Settings before = s;
+    s.mass = mass;
+    undo.note(before, true, active);
+  };
+  change(0.3, true);  // a drag of three pictures
+  change(0.4, true);
+  change(0.5, true);
+  undo.note(s, false, false);
+  change(1.0, false);  // two clicks
+  change(2.0, false);
+  for (const double mass : {1.0, 0.5, 0.25}) {
+    REQUIRE(undo.undo(s));
+    CHECK(s.mass == mass);
+  }
+  CHECK(undo.empty());
+}
+
+TEST_CASE("What does nothing is known, and so is the preset that is in force", "[room]") {
+  room::Settings s;
+  CHECK_FALSE(room::Effective(s).stribeck);  // no damper that could fade
+  CHECK_FALSE(room::Effective(s).ageing_time);
+  s.damping_per_newton = 0.5;
+  s.growth_per_decade = 0.05;
+  CHECK(room::Effective(s).stribeck);
+  CHECK(room::Effective(s).ageing_time);
+  s.model = room::FrictionModel::coulomb;
+  const room::Effective coulomb(s);
+  for (const bool works : {coulomb.peak, coulomb.bristles, coulomb.damping, coulomb.stribeck, coulomb.pad}) {
+    CHECK_FALSE(works);
+  }
+  room::Settings preset;
+  for (std::size_t i = 0; i < room::presets.size(); ++i) {
+    room::apply(room::presets[i], preset);
+    CHECK(room::preset_of(preset) == static_cast<int>(i));
+  }
+  preset.kinetic += 0.01;
+  CHECK(room::preset_of(preset) == -1);
+}
+
+TEST_CASE("A knock of some milliseconds does not set the range of a plot, a lasting force does", "[room]") {
+  std::vector<float> values(1000, 0.5f);
+  values[3] = 40.0f;
+  values[700] = -30.0f;
+  values[10] = 1.1f;  // a peak that friction can reach
+  room::ValueRange r = room::range_of_most(values, 1.2);
+  CHECK(r.low == Approx(-1.2).margin(2));
+  CHECK(r.low >= -1.2);
+  CHECK(r.high <= 1.2);
+  CHECK(r.high >= 0.5);
+  std::fill(values.begin(), values.begin() + 100, 3.0f);
+  r = room::range_of_most(values, 1.2);
+  CHECK(r.high == 3.0);
+  values.assign(20, 0.25f);
+  values[7] = 1.0f;
+  CHECK(room::range_of_most(values, 1.2).high == 1.0);
+  values.clear();
+  CHECK(room::range_of_most(values, 1.2).high == 0.0);
+}
+
+TEST_CASE("An axis far from zero counts from a round place, in the unit of its width", "[room]") {
+  const auto axis = [](double low, double high) { return room::length_axis(low, high); };
+  CHECK(axis(-0.1, 0.2).unit == "mm");
+  CHECK(axis(-0.1, 0.2).offset == 0.0);
+  CHECK(axis(0.0, 400e-6).unit == "µm");
+  CHECK(axis(0.0, 400e-6).offset == 0.0);
+  // What read "249.565".
+  const room::AxisText far = axis(0.24952, 0.24968);
+  CHECK(far.unit == "µm from 249 mm");
+  CHECK(far.offset == Approx(0.249));
+  CHECK(far.scale == 1e-6);
+  CHECK(axis(-0.1000003, -0.0999998).unit == "nm from -100.001 mm");
+  CHECK(axis(0.0, 0.0).offset == 0.0);
+}
+
+TEST_CASE("Room, panels and glass lie beside each other at every size", "[room]") {
+  for (const auto& [width, height, scale] :
+       {std::tuple{640, 480, 1.0f}, std::tuple{1280, 720, 1.0f}, std::tuple{2560, 1440, 1.0f},
+        std::tuple{2560, 1440, 2.0f}, std::tuple{1280, 960, 2.0f}}) {
+    INFO(width << " x " << height << " at " << scale);
+    for (const bool left : {false, true}) {
+      const room::Layout l = room::make_layout(width, height, scale, true, true, left);
+      const Area& scene = l.picture.scene;
+      CHECK(l.settings.x + l.settings.width <= scene.x);
+      CHECK(l.bar.y + l.bar.height <= scene.y);
+      CHECK(scene.y + scene.height <= l.plots.y);
+      CHECK(scene.height >= 0.25f * static_cast<float>(height));
+      const float r = l.picture.glass_radius;
+      CHECK(l.picture.glass_x - r >= scene.x);
+      CHECK(l.picture.glass_x + r <= scene.x + scene.width);
+      CHECK(l.picture.glass_y + r <= scene.y + scene.height);
+    }
+  }
 }
 
 TEST_CASE("The glass bends every hair as far as its bristle and tells who has snapped", "[room]") {
@@ -262,6 +413,39 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
   CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
+}
+
+TEST_CASE("The glass leaves the side on which the block is", "[room]") {
+  const auto offscreen = try_offscreen(700, 520);
+  if (!offscreen) return;
+  room::RoomView& view = offscreen->view();
+  view.panels = false;
+  view.camera.distance = 0.5f;
+  for (const double x : {0.2, -0.2, 0.2}) {
+    view.camera.target = Vector3f(x > 0 ? 0.05f : -0.05f, 0, -0.04f);
+    offscreen->draw(made_up::room_with_block_at(x, 0.0, 0), 0.02f);
+    const room::Picture& p = view.layout().picture;
+    float px = 0, py = 0;
+    REQUIRE(view.camera.find_pixel(p.scene, Vector3f(static_cast<float>(x), 0, 0.03f), px, py));
+    CHECK(std::hypot(px - p.glass_x, py - p.glass_y) > p.glass_radius);
+  }
+}
+
+TEST_CASE("No coil is drawn while nothing is held", "[room]") {
+  const auto offscreen = try_offscreen(700, 520);
+  if (!offscreen) return;
+  offscreen->view().panels = offscreen->view().glass_shown = false;
+  Snapshot room = made_up::room_with_block_at(0.1, 0.0, 0);
+  room.device[0] = room.tool[0] - 0.2;
+  const room::PixelImage held = offscreen->draw(room, 0.02f);
+  room.held = false;
+  const room::PixelImage free = offscreen->draw(room, 0.02f);
+  int different = 0;
+  for (int x = 0; x < held.width; ++x) {
+    for (int y = 0; y < held.height; ++y) different += pixel(held, x, y).r != pixel(free, x, y).r;
+  }
+  CHECK(different > 50);
+  CHECK(different < 12000);
 }
 
 TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {

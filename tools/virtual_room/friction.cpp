@@ -52,7 +52,12 @@ void Friction::take(const Parameters& p) noexcept {
   const bool forget = p.new_patches || p.settings.model != model_;
   model_ = p.settings.model;
   ids_ = p.patches;
-  for (rivals::Rival& rival : rivals_) set_surface(rival, model_, p.surface, forget);
+  pad_ = p.pad;
+  pad_id_ = p.pad_id;
+  if (pad_ != nullptr) pad_->set_scale(pad_id_, p.settings.pad_radius);
+  for (std::size_t i = 0; i < patch_count; ++i) {
+    set_surface(rivals_[i], model_, i == tool_patch ? p.tool_surface : p.surface, forget);
+  }
 }
 
 Velocity Friction::find_motion(double dt_s, const Body& body, const Velocity& external,
@@ -63,15 +68,23 @@ Velocity Friction::find_motion(double dt_s, const Body& body, const Velocity& ex
 
 Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Velocity& external,
                                      bristle::Span<const PatchContact> contacts) noexcept {
-  const std::size_t n = contacts.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    motions_[i] = {};
-    motions_[i].id = ids_[contacts[i].patch];
-    motions_[i].normal_load = contacts[i].load;
-    feet_[i] = {};
-    feet_[i].place = i;
-    feet_[i].jacobian = contacts[i].rows;
+  points_ = 0;
+  const PatchContact* on_pad = nullptr;
+  for (const PatchContact& c : contacts) {
+    if (is_pad(c.patch)) {
+      on_pad = &c;
+      continue;
+    }
+    motions_[points_] = {};
+    motions_[points_].id = ids_[c.patch];
+    motions_[points_].normal_load = c.load;
+    feet_[points_] = {};
+    feet_[points_].place = points_;
+    feet_[points_].jacobian = c.rows;
+    ++points_;
   }
+  cells_ = on_pad != nullptr ? add_pad_feet(*on_pad, points_) : 0;
+  const std::size_t n = points_ + cells_;
   for (std::size_t p = 0; p < probes; ++p) {
     motions_[n + p] = {};
     feet_[n + p] = {};
@@ -88,7 +101,40 @@ Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Veloci
   for (int v = 0; v < velocities; ++v) {
     mean[v] = motions_[n + static_cast<std::size_t>(v / 2)].displacement[v % 2] / dt_s;
   }
+  move_pad(dt_s, mean, contacts);
   return mean;
+}
+
+// Every cell is a foot of its own, so that the rim may slip while the middle sticks. Returns their number.
+std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t first) noexcept {
+  std::array<bristle::PatchCell, pad_cells> cells;
+  pad_motion_ = {};
+  pad_motion_.id = pad_id_;
+  pad_motion_.normal_load = contact.load;
+  const std::size_t count = pad_->read_cells(pad_id_, 0.0, contact.load, {cells.data(), cells.size()});
+  pad_->write_motions({&pad_motion_, 1}, {motions_.data() + first, count});
+  for (std::size_t k = 0; k < count; ++k) {
+    const double(&at)[2] = cells[k].position;
+    feet_[first + k] = {};
+    feet_[first + k].place = first + k;
+    feet_[first + k].jacobian = contact.rows + Eigen::Vector2d(-at[1], at[0]) * contact.spin.transpose();
+  }
+  return count;
+}
+
+// What was found is one displacement and one spin; the cells go the chords of these. So deflections follow
+// the poses of block and tool, and what returns has not crept.
+void Friction::move_pad(double dt_s, const Velocity& mean,
+                        bristle::Span<const PatchContact> contacts) noexcept {
+  if (cells_ == 0) return;
+  for (const PatchContact& c : contacts) {
+    if (!is_pad(c.patch)) continue;
+    const Eigen::Vector2d way = dt_s * c.rows * mean;
+    pad_motion_.displacement[0] = way[0];
+    pad_motion_.displacement[1] = way[1];
+    pad_motion_.displacement[2] = dt_s * c.spin.dot(mean);
+  }
+  pad_->write_motions({&pad_motion_, 1}, {motions_.data() + points_, cells_});
 }
 
 // Backward Euler, M (u1 - u0) = T (f + sum of J^T F(T J u1)), by Newton's method with halved steps. With
@@ -145,14 +191,7 @@ void Friction::step(double dt_s, Body& body, const Velocity& external,
                     bristle::Span<PatchContact> contacts) noexcept {
   const std::size_t n = contacts.size();
   if (model_ == FrictionModel::brush) {
-    batch_.step(dt_s, {motions_.data(), n}, {responses_.data(), n});
-    bristle::apply_end_forces<velocities>(dt_s, body, external, {feet_.data(), n}, {responses_.data(), n});
-    for (std::size_t i = 0; i < n; ++i) {
-      contacts[i].force[0] = responses_[i].end[0];
-      contacts[i].force[1] = responses_[i].end[1];
-      contacts[i].limit = responses_[i].force_limit;
-      contacts[i].status = responses_[i].status;
-    }
+    step_brush(dt_s, body, external, contacts);
     return;
   }
   Vector9 impulse = dt_s * external;
@@ -169,6 +208,42 @@ void Friction::step(double dt_s, Body& body, const Velocity& external,
   body.velocity += mass.llt().solve(impulse);
 }
 
+void Friction::step_brush(double dt_s, Body& body, const Velocity& external,
+                          bristle::Span<PatchContact> contacts) noexcept {
+  batch_.step(dt_s, {motions_.data(), points_ + cells_}, {responses_.data(), points_ + cells_});
+  Velocity beside = external;
+  std::size_t point = 0;
+  for (PatchContact& c : contacts) {
+    if (is_pad(c.patch)) {
+      bristle::ExtendedResponse pad;
+      pad_->read_responses({&pad_motion_, 1}, {responses_.data() + points_, cells_}, {&pad, 1});
+      c.force[0] = pad.end[0];
+      c.force[1] = pad.end[1];
+      c.torque = pad.end[2];
+      c.limit = pad.force_limit;
+      c.torque_limit = pad.torque_limit;
+      c.status = pad.status;
+      beside += c.rows.transpose() * Eigen::Vector2d(c.force[0], c.force[1]) + c.torque * c.spin;
+      continue;
+    }
+    const bristle::Response& response = responses_[point++];
+    c.force[0] = response.end[0];
+    c.force[1] = response.end[1];
+    c.limit = response.force_limit;
+    c.status = response.status;
+  }
+  bristle::apply_end_forces<velocities>(dt_s, body, beside, {feet_.data(), points_},
+                                        {responses_.data(), points_});
+}
+
+double Friction::active_bristles(std::size_t i) const noexcept {
+  if (model_ != FrictionModel::brush) return 0.0;
+  if (!is_pad(i)) return batch_.info(ids_[i]).active;
+  double sum = 0.0;
+  for (const bristle::PatchId cell : pad_->cell_patches(pad_id_)) sum += batch_.info(cell).active;
+  return sum;
+}
+
 std::uint64_t Friction::state_hash() const noexcept {
   std::uint64_t hash = 0;
   const auto mix = [&](std::uint64_t value) {
@@ -176,7 +251,9 @@ std::uint64_t Friction::state_hash() const noexcept {
     hash ^= hash >> 32;
   };
   for (std::size_t i = 0; i < patch_count; ++i) {
-    if (model_ == FrictionModel::brush) mix(batch_.state_hash(ids_[i]));
+    if (model_ == FrictionModel::brush) {
+      mix(is_pad(i) ? pad_->state_hash(pad_id_) : batch_.state_hash(ids_[i]));
+    }
     if (const auto* lugre = std::get_if<rivals::LuGre>(&rivals_[i])) {
       mix(std::bit_cast<std::uint64_t>(lugre->z.x));
       mix(std::bit_cast<std::uint64_t>(lugre->z.y));

@@ -1,8 +1,9 @@
 // Friction of every contact of a tick, and the motion that block and tool make under it.
 //
 // Both move as one body of nine velocities: the block's (three along, three about), the tool's three. A
-// contact sees them by two rows, in its tangent plane. Normal forces and the hand's spring stand in the mass
-// matrix and in the external force already (world.cpp), so that all of it is implicit.
+// contact sees them by two rows, in its tangent plane, and the tool's pad by a third, the spin. Normal forces
+// and the hand's spring stand in the mass matrix and in the external force already (world.cpp), so that all
+// of it is implicit.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 
 #include <bristle/bristle.hpp>
 #include <bristle/coupling.hpp>
+#include <bristle/extended_patches.hpp>
 
 #include "tools/rivals/rival.hpp"
 #include "tools/virtual_room/parameters.hpp"
@@ -26,10 +28,12 @@ using TangentRows = Eigen::Matrix<double, 2, velocities, Eigen::DontAlign>;
 struct PatchContact {
   std::size_t patch = 0;  ///< 0 to patch_count - 1
   TangentRows rows = TangentRows::Zero();
-  double load = 0.0;         ///< N; 0: the patch forgets
-  double force[2] = {0, 0};  ///< N, on the block: this and the rest filled in by step()
+  Velocity spin = Velocity::Zero();  ///< spin . u: turn of the block on the tool's pad, rad/s; else not used
+  double load = 0.0;                 ///< N; 0: the patch forgets
+  double force[2] = {0, 0};          ///< N, on the block: this and the rest filled in by step()
   bristle::Status status = bristle::Status::ok;
-  double limit = 0.0;  ///< N, highest elastic force
+  double limit = 0.0;                       ///< N, highest elastic force
+  double torque = 0.0, torque_limit = 0.0;  ///< N m, of a pad: on the block about the normal
 };
 
 class Friction {
@@ -46,11 +50,12 @@ class Friction {
   /// Moves the patches by these displacements, and gives `body` the velocity of the forces that acted.
   void step(double dt_s, Body& body, const Velocity& external, bristle::Span<PatchContact> contacts) noexcept;
 
-  bristle::PatchId patch(std::size_t i) const noexcept { return ids_[i]; }
-  /// Representatives in contact, with the fraction; 0 for a rival.
-  double active_bristles(std::size_t i) const noexcept {
-    return model_ == FrictionModel::brush ? batch_.info(ids_[i]).active : 0.0;
+  /// Of a pad its first cell.
+  bristle::PatchId patch(std::size_t i) const noexcept {
+    return is_pad(i) ? pad_->cell_patches(pad_id_)[0] : ids_[i];
   }
+  /// Representatives in contact, with the fraction; 0 for a rival.
+  double active_bristles(std::size_t i) const noexcept;
   std::uint64_t state_hash() const noexcept;  ///< of the brush's patches, or of the rival's states
 
  private:
@@ -59,16 +64,28 @@ class Friction {
 
   Velocity find_brush_motion(double dt_s, const Body& body, const Velocity& external,
                              bristle::Span<const PatchContact> contacts) noexcept;
+  void step_brush(double dt_s, Body& body, const Velocity& external,
+                  bristle::Span<PatchContact> contacts) noexcept;
   Velocity find_rival_motion(double dt_s, const Body& body, const Velocity& external,
                              bristle::Span<const PatchContact> contacts) noexcept;
+
+  bool is_pad(std::size_t patch) const noexcept { return pad_ != nullptr && patch == tool_patch; }
+  std::size_t add_pad_feet(const PatchContact& contact, std::size_t first) noexcept;
+  void move_pad(double dt_s, const Velocity& mean, bristle::Span<const PatchContact> contacts) noexcept;
 
   bristle::PatchBatch& batch_;
   FrictionModel model_ = FrictionModel::brush;
   PatchIds ids_{};
   std::array<rivals::Rival, patch_count> rivals_{};
-  std::array<bristle::BodyContact<velocities>, patch_count + probes> feet_{};
-  std::array<bristle::Motion, patch_count + probes> motions_{};
-  std::array<bristle::Response, patch_count> responses_{};
+  // The points, the cells of the pad, the probes.
+  static constexpr std::size_t most_feet = patch_count + pad_cells + probes;
+  std::array<bristle::BodyContact<velocities>, most_feet> feet_{};
+  std::array<bristle::Motion, most_feet> motions_{};
+  std::array<bristle::Response, most_feet> responses_{};
+  bristle::ExtendedPatches* pad_ = nullptr;
+  bristle::PatchId pad_id_;
+  bristle::ExtendedMotion pad_motion_;
+  std::size_t points_ = 0, cells_ = 0;  // among the feet; cells_ 0: the pad does not touch
 };
 
 }  // namespace room

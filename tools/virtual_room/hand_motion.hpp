@@ -41,6 +41,7 @@ class PlayedHand final : public Device {
     return true;
   }
   void write(const double (&)[3]) noexcept override {}
+  double end() const noexcept { return motion_.end(); }
 
  private:
   const char* name_;

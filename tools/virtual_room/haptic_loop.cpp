@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <limits>
 #include <thread>
 #include <utility>
@@ -23,9 +24,11 @@
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
+#include "tools/virtual_room/moved.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/recorder.hpp"
 #include "tools/virtual_room/script.hpp"
+#include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/world.hpp"
 
 namespace room {
@@ -38,6 +41,9 @@ constexpr double strongest_hand = 1e3;  // N, in each axis
 // Periods are measured, not judged: with this deadline none is late, and the system is not asked why it was.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
+// Of slow motion: the share of ticks that step.
+constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
+constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
 
 struct Message {
@@ -73,6 +79,21 @@ Hand within_reach(const Hand& hand, bool& sane) {
   return h;
 }
 
+double load_at_rest(const Settings& s) { return s.mass * 9.80665 * std::cos(s.slope) + s.extra_load; }
+
+// The name for a new recording: nothing that was recorded is written over.
+std::string free_name(const std::string& wanted) {
+  const auto taken = [](const std::string& base) {
+    for (const char* ending : {".csv", ".hand.csv", ".toml"}) {
+      if (std::filesystem::is_regular_file(base + ending)) return true;
+    }
+    return false;
+  };
+  std::string name = wanted;
+  for (int k = 2; taken(name); ++k) name = fmt::format("{}-{}", wanted, k);
+  return name;
+}
+
 }  // namespace
 
 struct HapticLoop::Impl {
@@ -80,6 +101,8 @@ struct HapticLoop::Impl {
       : options(given),
         dt(1.0 / given.rate_hz),
         world(given.measures, batch),
+        lugre(given.measures, batch),
+        coulomb(given.measures, batch),
         maker(batch),
         own_device(std::move(given_device)),
         computing(dt),
@@ -94,8 +117,8 @@ struct HapticLoop::Impl {
     const Parameters first = maker.make(given.settings, true);
     settings = first.settings;
     batch.warm_up();
-    world.take(first);
-    world.reset();
+    take_parameters(first);
+    reset_worlds();
     remember(first.message);
     if (!given.forces_csv.empty()) recorder.start_forces(given.forces_csv);
     recording = recorder.is_open();
@@ -107,13 +130,15 @@ struct HapticLoop::Impl {
     const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
     take_order();
     take_acts();
-    const bool stepping = !paused || steps_wanted > 0;
+    const bool stepping = paused ? steps_wanted > 0 : is_due(due_s);
     if (stepping) {
       if (paused) --steps_wanted;
       step();
       exchange.plot.push(plot_point(bristle::DeadlineMonitor::wall_now() - begin));
-    } else {
+    } else if (paused) {
       stand_still();
+    } else {
+      wait_slowly();
     }
     publish();
     const double end = bristle::DeadlineMonitor::wall_now();
@@ -129,6 +154,8 @@ struct HapticLoop::Impl {
     Hand now = hand;
     bool there = device->read(world.time(), now);
     now = within_reach(now, there);
+    // Where it lets go the spring fades: its end stays, wherever this or the next device says that it is.
+    if (!now.holds) std::copy(hand.position, hand.position + 3, now.position);
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
@@ -142,18 +169,84 @@ struct HapticLoop::Impl {
     for (double& force : felt.force) force *= presence;
     record(felt, there);
     world.step(dt, felt, grip, device->limits().force);
+    step_beside();
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
       if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
-      world.reset();
+      reset_worlds();
     }
     // What comes back to the hand after it felt nothing comes without a jump; the world has it whole.
     feedback = std::min(1.0, feedback + change);
     double force[3];
     for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
     device->write(force);
+    std::copy(force, force + 3, last_force);
     simulated.store(world.time(), std::memory_order_release);
+  }
+
+  void take_parameters(const Parameters& p) noexcept {
+    const bool begins = p.settings.compare && !world.settings().compare;
+    world.take(p);
+    Parameters beside = p;
+    beside.patches = {};
+    beside.pad = nullptr;
+    for (World* other : {&lugre, &coulomb}) {
+      beside.settings.model = other == &lugre ? FrictionModel::lugre : FrictionModel::coulomb;
+      other->take(beside);
+      if (begins) other->reset();
+    }
+    if (begins) {
+      for (Moved& m : moved) m.begin();
+    }
+  }
+
+  void reset_worlds() noexcept {
+    for (World* each : {&world, &lugre, &coulomb}) each->reset();
+    for (Moved& m : moved) m.begin();
+  }
+
+  void step_beside() noexcept {
+    moved[0].take(world.time(), world.block_position().x());
+    if (!world.settings().compare) return;
+    Hand nobody;
+    nobody.holds = false;
+    for (World* other : {&lugre, &coulomb}) {
+      other->step(dt, nobody, 0.0, 1.0);
+      if (!other->is_sound()) other->reset();
+    }
+    moved[1].take(world.time(), lugre.block_position().x());
+    moved[2].take(world.time(), coulomb.block_position().x());
+  }
+
+  void show_beside(Snapshot& s) const noexcept {
+    s.moved = moved[0].metres();
+    s.compared = world.settings().compare ? most_compared : 0;
+    for (std::size_t i = 0; i < s.compared; ++i) {
+      const World& other = i == 0 ? lugre : coulomb;
+      ComparedBlock& to = s.beside[i];
+      to.model = i == 0 ? FrictionModel::lugre : FrictionModel::coulomb;
+      const Rotation& q = other.block_orientation();
+      const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
+      std::copy(wxyz, wxyz + 4, to.orientation);
+      for (int axis = 0; axis < 3; ++axis) to.position[axis] = other.block_position()[axis];
+      to.moved = moved[i + 1].metres();
+    }
+  }
+
+  // In slow motion most ticks only wait; with the virtual clock there is none.
+  bool is_due(double due_s) noexcept {
+    if (speed == 0 || due_s <= 0.0) return true;
+    progress += speeds[speed];
+    if (progress < 1.0) return false;
+    progress -= 1.0;
+    return true;
+  }
+  // The device is served at its rate and keeps its force: it is not lost, and loses nobody.
+  void wait_slowly() noexcept {
+    Hand unused = hand;
+    device->read(world.time(), unused);
+    device->write(last_force);
   }
 
   // A tick of a pause. What the device sends is taken, so that it does not queue up, and goes nowhere.
@@ -166,6 +259,7 @@ struct HapticLoop::Impl {
   // Nothing is computed for this device from here on: it must not keep the last force.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
+    std::fill(last_force, last_force + 3, 0.0);
     feedback = 0.0;
   }
 
@@ -184,7 +278,7 @@ struct HapticLoop::Impl {
     Order& order = order_taken;
     if (!orders.pop(order)) return;
     if (order.has_parameters) {
-      world.take(order.parameters);
+      take_parameters(order.parameters);
       revision = order.revision;
     }
     if (order.device) {
@@ -194,7 +288,7 @@ struct HapticLoop::Impl {
       device_seen = false;
     }
     if (order.reset) {
-      world.reset();
+      reset_worlds();
       device->restart();
       grip = 0.0;
       presence = 1.0;
@@ -223,10 +317,17 @@ struct HapticLoop::Impl {
           paused = true;
           ++steps_wanted;
           break;
+        case Act::slower:
+          if (speed + 1 < speed_count) ++speed;
+          break;
+        case Act::faster:
+          if (speed > 0) --speed;
+          break;
         case Act::reset:
         case Act::record:
         case Act::stop_recording:
         case Act::replay:
+        case Act::slow_pull:
           requests.push(act);
           break;
       }
@@ -262,10 +363,13 @@ struct HapticLoop::Impl {
     if (ticks % ticks_between_bristles == 0) world.show_bristles(bristles);
     Snapshot& s = exchange.room.draft();
     world.show(s);
+    show_beside(s);
     s.tick = ticks;
     s.paused = paused;
     s.recording = recording;
-    for (int i = 0; i < 3; ++i) s.device[i] = hand.position[i];
+    s.speed = speeds[speed];
+    s.held = grip > 0.0;
+    for (int i = 0; i < 3; ++i) s.device[i] = s.held ? hand.position[i] : s.tool[i];
     s.device_lost = !device_there;
     s.bristles = bristles;
     const bool stands = !device_there || message_left > 0;
@@ -388,14 +492,15 @@ struct HapticLoop::Impl {
     try {
       switch (act) {
         case Act::reset:
-          order = replay_device ? begin_replay() : begin_anew();
+          order = replay_device && !pulling ? begin_replay() : begin_anew();
           break;
         case Act::record:
           // The files first: from when new patches are made, the order must be given.
-          recorder.start_all(options.record_to, settings, revisions + 1);
+          recorded = free_name(options.record_to);
+          recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
           order.recording = Recording::begin;
-          order.message = to_message(fmt::format("recording to {}.csv", options.record_to));
+          order.message = to_message(fmt::format("recording to {}.csv", recorded));
           break;
         case Act::stop_recording:
           order.recording = Recording::end;
@@ -403,6 +508,9 @@ struct HapticLoop::Impl {
           break;
         case Act::replay:
           order = begin_replay();
+          break;
+        case Act::slow_pull:
+          order = begin_slow_pull();
           break;
         default:
           return;
@@ -418,14 +526,40 @@ struct HapticLoop::Impl {
   Order begin_anew() {
     Order order = parameters_order(settings, true);
     order.reset = true;
+    if (pulling) leave_slow_pull(order);
     if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
     return order;
   }
 
+  // A hand of its own on the block as it lies at the beginning, under the settings in force.
+  Order begin_slow_pull() {
+    Order order = parameters_order(settings, true);
+    order.reset = true;
+    auto hand_of_room = std::make_unique<PlayedHand>(
+        "slow pull", slow_pull(settings, order.parameters.peak, options.measures));
+    replay_end = hand_of_room->end();
+    leaving_device = std::move(replay_device);
+    replay_device = std::move(hand_of_room);
+    order.device = replay_device.get();
+    pulling = true;
+    changes.clear();
+    order.message = to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
+                                           order.parameters.peak * load_at_rest(settings)));
+    return order;
+  }
+
+  void leave_slow_pull(Order& order) {
+    pulling = false;
+    order.device = own_device.get();
+    leaving_device = std::move(replay_device);
+  }
+
   Order begin_replay() {
-    Script script = read_script(options.record_to + ".toml", options.measures);
+    const std::string& name = recorded.empty() ? options.record_to : recorded;
+    Script script = read_script(name + ".toml", options.measures);
     auto player = std::make_unique<PlayedHand>("replay", std::move(script.hand));
-    if (!replay_device) settings_before_replay = settings;
+    if (!replay_device || pulling) settings_before_replay = settings;
+    pulling = false;
     Order order = parameters_order(script.settings, true);
     order.reset = true;
     leaving_device = std::move(replay_device);
@@ -433,11 +567,19 @@ struct HapticLoop::Impl {
     order.device = replay_device.get();
     replay_end = script.seconds;
     changes.assign(script.changes.begin(), script.changes.end());
-    order.message = to_message(fmt::format("replay of {}.toml, {:.3g} s", options.record_to, replay_end));
+    order.message = to_message(fmt::format("replay of {}.toml, {:.3g} s", name, replay_end));
     return order;
   }
 
+  void end_slow_pull() {
+    Order order;
+    leave_slow_pull(order);
+    order.message = to_message("the slow pull has ended: the hand is yours");
+    give(order);
+  }
+
   void end_replay() {
+    if (pulling) return end_slow_pull();
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
@@ -462,7 +604,7 @@ struct HapticLoop::Impl {
   double dt;
   Exchange exchange;
   bristle::PatchBatch batch;
-  World world;
+  World world, lugre, coulomb;  // the last two only where they are compared
   PatchMaker maker;
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
@@ -474,6 +616,10 @@ struct HapticLoop::Impl {
   bool recording = false, hand_recorded = false;  // the latter: not forces alone
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the force that goes to the device
+  double last_force[3] = {0, 0, 0};
+  Moved moved[1 + most_compared];
+  std::size_t speed = 0;  // of speeds
+  double progress = 0.0;  // of the next tick that steps
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
   Message message;
@@ -496,6 +642,8 @@ struct HapticLoop::Impl {
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;
+  bool pulling = false;                  // what is played is the slow pull
+  std::string recorded;                  // name of the last recording
   Act waiting = Act::none;               // for a recording to be closed
   bool closing = false, failed = false;  // a recording: to be closed; failed, which is not said yet
   std::string failure;                   // the last one

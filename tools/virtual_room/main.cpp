@@ -8,9 +8,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include <bristle/version.hpp>
+
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/headless.hpp"
+#include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/run_options.hpp"
 #include "tools/virtual_room/screen.hpp"
 #include "tools/virtual_room/script.hpp"
@@ -27,18 +30,25 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
                                                            {"file", room::DeviceKind::file},
                                                            {"udp", room::DeviceKind::udp}};
   const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
+  // What the transformers say of themselves holds the enumerators' bytes.
+  CLI::CheckedTransformer to_device(devices, CLI::ignore_case), to_clock(clocks, CLI::ignore_case);
+  to_device.description("{mouse,script,file,udp}");
+  to_clock.description("{real,virtual}");
+  app.set_version_flag("--version", std::string("bristle-room ") + bristle::library_version());
   app.add_flag("--headless", o.headless, "no window");
   app.add_option("--script", o.script, "TOML: settings and the motion of a scripted hand")
       ->check(CLI::ExistingFile);
   CLI::Option* device =
       app.add_option("--device", o.device, "what moves the tool: mouse, script, file or udp")
-          ->transform(CLI::CheckedTransformer(devices, CLI::ignore_case));
+          ->transform(to_device)
+          ->type_name("TEXT");
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
       ->check(CLI::Range(1, 65535))
       ->capture_default_str();
   app.add_option("--clock", o.virtual_clock, "real, or virtual: step without waiting (headless)")
-      ->transform(CLI::CheckedTransformer(clocks, CLI::ignore_case));
+      ->transform(to_clock)
+      ->type_name("TEXT");
   app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(CLI::Range(1000.0, 10000.0));
   app.add_option("--seconds", o.seconds, "of the simulation; 0 = to the end of the script")
       ->check(CLI::Range(0.0, 1e6));
@@ -94,6 +104,9 @@ int run(RunOptions options) {
     options.loop.changes = script.changes;
     if (options.seconds == 0.0 && options.headless) options.seconds = script.seconds;
   }
+  // The window opens on what tells the models apart.
+  if (options.script.empty() && options.device == room::DeviceKind::mouse && !options.headless)
+    options.loop.settings = room::comparison();
   options.loop.forces_csv = options.csv;
   room::HapticLoop loop(options.loop, make_device(options, script));
   if (!options.headless) {

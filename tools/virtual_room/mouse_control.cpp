@@ -13,6 +13,8 @@ namespace {
 constexpr double height_a_notch = 0.002;  // m
 constexpr double press_a_notch = 0.1;     // N
 constexpr double most_press = 10.0;       // N
+constexpr double fine_gain = 0.1;
+constexpr double key_speed = 0.01;  // m/s
 }  // namespace
 
 void MouseControl::move(float px, float py, MouseButtons buttons, const Area& scene, Camera& camera,
@@ -20,6 +22,7 @@ void MouseControl::move(float px, float py, MouseButtons buttons, const Area& sc
   const float dx = px - last_x_, dy = py - last_y_;
   last_x_ = px;
   last_y_ = py;
+  const Drag before = drag_;
   const bool any = buttons.left || buttons.right || buttons.middle;
   if (drag_ == Drag::none && any) {
     drag_ = !scene.holds(px, py) ? Drag::elsewhere
@@ -33,35 +36,68 @@ void MouseControl::move(float px, float py, MouseButtons buttons, const Area& sc
     }
     drag_ = Drag::none;
   }
-  if (drag_ == Drag::hand) hold(camera.ray(scene, px, py), room, measures);
+  if (drag_ == Drag::hand) {
+    hold(camera.ray(scene, px, py), before != Drag::hand, buttons.fine, room, measures);
+  }
   if (drag_ == Drag::turn) camera.orbit(-0.006f * dx, 0.006f * dy);
   if (drag_ == Drag::shift) camera.pan(dx / scene.height, -dy / scene.height);
 }
 
-// Where the ray meets the plane on which the hand moves.
-void MouseControl::hold(const Ray& ray, const Snapshot& room, const RoomMeasures& measures) {
+// Where the ray meets the plane on which the hand moves; a fine drag goes a tenth of the way from where it
+// became fine. A hand that holds the tool already, by the keys, goes on from there.
+void MouseControl::hold(const Ray& ray, bool begins, bool fine, const Snapshot& room,
+                        const RoomMeasures& measures) {
   const Eigen::Matrix3f to_room = room_tilt(room.settings.slope).transpose();
   const Eigen::Vector3d from = (to_room * ray.from).cast<double>(),
                         along = (to_room * ray.along).cast<double>();
-  double position[3] = {hand_.position[0], hand_.position[1], height_};
   const double way = (height_ - from.z()) / along.z();
-  if (std::isfinite(way) && way > 0) {
-    const Eigen::Vector3d at = from + way * along;
-    const double x = measures.length / 2 - measures.tool_radius,
-                 y = measures.width / 2 - measures.tool_radius;
-    position[0] = std::clamp(at.x(), -x, x);
-    position[1] = std::clamp(at.y(), -y, y);
+  if (!(std::isfinite(way) && way > 0)) {
+    if (!hand_.holds) put(hand_.position[0], hand_.position[1], measures);
+    return;
   }
-  const bool same = hand_.holds && std::equal(position, position + 3, hand_.position);
-  if (same) return;
+  const Eigen::Vector3d at = from + way * along;
+  if (begins || fine != fine_) {
+    const bool stays = !begins || hand_.holds;
+    for (int i = 0; i < 2; ++i) {
+      pointer_[i] = at[i];
+      anchor_[i] = stays ? hand_.position[i] : at[i];
+    }
+    fine_ = fine;
+  }
+  const double gain = fine ? fine_gain : 1.0;
+  put(anchor_[0] + gain * (at[0] - pointer_[0]), anchor_[1] + gain * (at[1] - pointer_[1]), measures);
+}
+
+void MouseControl::put(double x, double y, const RoomMeasures& measures) {
+  const double most_x = measures.length / 2 - measures.tool_radius,
+               most_y = measures.width / 2 - measures.tool_radius;
+  const double position[3] = {std::clamp(x, -most_x, most_x), std::clamp(y, -most_y, most_y), height_};
+  if (hand_.holds && std::equal(position, position + 3, hand_.position)) return;
   std::copy(position, position + 3, hand_.position);
   hand_.holds = true;
   changed_ = true;
 }
 
+void MouseControl::push(int right, int away, bool fine, double elapsed_s, const Snapshot& room,
+                        const RoomMeasures& measures) {
+  if (drag_ == Drag::hand || (right == 0 && away == 0)) return;
+  if (!hand_.holds) {
+    height_ = std::clamp(room.tool[2], measures.tool_radius, measures.height - measures.tool_radius);
+    put(room.tool[0], room.tool[1], measures);
+  }
+  const double way = (fine ? fine_gain : 1.0) * key_speed * elapsed_s;
+  put(hand_.position[0] + way * right, hand_.position[1] + way * away, measures);
+}
+
+void MouseControl::let_go() {
+  if (!hand_.holds) return;
+  hand_.holds = false;
+  changed_ = true;
+}
+
 std::string MouseControl::turn_wheel(float notches, bool control, Camera& camera,
                                      const RoomMeasures& measures) {
-  if (drag_ != Drag::hand) {
+  if (drag_ != Drag::hand && !(control && hand_.holds)) {
     camera.zoom(std::pow(0.9f, notches));
     return {};
   }

@@ -1,8 +1,9 @@
-// The mouse: what the graphic loop made of it, through the exchange.
+// The mouse: what the graphic loop made of it, through the exchange, smoothed at the rate of the ticks.
 #pragma once
 
 #include "tools/virtual_room/device.hpp"
 #include "tools/virtual_room/exchange.hpp"
+#include "tools/virtual_room/hand_filter.hpp"
 
 namespace room {
 
@@ -11,18 +12,29 @@ class MouseDevice final : public Device {
   explicit MouseDevice(Exchange& exchange) : exchange_(exchange) {}
   const char* name() const noexcept override { return "mouse"; }
   DeviceLimits limits() const noexcept override { return {}; }
-  bool read(double, Hand& hand) noexcept override {
+  bool read(double time_s, Hand& hand) noexcept override {
     exchange_.mouse.refresh();
     const MouseHand& mouse = exchange_.mouse.latest();
+    const double at[4] = {mouse.position[0], mouse.position[1], mouse.position[2], mouse.press};
+    if (held_ && mouse.holds) {
+      filter_.follow(at, time_s - last_time_);
+    } else {
+      filter_.begin({at[0], at[1], at[2], 0.0});
+    }
+    held_ = mouse.holds;
+    last_time_ = time_s;
     hand.holds = mouse.holds;
-    for (int i = 0; i < 3; ++i) hand.position[i] = mouse.position[i];
-    hand.force[2] = mouse.holds ? -mouse.press : 0.0;
+    for (int i = 0; i < 3; ++i) hand.position[i] = filter_[i];
+    hand.force[2] = mouse.holds ? -filter_[3] : 0.0;
     return true;
   }
   void write(const double (&)[3]) noexcept override {}  // a mouse pushes nobody
 
  private:
   Exchange& exchange_;
+  HandFilter filter_;
+  bool held_ = false;
+  double last_time_ = 0.0;
 };
 
 }  // namespace room

@@ -72,6 +72,44 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
   }
 }
 
+// Each block's name, and how far it has crept.
+void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
+                    const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
+  if (room.compared == 0) return;
+  static constexpr const char* names[] = {"brush", "LuGre", "Coulomb"};
+  const bool narrow = layout.picture.scene.width < 560 * layout.scale;
+  // Beside the block where `off` (m) puts it, so that no name covers another.
+  const auto label = [&](const Vector3f& block, const Vector3f& off, float anchor, FrictionModel model,
+                         double moved, ImU32 colour) {
+    float x, y;
+    if (!camera.find_pixel(layout.picture.scene, tilt * (block + off), x, y)) return;
+    if (narrow) {  // one below the other, where nothing else is
+      x = layout.picture.scene.x + 12 * layout.scale;
+      y = layout.picture.scene.y + (14.0f + 24.0f * static_cast<float>(model)) * layout.scale;
+      anchor = 0.0f;
+    }
+    const double micrometres = 1e6 * moved;
+    const std::string far = std::abs(micrometres) < 0.01
+                                ? "< 0.01 µm"
+                                : fmt::format("{:.{}f} µm", micrometres, std::abs(micrometres) < 10 ? 2 : 0);
+    const std::string text =
+        fmt::format("{}: {}{}", names[static_cast<std::size_t>(model)], narrow ? "" : "moved ", far);
+    pen.tag(x, y, anchor, colour,
+            room.time < 6.5 ? fmt::format("{} settles", names[static_cast<std::size_t>(model)]) : text,
+            pen.fonts.bold);
+  };
+  const auto half = static_cast<float>(0.5 * measures.block[0]), high = static_cast<float>(measures.block[2]);
+  const Vector3f above(0, 0, 0.9f * high), right(1.15f * half, 0, 0.2f * high),
+      below(0, -0.6f * half, -0.95f * high);
+  label(to_vector(room.block_position), right, 0.0f, room.settings.model, room.moved, colours::friction);
+  for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {
+    Vector3f at = to_vector(room.beside[i].position);
+    at.y() += aside_of(i);
+    label(at, i == 0 ? above : below, i == 0 ? 0.0f : 0.5f, room.beside[i].model, room.beside[i].moved,
+          colours::text);
+  }
+}
+
 // The angle between the floor and the level, at the room's open lower edge.
 void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                  const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
@@ -148,8 +186,14 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
   }
   // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
   const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
-  const std::string shown =
+  std::string shown =
       fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()), total);
+  const Area& scene = layout.picture.scene;
+  if (centre.x + 0.5f * pen.size(pen.fonts.small, shown).x + 10 * pen.scale > scene.x + scene.width ||
+      centre.x - 0.5f * pen.size(pen.fonts.small, shown).x - 10 * pen.scale < scene.x) {
+    shown = fmt::format("{} bristles of {}", with_commas(glass.hairs().size()),
+                        room.settings.infinite ? "∞" : with_commas(room.bristles.total));
+  }
   const float half =
       std::max(0.5f * pen.size(pen.fonts.small, shown).x,
                0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) +
@@ -182,6 +226,7 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   label_floor(pen, layout, camera, measures, tilt);
   label_slope(pen, layout, room, camera, measures, tilt);
   label_arrows(pen, layout, room, camera, measures, tilt);
+  label_compared(pen, layout, room, camera, measures, tilt);
   draw_glass_rim(pen, layout, room, glass, camera, tilt);
   float y = s.y + s.height - 22 * layout.scale;
   const auto say = [&](const std::string& line, ImU32 colour) {

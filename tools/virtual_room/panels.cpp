@@ -29,10 +29,12 @@ struct Panel {
   }
 
   // Label on the left, slider on the right; the value is shown and typed in `unit` (value / unit_size).
+  // `works` false: it does nothing under the other settings, and says so.
   void slider(const char* label, double& value, double unit_size, double low, double high, const char* format,
-              bool logarithmic, const char* says) {
+              bool logarithmic, const char* says, bool works = true) {
     double shown = value / unit_size;
-    begin_row(label, says);
+    ImGui::BeginDisabled(!works);
+    begin_row(label, nullptr);
     const ImGuiSliderFlags flags =
         ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     if (ImGui::SliderScalar("##value", ImGuiDataType_Double, &shown, &low, &high, format, flags)) {
@@ -43,6 +45,24 @@ struct Panel {
       }
     }
     ImGui::PopID();
+    ImGui::EndDisabled();
+    explain_row(works ? says : fmt::format("{}\n(nothing here depends on it now)", says).c_str());
+  }
+
+  // A tip over label and control alike.
+  void explain_row(const char* says) const {
+    const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+    if (ImGui::IsAnyItemActive() || !ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem))
+      return;
+    const float left = ImGui::GetWindowPos().x;
+    if (ImGui::IsMouseHoveringRect(ImVec2(left, low.y), ImVec2(high.x, high.y))) tip(says);
+  }
+  void tip(const char* says) const {
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(300 * scale);
+    ImGui::TextUnformatted(says);
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
   }
 
   void begin_row(const char* label, const char* says) const {
@@ -97,22 +117,24 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
 }
 
 void surface(Panel& panel, const Snapshot& room, Settings& s) {
+  const Effective works(s);
   panel.heading("Surface");
   double ratio = std::clamp(s.peak / std::max(s.kinetic, 1e-9), 1.01, 2.0);
   const double kinetic_before = s.kinetic, ratio_before = ratio;
   panel.slider("kinetic µ", s.kinetic, 1, 0.01, 1.5, "%.3f", false, "friction over load in slow sliding");
   panel.slider("peak / kinetic", ratio, 1, 1.01, 2.0, "%.2f", false,
-               "highest friction at first loading over that in sliding");
+               "highest friction at first loading over that in sliding", works.peak);
   if (s.kinetic != kinetic_before || ratio != ratio_before) s.peak = s.kinetic * ratio;
   panel.slider("bristle length", s.presliding_length, 1e-6, 1,
                1e6 * range_of(&Settings::presliding_length).max, "%.0f µm", true,
-               "presliding length: the mean deflection at which a bristle snaps");
+               "presliding length: the mean deflection at which a bristle snaps", works.peak);
   panel.slider("damping", s.damping_per_newton, 1, 0, 10, "%.2f s/m", false,
-               "of all bristles, over the load, while they stick");
+               "of all bristles, over the load, while they stick", works.damping);
   panel.slider("lubrication", s.viscous_friction, 1, 0, 20, "%.2f N s/m", false,
                "viscous friction of the whole patch");
   panel.slider("Stribeck speed", s.stribeck_velocity, 1e-3, 0.01, 1000, "%.2f mm/s", true,
-               "above it the dampers of the bristles fade");
+               "above it the dampers of the bristles fade", works.stribeck);
+  ImGui::BeginDisabled(!works.bristles);
   panel.begin_row("after a snap", "redraw: another bristle with another snap length; keep: the same again");
   ImGui::PopID();
   static constexpr const char* rules[] = {"redraw", "keep"};
@@ -120,29 +142,35 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
     s.keep = rule == 1;
     panel.changed = true;
   }
+  ImGui::EndDisabled();
   double percent = 100.0 * s.residual_share;
   panel.slider("left by a snap", percent, 1, 0.0, 95.0, "%.0f %%", false,
-               "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law");
+               "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law",
+               works.bristles);
   s.residual_share = 0.01 * percent;
   panel.slider(
       "others renewed", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
-      "other bristles that re-form with each snap: rubbed contacts do not harden; 0: the paper's law");
+      "other bristles that re-form with each snap: rubbed contacts do not harden; 0: the paper's law",
+      works.bristles);
   double growth = 100.0 * s.growth_per_decade;
   panel.slider("grows at rest", growth, 1, 0.0, 20.0, "%.1f %%", false,
                "static friction over kinetic, for ten times the rest; sliding friction falls by half of that "
-               "for ten times the speed; 0: it does not age");
+               "for ten times the speed; 0: it does not age",
+               works.bristles);
   s.growth_per_decade = 0.01 * growth;
   panel.slider(
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
-      "rest from which on friction grows; it falls with speed where a bristle lives longer than this");
+      "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
+      works.ageing_time);
   double load = 0;
   for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
   }
-  panel.readout("kinetic friction, as it follows",
-                fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient, load,
-                            room.kinetic_coefficient * load));
-  panel.readout("stiffness in presliding, as it follows",
+  panel.readout("peak", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient, load,
+                                    room.peak_coefficient * load));
+  panel.readout("kinetic friction", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient,
+                                                load, room.kinetic_coefficient * load));
+  panel.readout("stiffness in presliding",
                 room.stiffness_per_newton > 0 ? with_unit(room.stiffness_per_newton * load, "N/m") : "–");
 }
 
@@ -177,7 +205,7 @@ void bristles(Panel& panel, const Snapshot& room, Settings& s) {
     s.infinite = chosen == 1;
     panel.changed = true;
   }
-  ImGui::BeginDisabled(s.infinite);
+  ImGui::BeginDisabled(s.infinite || s.model != FrictionModel::brush);
   panel.begin_row("in a patch", "representatives of each patch under the block");
   static constexpr std::uint32_t low = fewest_bristles, high = most_bristles;
   const std::string shown = with_commas(s.bristles);
@@ -208,12 +236,15 @@ void loop_table(const Panel& panel, const LoopStatistics& loop) {
 
 }  // namespace
 
-Layout make_layout(int width, int height, float scale, bool panels, bool glass) {
+Layout make_layout(int width, int height, float scale, bool panels, bool glass, bool glass_left) {
   Layout layout;
   layout.scale = scale;
   const auto w = static_cast<float>(width), h = static_cast<float>(height);
-  const float left = panels ? std::min(std::round(312 * scale), 0.5f * w) : 0;
-  const float above = panels ? std::round(46 * scale) : 0;
+  const float left =
+      panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
+  // The buttons take as many rows as they need.
+  const float bar = (w - left) / scale;
+  const float above = panels ? std::round((bar >= 880 ? 46 : bar >= 470 ? 76 : 106) * scale) : 0;
   const float below =
       panels ? std::min(std::round(std::clamp(0.26f * h, 150 * scale, 300 * scale)), 0.5f * h) : 0;
   layout.picture.width = width;
@@ -225,10 +256,45 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass) 
   if (glass) {
     const Area& s = layout.picture.scene;
     layout.picture.glass_radius = std::floor(0.215f * std::min(s.width, s.height));
-    layout.picture.glass_x = std::round(s.x + s.width - layout.picture.glass_radius - 26 * scale);
+    const float inset = layout.picture.glass_radius + 26 * scale;
+    layout.picture.glass_x = std::round(glass_left ? s.x + inset : s.x + s.width - inset);
     layout.picture.glass_y = std::round(s.y + layout.picture.glass_radius + 20 * scale);
   }
   return layout;
+}
+
+void SettingsUndo::note(const Settings& before, bool changed, bool active) {
+  if (changed && !changing_) {
+    before_.push_back(before);
+    if (before_.size() > most) before_.pop_front();
+  }
+  changing_ = active && (changing_ || changed);
+}
+
+bool SettingsUndo::undo(Settings& settings) {
+  changing_ = false;
+  if (before_.empty()) return false;
+  settings = before_.back();
+  before_.pop_back();
+  return true;
+}
+
+Effective::Effective(const Settings& s)
+    : peak(s.model != FrictionModel::coulomb),
+      bristles(s.model == FrictionModel::brush),
+      damping(s.model != FrictionModel::coulomb),
+      stribeck(s.model == FrictionModel::lugre ||
+               (s.model == FrictionModel::brush && s.damping_per_newton > 0.0)),
+      ageing_time(s.model == FrictionModel::brush && s.growth_per_decade > 0.0),
+      pad(s.model == FrictionModel::brush) {}
+
+int preset_of(const Settings& settings) {
+  for (std::size_t i = 0; i < presets.size(); ++i) {
+    Settings applied = settings;
+    apply(presets[i], applied);
+    if (applied == settings) return static_cast<int>(i);
+  }
+  return -1;
 }
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
@@ -237,6 +303,7 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
   begin_panel("settings", layout.settings, true);
   Panel panel{fonts, layout.scale};
   Settings& s = state.settings;
+  const Settings before = s;
 
   static constexpr const char* models[] = {"Brush", "LuGre", "Coulomb"};
   static constexpr const char* says[] = {"bristles that stick, bend and snap: at rest it holds",
@@ -253,9 +320,21 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
     names[i] = presets[i].name;
     sources[i] = presets[i].says;
   }
-  if (const int preset = panel.choice(names, sources, static_cast<int>(presets.size()), -1); preset >= 0) {
+  if (const int preset = panel.choice(names, sources, static_cast<int>(presets.size()), preset_of(s));
+      preset >= 0) {
     apply(presets[static_cast<std::size_t>(preset)], s);
     panel.changed = true;
+  }
+  bool undone = false;
+  static constexpr const char* ways_back[] = {"Defaults", "Undo"};
+  static constexpr const char* back_says[] = {"all settings as they were at the beginning",
+                                              "Ctrl+Z: as before the last change"};
+  const int back = panel.choice(ways_back, back_says, 2, -1);
+  if (back == 0) {
+    s = state.beginning;
+    panel.changed = true;
+  } else if (back == 1 && state.undo.undo(s)) {
+    undone = panel.changed = true;
   }
   surface(panel, room, s);
   bristles(panel, room, s);
@@ -271,9 +350,64 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
   panel.heading("Hand");
   panel.slider("spring", s.hand_stiffness, 1, 20, 2000, "%.0f N/m", true, "between the hand and the tool");
   panel.slider("damper", s.hand_damping, 1, 0, 20, "%.1f N s/m", false, "beside the spring");
+  const Effective works(s);
+  panel.slider("pad radius", s.pad_radius, 1e-3, 0, 20, "%.1f mm", false,
+               "the tool's contact is a disc: it holds a block against a turn. 0: a point. A fingertip: 8 mm",
+               works.pad);
+  panel.slider("pad µ", s.pad_friction, 1, 0, 2, "%.2f", false,
+               "kinetic friction of the tool; 0: that of the floor. A dry fingertip: about 1");
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    const ContactView& c = room.contact[i];
+    if (!(c.torque_limit > 0)) continue;
+    panel.readout(
+        "moment held, and the highest",
+        fmt::format("{} of {}", with_unit(std::abs(c.torque), "N m"), with_unit(c.torque_limit, "N m")));
+  }
 
   loop_table(panel, room.loop);
   wishes.settings = wishes.settings || panel.changed;
+  if (!undone) state.undo.note(before, !(s == before), ImGui::IsAnyItemActive());
+  ImGui::End();
+}
+
+void draw_help(const Layout& layout, const Fonts& fonts) {
+  static constexpr const char* lines[][2] = {
+      {"left drag", "pull the tool by its spring; with Shift ten times finer"},
+      {"wheel while dragging", "height of the hand; with Ctrl its press"},
+      {"arrow keys", "push along the floor, with Shift ten times slower; Esc lets go"},
+      {"L", "slow pull: see the peak"},
+      {"right drag, middle drag, wheel", "turn, move, zoom the view; V: as at first"},
+      {"space, full stop", "pause or run, one tick"},
+      {"- and =", "slow motion to 1 : 100, and back"},
+      {"R", "reset the block"},
+      {"1, 2, 3", "brush, LuGre, Coulomb; K: all three on a tapped slope, and back"},
+      {"Ctrl+Z", "undo the last change of the settings"},
+      {"C, P", "record, replay"},
+      {"E, S", "plots as CSV, settings as a script; drop a script on the window to load its settings"},
+      {"F12, G, H, F1", "picture, glass, panels, this page"},
+      {"Ctrl+click on a slider", "type a value"}};
+  const Area& a = layout.picture.scene;
+  ImGui::SetNextWindowPos(ImVec2(a.x + 0.5f * a.width, a.y + 0.5f * a.height), ImGuiCond_Always,
+                          ImVec2(0.5f, 0.5f));
+  ImGui::SetNextWindowSize(ImVec2(std::min(a.width - 8 * layout.scale, 560 * layout.scale), 0));
+  ImGui::SetNextWindowBgAlpha(0.94f);
+  ImGui::Begin("help", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoNav);
+  ImGui::PushFont(fonts.small);
+  if (ImGui::BeginTable("keys", 2)) {
+    ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthStretch, 0.34f);
+    ImGui::TableSetupColumn("does", ImGuiTableColumnFlags_WidthStretch, 0.66f);
+    for (const auto& line : lines) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextWrapped("%s", line[0]);
+      ImGui::TableNextColumn();
+      ImGui::TextWrapped("%s", line[1]);
+    }
+    ImGui::EndTable();
+  }
+  ImGui::PopFont();
   ImGui::End();
 }
 
@@ -281,30 +415,55 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wi
   if (layout.bar.height < 1) return;
   begin_panel("bar", layout.bar);
   const float scale = layout.scale;
-  const auto button = [&](const char* label, const char* says) {
+  const float room_for_time = 150 * scale;
+  bool first = true;
+  const auto button = [&](const char* label, const char* says, float gap = 5) {
+    // On the next row where this one is full.
+    const float wide = ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
+    if (!first) {
+      const float end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + gap * scale + wide;
+      const bool in_first_row = ImGui::GetItemRectMin().y < layout.bar.y + 30 * scale;
+      if (end < layout.bar.width - 14 * scale - (in_first_row ? room_for_time : 0)) {
+        ImGui::SameLine(0, gap * scale);
+      }
+    }
+    first = false;
     const bool pressed = ImGui::Button(label);
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", says);
-    ImGui::SameLine(0, 5 * scale);
     return pressed;
   };
   if (button(room.paused ? "Run###pause" : "Pause###pause", "space"))
     wishes.act = room.paused ? Act::run : Act::pause;
   if (button("Step", "full stop: one tick while it pauses")) wishes.act = Act::single_step;
+  const bool full_speed = room.speed >= 1.0;
+  const std::string speed = fmt::format("{:g} x###speed", room.speed);
+  if (button(speed.c_str(), "slow motion: minus slower, equals sign faster")) {
+    wishes.act = room.speed > 0.011 ? Act::slower : Act::none;
+    if (!full_speed && wishes.act == Act::none) wishes.full_speed = true;
+  }
   if (button("Reset", "R: the block back to the middle")) wishes.act = Act::reset;
-  ImGui::Dummy(ImVec2(8 * scale, 0));
-  ImGui::SameLine(0, 5 * scale);
+  if (button("Slow pull", "L: from rest, a hand draws slowly until the block has broken away")) {
+    wishes.act = Act::slow_pull;
+  }
   if (room.recording) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(150, 36, 30, 255));
   if (button(room.recording ? "Stop recording###record" : "Record###record",
-             "C: hand and forces as CSV; begins with a reset")) {
+             "C: hand and forces as CSV, in files of their own; begins with a reset", 16)) {
     wishes.act = room.recording ? Act::stop_recording : Act::record;
   }
   if (room.recording) ImGui::PopStyleColor();
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
-  ImGui::Dummy(ImVec2(8 * scale, 0));
-  ImGui::SameLine(0, 5 * scale);
-  if (button("Screenshot", "F12: this window as PNG")) wishes.screenshot = true;
-  if (button("Glass", "G: the magnifying glass")) wishes.toggle_glass = true;
+  if (button("Picture", "F12: this window as PNG", 16)) wishes.screenshot = true;
+  if (button("CSV", "E: what the plots show, as CSV")) wishes.export_plots = true;
+  if (button("Save", "S: the settings as a script; drop one on the window to load it"))
+    wishes.save_scene = true;
+  if (button("Glass", "G: the magnifying glass", 16)) wishes.toggle_glass = true;
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
+  if (room.compared > 0) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
+  if (button("Compare", "K: the block under brush, LuGre and Coulomb on a tapped slope, and back")) {
+    wishes.compare = true;
+  }
+  if (room.compared > 0) ImGui::PopStyleColor();
+  if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
   const std::string time = fmt::format("{:.2f} s", room.time);
   const char* what = room.device_lost ? "device lost"
@@ -313,15 +472,14 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wi
                                       : "";
   const ImU32 colour = room.device_lost || room.recording ? colours::bad : colours::warning;
   const float wide = ImGui::CalcTextSize(time.c_str()).x;
-  const float right = ImGui::GetContentRegionMax().x;
-  ImGui::AlignTextToFramePadding();
+  const float right = ImGui::GetContentRegionMax().x, top = ImGui::GetStyle().WindowPadding.y + 3 * scale;
   if (*what) {
-    ImGui::SameLine(right - wide - ImGui::CalcTextSize(what).x - 16 * scale);
+    ImGui::SetCursorPos({right - std::max(wide, 60 * scale) - ImGui::CalcTextSize(what).x - 12 * scale, top});
     ImGui::PushStyleColor(ImGuiCol_Text, colour);
     ImGui::TextUnformatted(what);
     ImGui::PopStyleColor();
   }
-  ImGui::SameLine(right - std::max(wide, 60 * scale));
+  ImGui::SetCursorPos({right - std::max(wide, 60 * scale), top});
   ImGui::PushFont(fonts.bold);
   ImGui::TextUnformatted(time.c_str());
   ImGui::PopFont();
@@ -335,19 +493,29 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
-  const float inner = p.width - 4 * gap, high = p.height - 1.7f * gap, top = p.y + gap;
-  const Area first{p.x + gap, top, 0.40f * inner, high};
-  const Area second{first.x + first.width + gap, top, 0.32f * inner, high};
+  // Where there is little room, what the loop takes stands in the panel alone.
+  const bool two = p.width < 640 * layout.scale;
+  const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
+  const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
+  const Area first{p.x + gap, top, share[0] * inner, high};
+  const Area second{first.x + first.width + gap, top, share[1] * inner, high};
   const Area third{second.x + second.width + gap, top, 0.28f * inner, high};
   double load = 0;
   for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
   }
-  plot_force_over_time(draw, fonts, first, history, state.plot_seconds, room.kinetic_coefficient * load,
-                       state.ranges, elapsed);
-  plot_hysteresis(draw, fonts, second, history, state.plot_seconds, room.presliding_length, state.ranges,
-                  elapsed);
-  plot_deadline(draw, fonts, third, times, room.loop);
+  FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
+  if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
+    // What the bristles hold now: it grows while they rest.
+    levels.peak = 0;
+    for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+      if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
+    }
+  }
+  plot_force_over_time(draw, fonts, first, history, state.plot_seconds, levels, state.ranges, elapsed);
+  plot_hysteresis(draw, fonts, second, history, state.plot_seconds, room.presliding_length, levels,
+                  state.ranges, elapsed);
+  if (!two) plot_deadline(draw, fonts, third, times, room.loop);
   ImGui::End();
 }
 

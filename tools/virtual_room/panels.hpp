@@ -2,6 +2,7 @@
 // out.
 #pragma once
 
+#include <deque>
 #include <string>
 
 #include "tools/virtual_room/gui_style.hpp"
@@ -18,23 +19,52 @@ struct Layout {
   Area settings, bar, plots;  ///< width 0: hidden
   float scale = 1;
 };
-Layout make_layout(int width, int height, float scale, bool panels, bool glass);
+/// `glass_left`: the glass is at the left of the room instead of the right.
+Layout make_layout(int width, int height, float scale, bool panels, bool glass, bool glass_left = false);
 
 /// What the person asked for in the last picture.
 struct Wishes {
   bool settings = false;  ///< they changed
   Act act = Act::none;
-  bool screenshot = false, toggle_glass = false, reset_view = false;
+  bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
+  bool export_plots = false, save_scene = false, full_speed = false, compare = false;
 };
 
+/// Settings of before each change. A slider that is dragged is one change.
+class SettingsUndo {
+ public:
+  /// Once a picture: `before` it, and whether they `changed` in it, with a control still `active`.
+  void note(const Settings& before, bool changed, bool active);
+  /// Puts back what was before the last change; false if there is none.
+  bool undo(Settings& settings);
+  bool empty() const { return before_.empty(); }
+
+ private:
+  static constexpr std::size_t most = 100;
+  std::deque<Settings> before_;
+  bool changing_ = false;
+};
+
+/// What a control does under these settings.
+struct Effective {
+  explicit Effective(const Settings& s);
+  bool peak, bristles, damping, stribeck, ageing_time, pad;
+};
+
+/// The preset that these settings are, or -1.
+int preset_of(const Settings& settings);
+
 struct GuiState {
-  Settings settings;
+  Settings settings, beginning;  ///< the latter: what "Defaults" goes back to
+  SettingsUndo undo;
   PlotRanges ranges;
   float plot_seconds = 8;
 };
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
                    Wishes& wishes);
+/// Keys and mouse, over the room.
+void draw_help(const Layout& layout, const Fonts& fonts);
 void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wishes& wishes);
 void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, const History& history,
                 const TimeHistogram& times, GuiState& state, float elapsed);

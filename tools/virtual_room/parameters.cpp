@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -46,7 +47,16 @@ bool same_material(const Settings& a, const Settings& b) {
          a.damping_per_newton == b.damping_per_newton && a.viscous_friction == b.viscous_friction &&
          a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep &&
          a.residual_share == b.residual_share && a.shared_renewal == b.shared_renewal &&
-         a.growth_per_decade == b.growth_per_decade && a.ageing_time == b.ageing_time;
+         a.growth_per_decade == b.growth_per_decade && a.ageing_time == b.ageing_time &&
+         a.pad_friction == b.pad_friction;
+}
+
+Settings with_tool_friction(const Settings& settings) {
+  if (settings.pad_friction == 0.0) return settings;
+  Settings s = settings;
+  s.peak *= s.pad_friction / s.kinetic;
+  s.kinetic = s.pad_friction;
+  return s;
 }
 
 }  // namespace
@@ -91,6 +101,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
   if (same_material(s, before)) return s;
   try {
     (void)material_of(s);
+    (void)tool_material_of(s);
   } catch (const bristle::Error& error) {
     say(error.what());
     s.kinetic = before.kinetic;
@@ -101,6 +112,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.shared_renewal = before.shared_renewal;
     s.growth_per_decade = before.growth_per_decade;
     s.ageing_time = before.ageing_time;
+    s.pad_friction = before.pad_friction;
     if (s.keep) s.infinite = false;
   }
   return s;
@@ -122,23 +134,40 @@ bristle::Material material_of(const Settings& s) {
           .with_ageing_time(s.ageing_time));
 }
 
+bristle::Material tool_material_of(const Settings& s) { return material_of(with_tool_friction(s)); }
+
 Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   std::string message;
   Parameters next = now_;
   next.settings = checked_settings(wanted, now_.settings, message);
   const bool same = now_.patches[0] && same_material(next.settings, now_.settings);
   const bristle::Material material = same ? material_ : material_of(next.settings);
+  const bristle::Material of_tool = same ? tool_material_ : tool_material_of(next.settings);
   next.new_patches = anew || !now_.patches[0] || next.settings.bristles != now_.settings.bristles ||
                      next.settings.infinite != now_.settings.infinite ||
-                     next.settings.model != now_.settings.model;
+                     next.settings.model != now_.settings.model ||
+                     (next.settings.pad_radius > 0.0) != (now_.settings.pad_radius > 0.0);
   if (next.new_patches) {
-    next.patches = add_patches(next.settings, material);
-    old_ = now_.patches;  // in use up to here, and further where adding failed
-  } else if (material != material_) {
-    for (const bristle::PatchId id : next.patches) batch_.set_material(id, material);
+    Made made = add_patches(next.settings, material, of_tool);
+    old_ = std::move(made_);  // in use up to here, and further where adding failed
+    made_ = std::move(made);
+    next.patches = made_.ids;
+    next.pad = made_.pad.get();
+    next.pad_id = made_.pad_id;
+  } else {
+    for (std::size_t p = 0; p < patch_count; ++p) {
+      const bristle::Material& wants = p == tool_patch ? of_tool : material;
+      const bristle::Material& has = p == tool_patch ? tool_material_ : material_;
+      if (wants != has && made_.ids[p]) batch_.set_material(made_.ids[p], wants);
+    }
+    // While the haptic thread steps it: this reads what of the pad never changes (weights, ids), and the batch
+    // takes materials from another thread.
+    if (of_tool != tool_material_ && made_.pad) made_.pad->set_material(made_.pad_id, of_tool);
   }
   material_ = material;
+  tool_material_ = of_tool;
   next.surface = surface_of(next.settings, material);
+  next.tool_surface = surface_of(with_tool_friction(next.settings), of_tool);
   if (!same) {
     next.kinetic = material.kinetic_coefficient();
     next.peak = material.peak_coefficient();
@@ -150,11 +179,20 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   return now_ = next;
 }
 
-PatchIds PatchMaker::add_patches(const Settings& settings, const bristle::Material& material) {
-  PatchIds added{};
+PatchMaker::Made PatchMaker::add_patches(const Settings& settings, const bristle::Material& material,
+                                         const bristle::Material& of_tool) {
+  Made added;
+  const bool has_pad = settings.pad_radius > 0.0;
   try {
     for (std::size_t p = 0; p < patch_count; ++p) {
-      added[p] = batch_.add(material, options_of(settings, p));
+      if (p == tool_patch && has_pad) continue;
+      added.ids[p] = batch_.add(p == tool_patch ? of_tool : material, options_of(settings, p));
+    }
+    if (has_pad) {
+      // One metre wide, for the haptic thread to scale: its radius changes while it presses.
+      added.pad = std::make_unique<bristle::ExtendedPatches>(batch_);
+      added.pad_id = added.pad->add(of_tool, options_of(settings, tool_patch),
+                                    bristle::Outline::disc(1.0, bristle::Pressure::uniform, pad_rings));
     }
   } catch (...) {
     remove(added);
@@ -163,11 +201,11 @@ PatchIds PatchMaker::add_patches(const Settings& settings, const bristle::Materi
   return added;
 }
 
-void PatchMaker::remove(PatchIds& ids) {
-  for (bristle::PatchId& id : ids) {
+void PatchMaker::remove(Made& made) {
+  for (const bristle::PatchId& id : made.ids) {
     if (id) batch_.remove(id);
-    id = {};
   }
+  made = {};
 }
 
 void PatchMaker::remove_old() { remove(old_); }

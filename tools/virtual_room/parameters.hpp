@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 
 #include <bristle/bristle.hpp>
+#include <bristle/extended_patches.hpp>
 
 #include "tools/rivals/pair.hpp"
 #include "tools/virtual_room/room_state.hpp"
@@ -19,7 +21,7 @@ struct SettingRange {
   double min, max;
   const char* unit;
 };
-inline constexpr std::array<SettingRange, 16> setting_ranges = {{
+inline constexpr std::array<SettingRange, 18> setting_ranges = {{
     {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
     {"peak", &Settings::peak, 0.01, 3.0, ""},
     {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
@@ -36,6 +38,8 @@ inline constexpr std::array<SettingRange, 16> setting_ranges = {{
     {"tapping", &Settings::tapping, 0.0, 20.0, "N"},
     {"hand_stiffness", &Settings::hand_stiffness, 0.0, 5000.0, "N/m"},
     {"hand_damping", &Settings::hand_damping, 0.0, 50.0, "N s/m"},
+    {"pad_radius", &Settings::pad_radius, 0.0, 0.02, "m"},
+    {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
 }};
 constexpr const SettingRange& range_of(double Settings::*member) {
   std::size_t i = 0;
@@ -50,13 +54,20 @@ inline constexpr std::size_t patch_count = 17, tool_patch = 16;
 /// Representatives of one of them: walls and roof, touched now and then, have fewer.
 std::uint32_t bristles_of(const Settings& settings, std::size_t patch) noexcept;
 using PatchIds = std::array<bristle::PatchId, patch_count>;
+/// The pad of a tool that is no point: a disc of so many cells (three rings: the limit of spin to 1.4 %).
+inline constexpr int pad_rings = 3;
+inline constexpr std::size_t pad_cells = 27;
 
 /// What the haptic loop works with. Plain data.
 struct Parameters {
   Settings settings;
   PatchIds patches;
+  bristle::ExtendedPatches* pad =
+      nullptr;  ///< holds the tool's patch alone; null: it is a point, in `patches`
+  bristle::PatchId pad_id;
   bool new_patches = false;           ///< they hold nothing yet
   rivals::Surface surface;            ///< for LuGre and Coulomb
+  rivals::Surface tool_surface;       ///< the same, of the tool
   double kinetic = 0.0, peak = 0.0;   ///< friction over load, as they follow from the bristles
   double presliding_length = 0.0;     ///< m, mean bend at which a bristle snaps
   double stiffness_per_newton = 0.0;  ///< 1/m, of sticking
@@ -68,26 +79,34 @@ struct Parameters {
 Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message);
 
 bristle::Material material_of(const Settings& settings);
+/// Of the tool: the same with a friction of its own, if it has one.
+bristle::Material tool_material_of(const Settings& settings);
 
 /// Makes and changes patches for one batch. Not on the haptic thread: takes memory and time.
 class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
   /// Parameters of checked settings; the materials of the patches change at once. New patches where the
-  /// number of bristles or the model changed, or `anew`; the old ones stay until remove_old(), and stay
-  /// in use when it throws.
+  /// number of bristles or the model changed, the tool's contact became a disc or a point, or `anew`; the old
+  /// ones stay until remove_old(), and stay in use when it throws.
   Parameters make(const Settings& wanted, bool anew);
   /// When the haptic loop no longer uses the patches of before.
   void remove_old();
 
  private:
-  PatchIds add_patches(const Settings& settings, const bristle::Material& material);
-  void remove(PatchIds& ids);
+  struct Made {
+    PatchIds ids{};
+    std::unique_ptr<bristle::ExtendedPatches> pad;
+    bristle::PatchId pad_id;
+  };
+  Made add_patches(const Settings& settings, const bristle::Material& material,
+                   const bristle::Material& of_tool);
+  void remove(Made& made);
 
   bristle::PatchBatch& batch_;
   Parameters now_;
-  bristle::Material material_;
-  PatchIds old_{};
+  bristle::Material material_, tool_material_;
+  Made made_, old_;
 };
 
 }  // namespace room

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <string>
 
 #include "tools/virtual_room/quantity_text.hpp"
@@ -36,6 +37,7 @@ class Frame {
                         plot_ground, 2);
     draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
                   title);
+    title_end_ = area.x + 0.2f * line + fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title).x;
     draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
   }
   ~Frame() { draw_.PopClipRect(); }
@@ -47,6 +49,7 @@ class Frame {
             inner_.y + inner_.height * (1 - static_cast<float>(y_.at(y)))};
   }
   const Area& inner() const { return inner_; }
+  float title_end() const { return title_end_; }
   void clip() const {
     draw_.PushClipRect({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, true);
   }
@@ -58,11 +61,12 @@ class Frame {
                   colour, text.c_str());
   }
 
-  void grid_x(double scale, int wanted) const {
+  void grid_x(double scale, int wanted, double offset = 0.0) const {
     const double step = find_step((x_.high - x_.low) / scale, wanted) * scale;
     const float below = inner_.y + inner_.height;
-    for (double v = std::ceil(x_.low / step) * step; v <= x_.high + 1e-9 * step; v += step) {
-      const float x = at(v, y_.low).x;
+    const double low = x_.low - offset, high = x_.high - offset;
+    for (double v = std::ceil(low / step) * step; v <= high + 1e-9 * step; v += step) {
+      const float x = at(offset + v, y_.low).x;
       draw_.AddLine({x, inner_.y}, {x, below}, colours::faint_line);
       label(x, below + 2, colours::faint_text, number(v / scale, step / scale), 0.5f);
     }
@@ -78,9 +82,24 @@ class Frame {
             number(v / scale, step / scale), 1.0f);
     }
   }
-  void dashed(double y, ImU32 colour) const {
+  void dashed(double y, ImU32 colour, float dash = 5) const {
     const float py = at(x_.low, y).y;
-    for (float x = inner_.x; x < inner_.x + inner_.width; x += 9) draw_.AddLine({x, py}, {x + 5, py}, colour);
+    for (float x = inner_.x; x < inner_.x + inner_.width; x += dash + 4) {
+      draw_.AddLine({x, py}, {x + dash, py}, colour);
+    }
+  }
+  // A ring with a value beside it, on the side where there is room.
+  void mark(double x, double y, ImU32 colour, const std::string& text) const {
+    const ImVec2 p = at(x, y);
+    const float size = fonts_.small->FontSize, radius = 0.3f * size;
+    const float wide = fonts_.small->CalcTextSizeA(size, 1e4f, 0, text.c_str()).x;
+    draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
+    const bool left = p.x - wide - 2 * radius > inner_.x;
+    label(left ? p.x - 2 * radius : p.x + 2 * radius, p.y - 0.9f * size, colour, text, left ? 1.0f : 0.0f);
+  }
+  // What stands above the range, named at its place on the upper edge.
+  void name_above(double x, ImU32 colour, const std::string& text) const {
+    label(at(x, y_.high).x + 4, inner_.y + 2, colour, text, 0.0f);
   }
 
  private:
@@ -99,7 +118,34 @@ class Frame {
   const Fonts& fonts_;
   Axis x_, y_;
   Area inner_;
+  float title_end_ = 0;
 };
+
+// The longest title that fits; the last one if none does.
+std::string title_for(const Fonts& fonts, const Area& area, std::initializer_list<std::string> titles) {
+  const float line = fonts.small->FontSize;
+  for (const std::string& title : titles) {
+    if (fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title.c_str()).x < area.width - 0.5f * line)
+      return title;
+  }
+  return *(titles.end() - 1);
+}
+
+// Index of the highest friction from `first` on.
+std::size_t find_peak(const History& history, std::size_t first) {
+  std::size_t peak = first;
+  for (std::size_t i = first; i < history.size(); ++i) {
+    if (history[i].friction < history[peak].friction) peak = i;
+  }
+  return peak;
+}
+
+void draw_levels(const Frame& frame, FrictionLevels levels) {
+  for (const double side : {1.0, -1.0}) {
+    if (levels.kinetic > 0) frame.dashed(side * levels.kinetic, IM_COL32(255, 133, 64, 130));
+    if (levels.peak > 0) frame.dashed(side * levels.peak, IM_COL32(226, 230, 236, 110), 2);
+  }
+}
 
 // Least and greatest value in each column of pixels: a curve of any number of points.
 template <class Value>
@@ -153,71 +199,120 @@ void FollowingRange::follow(double data_low, double data_high, double least_span
   high = wanted_high > high ? wanted_high : high + ease * (wanted_high - high);
 }
 
+ValueRange range_of_most(std::vector<float>& values, double sure) {
+  if (values.empty()) return {};
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double low = static_cast<double>(*least), high = static_cast<double>(*most);
+  const std::size_t cut = values.size() / 200;
+  const auto at = [&](std::size_t i) {
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values.end());
+    return static_cast<double>(values[i]);
+  };
+  const double usual_low = at(cut), usual_high = at(values.size() - 1 - cut);
+  return {std::min(usual_low, std::max(low, -sure)), std::max(usual_high, std::min(high, sure))};
+}
+
+AxisText length_axis(double low, double high) {
+  const double span = high - low, farthest = std::max(std::abs(low), std::abs(high));
+  AxisText axis;
+  axis.scale = span >= 0.9e-3 ? 1e-3 : span >= 0.9e-6 ? 1e-6 : 1e-9;
+  axis.unit = axis.scale == 1e-3 ? "mm" : axis.scale == 1e-6 ? "µm" : "nm";
+  // Up to four digits are read at a glance.
+  const bool small_steps = axis.scale < 1e-3 && farthest > 2000 * axis.scale;
+  if (!(farthest > 50 * span || small_steps) || !std::isfinite(farthest) || !(span > 0)) return axis;
+  const double grain = std::pow(10.0, std::ceil(std::log10(span)));
+  axis.offset = std::floor(low / grain) * grain;
+  if (axis.offset == 0.0) return axis;
+  const int decimals = std::max(0, static_cast<int>(std::lround(-3.0 - std::log10(grain))));
+  axis.unit += fmt::format(" from {:.{}f} mm", 1e3 * axis.offset, decimals);
+  return axis;
+}
+
 void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                          float seconds, double level, PlotRanges& ranges, float elapsed) {
+                          float seconds, FrictionLevels levels, PlotRanges& ranges, float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
-  double low = -0.05, high = std::max(0.2, 1.2 * level);
-  // Means of some milliseconds: a knock of one tick does not flatten the rest.
+  // Means of some milliseconds.
   constexpr std::size_t together = 16;
+  std::vector<float> values;
+  values.reserve(2 * (history.size() - first) / together + 2);
   for (std::size_t i = first; i + together <= history.size(); i += together) {
-    double friction = 0, applied = 0;
+    float friction = 0, applied = 0;
     for (std::size_t j = i; j < i + together; ++j) {
-      friction -= static_cast<double>(history[j].friction) / together;
-      applied += static_cast<double>(history[j].applied) / together;
+      friction -= history[j].friction / together;
+      applied += history[j].applied / together;
     }
-    low = std::min({low, friction, applied});
-    high = std::max({high, friction, applied});
+    values.push_back(friction);
+    values.push_back(applied);
   }
-  ranges.force.follow(low, high, 0.1, elapsed);
+  const ValueRange most = range_of_most(values, 1.3 * levels.peak);
+  ranges.force.follow(std::min(-0.05, most.low), std::max({0.2, 1.1 * levels.peak, most.high}), 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
-  const Frame frame(draw, fonts, area, "Force, N, over time, s", {end - seconds, end},
+  const std::string title = title_for(fonts, area, {"Force, N, over time, s", "N over s"});
+  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end},
                     {ranges.force.low, ranges.force.high});
-  frame.grid_x(1, 5);
+  frame.grid_x(1, area.width < 260 ? 3 : 5);
   frame.grid_y(1, 4);
   frame.clip();
-  if (level > 0) {
-    frame.dashed(level, IM_COL32(255, 133, 64, 130));
-    frame.dashed(-level, IM_COL32(255, 133, 64, 130));
-  }
+  draw_levels(frame, levels);
   draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
              [](const PlotPoint& p) { return p.applied; });
   draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
              [](const PlotPoint& p) { return -p.friction; });
+  if (history.size() > first) {
+    const PlotPoint& peak = history[find_peak(history, first)];
+    if (-peak.friction > 0.05f) {
+      const double height = static_cast<double>(-peak.friction);
+      const std::string text = fmt::format("{:.2f} N", height);
+      if (height <= ranges.force.high) {
+        frame.mark(static_cast<double>(peak.time), height, colours::text, text);
+      } else {
+        frame.name_above(static_cast<double>(peak.time), colours::text, text);
+      }
+    }
+  }
   frame.unclip();
+  // Above the plot, or in its upper right where the title takes the place.
   float used = 0;
   const float right = frame.inner().x + frame.inner().width;
-  legend(frame, draw, fonts, right, area.y, colours::applied, "applied", used);
-  legend(frame, draw, fonts, right, area.y, colours::friction, "friction", used);
+  const bool above = right - frame.title_end() > 14 * fonts.small->FontSize;
+  const float y = above ? area.y : frame.inner().y + frame.inner().height - 1.3f * fonts.small->FontSize;
+  if (!above) {
+    draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
+                       {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
+  }
+  legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
+  legend(frame, draw, fonts, right, y, colours::friction, "friction", used);
 }
 
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                     float seconds, double presliding_length, PlotRanges& ranges, float elapsed) {
+                     float seconds, double presliding_length, FrictionLevels levels, PlotRanges& ranges,
+                     float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
-  double x_low = 0, x_high = 0, y_low = 0, y_high = 0;
+  double x_low = 0, x_high = 0;
+  std::vector<float> values;
+  values.reserve(history.size() - first);
   for (std::size_t i = first; i < history.size(); ++i) {
-    const PlotPoint& p = history[i];
-    const double x = p.displacement, y = -p.friction;
-    if (i == first) {
-      x_low = x_high = x;
-      y_low = y_high = y;
-    }
+    const double x = static_cast<double>(history[i].displacement);
+    if (i == first) x_low = x_high = x;
     x_low = std::min(x_low, x);
     x_high = std::max(x_high, x);
-    y_low = std::min(y_low, y);
-    y_high = std::max(y_high, y);
+    values.push_back(-history[i].friction);
   }
   ranges.displacement.follow(x_low, x_high, std::max(1e-8, 0.5 * presliding_length), elapsed);
-  ranges.loop_force.follow(y_low, y_high, 0.1, elapsed);
+  const ValueRange most = range_of_most(values, 1.3 * levels.peak);
+  ranges.loop_force.follow(most.low, most.high, 0.1, elapsed);
   const FollowingRange& r = ranges.displacement;
-  const double size = std::max(std::abs(r.low), std::abs(r.high));
-  const double scale = size >= 1e-3 ? 1e-3 : size >= 1e-6 ? 1e-6 : 1e-9;
-  const char* unit = scale == 1e-3 ? "mm" : scale == 1e-6 ? "µm" : "nm";
-  const std::string title = fmt::format("Friction, N, over displacement, {}", unit);
+  const AxisText axis = length_axis(r.low, r.high);
+  const std::string title =
+      title_for(fonts, area,
+                {fmt::format("Friction, N, over displacement, {}", axis.unit),
+                 fmt::format("Friction, N, over {}", axis.unit), fmt::format("N over {}", axis.unit)});
   const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high},
                     {ranges.loop_force.low, ranges.loop_force.high});
-  frame.grid_x(scale, 4);
+  frame.grid_x(axis.scale, area.width < 260 ? 2 : 4, axis.offset);
   frame.grid_y(1, 4);
   frame.clip();
+  draw_levels(frame, levels);
   if (history.size()) {
     ImVec2 last = frame.at(history[first].displacement, -history[first].friction);
     for (std::size_t i = first + 1; i < history.size(); ++i) {

@@ -1,6 +1,9 @@
 // The plots under the room, drawn by ImDrawList.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "tools/virtual_room/camera.hpp"
 #include "tools/virtual_room/gui_style.hpp"
 #include "tools/virtual_room/history.hpp"
@@ -15,17 +18,38 @@ struct FollowingRange {
   void follow(double data_low, double data_high, double least_span, float elapsed);
 };
 
+/// Range of most values: without the half per cent of highest and lowest, unless these stay within `sure`.
+/// An impact lasts some milliseconds; it does not flatten what is drawn beside it. Reorders the values.
+struct ValueRange {
+  double low = 0, high = 0;
+};
+ValueRange range_of_most(std::vector<float>& values, double sure);
+
+/// How an axis is written: value = offset + number * scale.
+struct AxisText {
+  double scale = 1, offset = 0;
+  std::string unit;  ///< with the offset, if there is one: "µm from 249 mm"
+};
+/// Lengths of a range: a unit for its width, and an offset where the numbers would be long.
+AxisText length_axis(double low, double high);
+
+/// Of friction, N: in sliding, and at first loading.
+struct FrictionLevels {
+  double kinetic = 0, peak = 0;
+};
+
 /// What the plots remember from picture to picture.
 struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };
 
-/// Friction is drawn as it resists a motion along x: with the sign of what is applied against it. `level` is
-/// the kinetic friction, N, drawn as a dashed line; `seconds` those looked back on.
+/// Friction is drawn as it resists a motion along x: with the sign of what is applied against it. Dashed: the
+/// levels; a ring: the highest friction of the `seconds` looked back on.
 void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                          float seconds, double level, PlotRanges& ranges, float elapsed);
+                          float seconds, FrictionLevels levels, PlotRanges& ranges, float elapsed);
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                     float seconds, double presliding_length, PlotRanges& ranges, float elapsed);
+                     float seconds, double presliding_length, FrictionLevels levels, PlotRanges& ranges,
+                     float elapsed);
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    const LoopStatistics& loop);
 

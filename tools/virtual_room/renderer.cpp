@@ -29,6 +29,7 @@ const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.05
     backdrop(0.014f, 0.017f, 0.022f);
 const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f),
     lost_paint(0.6f, 0.08f, 0.05f);
+const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.37f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
 constexpr float shadow_reach = 0.46f;  // m, from the middle of the room
@@ -331,7 +332,7 @@ struct Renderer::Impl {
     add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, plain,
         0.4f);
     const Vector3f way = hand - tool;
-    if (way.norm() > 0.5f * radius) {
+    if (room.held && way.norm() > 0.5f * radius) {
       spring.replace(make_coil(tool, hand, 9, 0.0034f, 0.00065f));
       add(bodies, spring, Affine3f::Identity(), Vector3f(0.62f, 0.64f, 0.66f), plain, 0.7f);
       bodies.back().by_tool = false;
@@ -356,7 +357,8 @@ struct Renderer::Impl {
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       const ContactView& c = room.contact[i];
       if (!(c.load > 0)) continue;
-      const float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
+      float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
+      if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);  // it has an extent
       const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
       const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
       const Vector3f paint = (1 - u) * Vector3f(0.15f, 0.55f, 0.60f) + u * friction_paint;
@@ -364,6 +366,20 @@ struct Renderer::Impl {
       const Vector3f top = at + 0.0006f * (normal.norm() > 0.5f ? normal : Vector3f(Vector3f::UnitZ()));
       add(ghosts, rod, between(at, top, wide), paint, glowing, 0);
       ghosts.back().alpha = c.key == room.bristles.key ? 0.75f : 0.45f;
+    }
+  }
+
+  void place_compared(const Snapshot& room) {
+    for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {
+      const ComparedBlock& other = room.beside[i];
+      const auto& q = other.orientation;
+      const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
+                                    static_cast<float>(q[2]), static_cast<float>(q[3]));
+      Vector3f at = to_vector(other.position);
+      at.y() += aside_of(i);
+      const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
+      bodies.push_back({&block, place, i == 0 ? lugre_paint : coulomb_paint, plain, 0.16f});
+      bodies.back().by_block = false;
     }
   }
 
@@ -381,6 +397,7 @@ struct Renderer::Impl {
     block_place = tilt * Eigen::Translation3f(to_vector(room.block_position)) * turn.normalized();
     bodies.push_back({&block, block_place, Vector3f::Ones(), wood, 0.16f});
     bodies.back().by_block = false;
+    place_compared(room);
     place_hand(room);
     first_unshadowing_ = bodies.size();
     place_room(camera);
@@ -422,6 +439,10 @@ struct Renderer::Impl {
     for (std::size_t i = 1; i < first_unshadowing_; ++i) {
       const Affine3f& place = bodies[i].place;
       if (bodies[i].mesh == &spring) continue;  // between tool and hand
+      if (bodies[i].mesh == &block) {
+        take(place.translation(), half_block().norm());
+        continue;
+      }
       take(place.translation(), place.linear().col(0).norm());
       take(place * Vector3f(Vector3f::UnitZ()), place.linear().col(0).norm());
     }

@@ -36,6 +36,11 @@ struct Settings {
   double tapping = 0.0;            ///< N, amplitude of a disturbance along the slope
   double hand_stiffness = 400.0;   ///< N/m, virtual spring between device and tool
   double hand_damping = 2.0;       ///< N s/m
+  double pad_radius = 0.0;         ///< m, of the tool's contact, a disc under uniform pressure; 0: a point
+  double pad_friction = 0.0;  ///< kinetic friction of the tool over its load; 0: as of the other surfaces
+  bool compare = false;       ///< the same block under LuGre and under Coulomb is shown beside it
+
+  bool operator==(const Settings&) const = default;
 };
 
 /// The mouse as a device: where the person drags the tool to.
@@ -46,7 +51,20 @@ struct MouseHand {
 };
 
 /// `record` and `replay` begin with a reset, so that a replay gives the same bits.
-enum class Act : unsigned char { none, pause, run, single_step, reset, record, stop_recording, replay };
+/// `slow_pull` too: a hand of the room's own draws the tool against the block until that has broken away.
+enum class Act : unsigned char {
+  none,
+  pause,
+  run,
+  single_step,
+  slower,
+  faster,
+  reset,
+  record,
+  stop_recording,
+  replay,
+  slow_pull
+};
 
 inline constexpr std::size_t most_contacts = 32;
 inline constexpr std::size_t bristles_shown = 400;
@@ -63,6 +81,8 @@ struct ContactView {
   double load = 0.0;                                   ///< N
   double friction[3] = {0, 0, 0};                      ///< N, on the block
   double limit = 0.0;                                  ///< N, highest elastic force under this load
+  double torque = 0.0,
+         torque_limit = 0.0;  ///< N m, on the block about the normal; of a contact with an extent
 };
 
 /// Some bristles of one patch, for the magnifying glass. Deflections in the patch's axes.
@@ -71,6 +91,14 @@ struct BristleView {
   std::uint32_t total = 0;  ///< in the patch
   std::size_t count = 0;    ///< of those shown
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};  ///< m
+};
+
+/// A block of Settings::compare. They stand in rooms of their own, nobody touches them.
+inline constexpr std::size_t most_compared = 2;
+struct ComparedBlock {
+  FrictionModel model = FrictionModel::lugre;
+  double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
+  double moved = 0.0;                                             ///< m, as Snapshot::moved
 };
 
 struct LoopStatistics {
@@ -82,10 +110,15 @@ struct LoopStatistics {
 /// The room at the end of a tick.
 struct Snapshot {
   std::uint64_t tick = 0;
-  double time = 0.0;  ///< s, simulated
+  double time = 0.0;   ///< s, simulated
+  double speed = 1.0;  ///< of the simulation, over real time: below 1 in slow motion
   bool paused = false, recording = false;
+  bool held = false;  ///< the hand pulls the tool; else `device` is where the tool is
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};            ///< m/s, rad/s
+  double moved = 0.0;  ///< m, down the slope between taps, since six seconds, when the block has settled
+  std::size_t compared = 0;
+  ComparedBlock beside[most_compared];
   double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};  ///< m: the sphere that touches; the hand that pulls it
   double applied[3] = {0, 0, 0};                      ///< N, of the tool on the block
   double friction[3] = {0, 0, 0};      ///< N, of all patches on the block, those of the tool left out
@@ -95,10 +128,11 @@ struct Snapshot {
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  double kinetic_coefficient = 0.0, presliding_length = 0.0;  ///< as they follow from the settings
-  double stiffness_per_newton = 0.0;                          ///< 1/m, the same
-  Settings settings;                                          ///< those in force
-  char message[128] = {};                                     ///< one line for the person, or empty
+  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< as they follow from the settings
+  double presliding_length = 0.0;                            ///< m, the same
+  double stiffness_per_newton = 0.0;                         ///< 1/m, the same
+  Settings settings;                                         ///< those in force
+  char message[128] = {};                                    ///< one line for the person, or empty
   LoopStatistics loop;
 };
 

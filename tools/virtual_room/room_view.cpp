@@ -4,6 +4,8 @@
 #include <epoxy/gl.h>
 #include <imgui.h>
 
+#include <cmath>
+
 namespace room {
 
 RoomView::RoomView(const RoomMeasures& measures, int samples, float scale)
@@ -43,8 +45,36 @@ void RoomView::set_scale(float scale) {
   ImGui_ImplOpenGL3_DestroyFontsTexture();
 }
 
+// The glass goes to the other side when the block comes under it, unless it is no better there.
+void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int height) {
+  const Eigen::Vector3f block = to_vector(room.block_position);
+  if (!block.allFinite()) return;
+  const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
+  const auto reach = static_cast<float>(0.5 * measures_.block[0]);
+  const auto is_free = [&](const Layout& layout) {
+    const Picture& p = layout.picture;
+    float x = 0, y = 0, top_x = 0, top_y = 0;
+    if (!camera.find_pixel(p.scene, tilt * block, x, y) ||
+        !camera.find_pixel(p.scene, tilt * (block + Eigen::Vector3f(0, 0, reach)), top_x, top_y)) {
+      return true;
+    }
+    const float size = 1.3f * std::hypot(top_x - x, top_y - y);
+    // The glass, and the words below it.
+    const float below = p.glass_y + p.glass_radius + 45 * scale_;
+    const bool in_words =
+        std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
+    return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
+  };
+  if (is_free(layout_)) return;
+  const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);
+  if (!is_free(other)) return;
+  glass_left_ = !glass_left_;
+  layout_ = other;
+}
+
 Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target) {
-  layout_ = make_layout(width, height, scale_, panels, glass_shown);
+  layout_ = make_layout(width, height, scale_, panels, glass_shown, glass_left_);
+  if (glass_shown) keep_glass_off_the_block(room, width, height);
   glass_.update(room, room.paused ? 0.0f : elapsed);
 
   ImGui_ImplOpenGL3_NewFrame();
@@ -53,6 +83,7 @@ Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed
   draw_overlay(layout_, fonts_, room, glass_, camera, measures_, notice);
   draw_settings(layout_, fonts_, room, gui, wishes);
   draw_bar(layout_, fonts_, room, wishes);
+  if (help_shown) draw_help(layout_, fonts_);
   draw_plots(layout_, fonts_, room, history_, times_, gui, elapsed);
   ImGui::Render();
 

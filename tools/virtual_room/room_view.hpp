@@ -22,7 +22,7 @@ class RoomView {
   ///@{
   Camera camera;
   GuiState gui;
-  bool panels = true, glass_shown = true;
+  bool panels = true, glass_shown = true, help_shown = false;
   std::string notice;  ///< one line for the person, or empty
   ///@}
 
@@ -41,11 +41,15 @@ class RoomView {
   /// `elapsed`: s since the last picture.
   Wishes draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target);
 
+  const History& history() const { return history_; }
+
   /// Of the last picture.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 
  private:
+  void keep_glass_off_the_block(const Snapshot& room, int width, int height);
+
   RoomMeasures measures_;
   Renderer renderer_;
   BristleGlass glass_;
@@ -54,6 +58,7 @@ class RoomView {
   Fonts fonts_;
   Layout layout_;
   float scale_ = 1;
+  bool glass_left_ = false;
 };
 
 }  // namespace room

@@ -26,6 +26,7 @@ void read_settings(const TomlTable& table, Settings& s) {
                                                     static_cast<std::size_t>(s.model)));
   s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
   s.infinite = table.choice("population", {"representatives", "infinite"}, s.infinite ? 1 : 0) == 1;
+  s.compare = table.choice("compare", {"no", "yes"}, s.compare ? 1 : 0) == 1;
   s.bristles =
       static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
   for (const SettingRange& r : setting_ranges) {
@@ -59,7 +60,10 @@ void allow_settings(const TomlTable& table, bool with_time) {
                "slope_deg",
                "tapping",
                "hand_stiffness",
-               "hand_damping"});
+               "hand_damping",
+               "pad_radius",
+               "pad_friction",
+               "compare"});
   if (!with_time && table.has("t")) table.fail("t", "belongs in [[change]]");
 }
 
@@ -142,9 +146,10 @@ Script read_script(const std::string& path, const RoomMeasures& measures) {
 }
 
 std::string settings_as_toml(const Settings& s) {
-  std::string text = fmt::format("model = \"{}\"\nrule = \"{}\"\npopulation = \"{}\"\nbristles = {}\n",
-                                 model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw",
-                                 s.infinite ? "infinite" : "representatives", s.bristles);
+  std::string text =
+      fmt::format("model = \"{}\"\nrule = \"{}\"\npopulation = \"{}\"\nbristles = {}\ncompare = \"{}\"\n",
+                  model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw",
+                  s.infinite ? "infinite" : "representatives", s.bristles, s.compare ? "yes" : "no");
   for (const SettingRange& r : setting_ranges) {
     // TOML requires a point or an exponent in a float; {:e} has both.
     text += fmt::format("{} = {:.17e}\n", r.name, s.*r.member);

@@ -17,12 +17,15 @@
 #include <string>
 #include <thread>
 
+#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/png_file.hpp"
+#include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
 #include "tools/virtual_room/room_view.hpp"
 #include "tools/virtual_room/screen.hpp"
+#include "tools/virtual_room/script.hpp"
 #include "tools/virtual_room/surfaceless.hpp"
 
 namespace room {
@@ -74,10 +77,11 @@ struct RunningLoop {
   RunningLoop& operator=(const RunningLoop&) = delete;
 };
 
-std::string screenshot_name() {
+// A name for a new file in the working folder.
+std::string dated_name(const char* ending) {
   const std::string stem = fmt::format("bristle-room-{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
-  std::string name = stem + ".png";
-  for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("{}-{}.png", stem, i);
+  std::string name = stem + ending;
+  for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("{}-{}{}", stem, i, ending);
   return name;
 }
 
@@ -95,9 +99,12 @@ class RoomWindow {
     glfwSetScrollCallback(window_.get(), [](GLFWwindow* w, double, double notches) {
       static_cast<RoomWindow*>(glfwGetWindowUserPointer(w))->wheel(notches);
     });
+    glfwSetDropCallback(window_.get(), [](GLFWwindow* w, int count, const char** paths) {
+      if (count > 0) static_cast<RoomWindow*>(glfwGetWindowUserPointer(w))->load_settings(paths[0]);
+    });
     view_ = std::make_unique<RoomView>(options.loop.measures, sensible_samples(), content_scale());
     imgui_ = std::make_unique<ImGuiOnGlfw>(window_.get());
-    view_->gui.settings = options.loop.settings;
+    view_->gui.settings = view_->gui.beginning = options.loop.settings;
   }
 
   void run() {
@@ -140,7 +147,11 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    return std::clamp(x, 0.75f, 4.0f);
+    // No larger than the panels have room for, in steps: each draws the type anew.
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_.get(), &width, &height);
+    const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
+    return std::clamp(std::min(x, std::floor(4 * fits) / 4), 0.75f, 4.0f);
   }
 
   void take_news() {
@@ -159,12 +170,15 @@ class RoomWindow {
     if (width < 16 || height < 16 || glfwGetWindowAttrib(window_.get(), GLFW_ICONIFIED)) return;
     view_->set_scale(content_scale());
     follow_mouse(width);
+    follow_keys(elapsed * room().speed);
     if (glfwGetTime() > notice_until_) view_->notice.clear();
     if (glfwGetTime() > sent_at_ + answer_takes_s) view_->follow(room().settings);
     if (!touched_ && options_.device == DeviceKind::mouse) {
       view_->notice =
-          "drag: push with the tool    wheel while dragging: height, with Ctrl: load    right drag: turn    "
-          "middle drag: move    wheel: zoom";
+          width < 900
+              ? "drag: push    arrow keys: push slowly    L: slow pull    F1: help"
+              : "drag: push with the tool, with Shift finely    arrow keys: push slowly    L: slow pull    "
+                "right drag: turn the view    F1: help";
     }
     ImGui_ImplGlfw_NewFrame();
     const Wishes wishes = view_->draw(room(), width, height, static_cast<float>(elapsed), 0);
@@ -180,6 +194,11 @@ class RoomWindow {
     if (wishes.screenshot) screenshot_ = true;
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
     if (wishes.reset_view) view_->camera = Camera{};
+    if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
+    if (wishes.compare) compare();
+    if (wishes.export_plots) export_plots();
+    if (wishes.save_scene) save_settings();
+    for (int k = 0; wishes.full_speed && k < 8; ++k) act(Act::faster);
   }
 
   void send_settings() {
@@ -189,12 +208,64 @@ class RoomWindow {
 
   void act(Act what) {
     exchange_.acts.push(what);
-    if (what == Act::reset || what == Act::record || what == Act::replay) view_->forget();
+    const bool begins_anew =
+        what == Act::reset || what == Act::record || what == Act::replay || what == Act::slow_pull;
+    if (begins_anew) view_->forget();
+    touched_ = touched_ || what == Act::slow_pull;
+  }
+
+  void write_file(const std::string& name, const std::string& text) {
+    try {
+      const cli::FilePointer file = cli::open_for_writing(name);
+      cli::write_text(file.get(), text, name);
+      say("written: " + name);
+    } catch (const cli::UserError& error) {
+      say(error.what());
+    }
+  }
+
+  void export_plots() {
+    std::string text = "t,x,friction,applied\n";
+    const History& h = view_->history();
+    for (std::size_t i = 0; i < h.size(); ++i) {
+      text += fmt::format("{:.6g},{:.9g},{:.6g},{:.6g}\n", h[i].time, h[i].displacement, -h[i].friction,
+                          h[i].applied);
+    }
+    write_file(dated_name(".csv"), text);
+  }
+
+  void save_settings() {
+    write_file(dated_name(".toml"), "[settings]\n" + settings_as_toml(view_->gui.settings));
+  }
+
+  void load_settings(const char* path) {
+    try {
+      const Settings loaded = read_script(path, view_->measures()).settings;
+      change_settings(loaded);
+      say(std::string("settings of ") + path);
+    } catch (const std::exception& error) {
+      say(error.what());
+    }
+  }
+
+  // To the scene that compares, and back to a level floor; both from the beginning.
+  void compare() {
+    const Settings& now = view_->gui.settings;
+    Settings to = now.compare ? Settings{} : comparison();
+    to.bristles = now.bristles;
+    change_settings(to);
+    act(Act::reset);
+  }
+
+  void change_settings(const Settings& to) {
+    view_->gui.undo.note(view_->gui.settings, true, false);
+    view_->gui.settings = to;
+    send_settings();
   }
 
   void take_screenshot(int width, int height) {
     screenshot_ = false;
-    const std::string name = screenshot_name();
+    const std::string name = dated_name(".png");
     try {
       glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
       glReadBuffer(GL_BACK);
@@ -224,18 +295,32 @@ class RoomWindow {
       buttons.right = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
       buttons.middle = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
     }
+    buttons.fine = is_down(GLFW_KEY_LEFT_SHIFT) || is_down(GLFW_KEY_RIGHT_SHIFT);
     mouse_.move(static_cast<float>(x * density), static_cast<float>(y * density), buttons,
                 view_->layout().picture.scene, view_->camera, room(), view_->measures());
-    if (mouse_.hand_changed()) {
-      touched_ = true;
-      exchange_.mouse.write(mouse_.hand());
-    }
+    send_hand();
+  }
+
+  bool is_down(int key) const { return glfwGetKey(window_.get(), key) == GLFW_PRESS; }
+
+  void follow_keys(double elapsed) {
+    if (ImGui::GetIO().WantTextInput || options_.device != DeviceKind::mouse) return;
+    const int right = is_down(GLFW_KEY_RIGHT) - is_down(GLFW_KEY_LEFT);
+    const int away = is_down(GLFW_KEY_UP) - is_down(GLFW_KEY_DOWN);
+    const bool fine = is_down(GLFW_KEY_LEFT_SHIFT) || is_down(GLFW_KEY_RIGHT_SHIFT);
+    mouse_.push(right, away, fine, elapsed, room(), view_->measures());
+    send_hand();
+  }
+
+  void send_hand() {
+    if (!mouse_.hand_changed()) return;
+    touched_ = true;
+    exchange_.mouse.write(mouse_.hand());
   }
 
   void wheel(double notches) {
     if (ImGui::GetIO().WantCaptureMouse) return;
-    const bool control = glfwGetKey(window_.get(), GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
-                         glfwGetKey(window_.get(), GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+    const bool control = is_down(GLFW_KEY_LEFT_CONTROL) || is_down(GLFW_KEY_RIGHT_CONTROL);
     const std::string what =
         mouse_.turn_wheel(static_cast<float>(notches), control, view_->camera, view_->measures());
     if (!what.empty()) say(what);
@@ -244,8 +329,9 @@ class RoomWindow {
   void press(int key, int mods) {
     if (ImGui::GetIO().WantTextInput) return;
     const auto choose = [&](FrictionModel model) {
-      view_->gui.settings.model = model;
-      send_settings();
+      Settings to = view_->gui.settings;
+      to.model = model;
+      change_settings(to);
     };
     switch (key) {
       case GLFW_KEY_SPACE:
@@ -264,6 +350,27 @@ class RoomWindow {
         return choose(FrictionModel::lugre);
       case GLFW_KEY_3:
         return choose(FrictionModel::coulomb);
+      case GLFW_KEY_L:
+        return act(Act::slow_pull);
+      case GLFW_KEY_MINUS:
+        return act(Act::slower);
+      case GLFW_KEY_EQUAL:
+        return act(Act::faster);
+      case GLFW_KEY_ESCAPE:
+        view_->help_shown = false;
+        return mouse_.let_go();
+      case GLFW_KEY_F1:
+        view_->help_shown = !view_->help_shown;
+        return;
+      case GLFW_KEY_K:
+        return compare();
+      case GLFW_KEY_E:
+        return export_plots();
+      case GLFW_KEY_S:
+        return save_settings();
+      case GLFW_KEY_Z:
+        if ((mods & GLFW_MOD_CONTROL) && view_->gui.undo.undo(view_->gui.settings)) send_settings();
+        return;
       case GLFW_KEY_F12:
         screenshot_ = true;
         return;

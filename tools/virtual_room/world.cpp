@@ -20,8 +20,8 @@ constexpr double air_damping = 0.5;       // N s/m, on the tool
 constexpr double normal_stiffness = 1e5;  // N/m, of one contact: rest penetration of a few micrometres
 constexpr double fastest_target = 2.0;    // m/s: a hand that jumps is followed at this speed
 constexpr double catching_up = 0.15;      // m/s: one that takes the tool from afar, at this one
-constexpr double tap_period = 0.25, tap_length = 0.02;  // s: a tap down the slope, the next one up
-constexpr double far_away = 5.0;                        // m: a block that got there is lost
+constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;  // s: a tap down the slope, the next one up
+constexpr double far_away = 5.0;                                  // m: a block that got there is lost
 // A load that changes by less stays as it was: rounding alone does not make a patch look at its bristles.
 constexpr double load_grain = 1e-9;
 
@@ -47,6 +47,13 @@ Vector9 row_along(const Touch& touch, const Vector3& arm, const Vector3& axis) {
   }
   if (touch.pair == Touch::Pair::block_tool) row.tail<3>() = -axis;
   if (touch.pair == Touch::Pair::tool_surface) row.tail<3>() = axis;
+  return row;
+}
+
+// Turn of the block on the tool, which the hand keeps from turning.
+Vector9 spin_row(const Touch& touch) {
+  Vector9 row = Vector9::Zero();
+  if (touch.pair == Touch::Pair::block_tool) row.segment<3>(3) = touch.normal;
   return row;
 }
 
@@ -209,6 +216,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
       if (place.force[axis] == 0.0) continue;
       push += place.force[axis] * row_along(touch, arm, Vector3::Unit(axis));
     }
+    if (place.torque != 0.0) push += place.torque * spin_row(touch);
   }
   const Vector9 start = body_.velocity;
   const Vector9 momentum = coupled_.mass * start + dt * push;
@@ -286,11 +294,13 @@ TangentRows World::tangent_rows(const Touch& touch, const Place& place) const no
 void World::collect_patches() noexcept {
   std::array<bool, touch_keys> near{};
   contact_count_ = 0;
-  const auto add = [&](int patch, const TangentRows& rows, double load, std::size_t touch) {
+  const auto add = [&](int patch, const TangentRows& rows, const Velocity& spin, double load,
+                       std::size_t touch) {
     PatchContact& c = contacts_[contact_count_];
     c = {};
     c.patch = static_cast<std::size_t>(patch);
     c.rows = rows;
+    c.spin = spin;
     c.load = load;
     contact_touch_[contact_count_++] = touch;
   };
@@ -304,13 +314,13 @@ void World::collect_patches() noexcept {
       place.way[0] = place.way[1] = 0.0;
       if (place.patch >= 0) patch_used_[static_cast<std::size_t>(place.patch)] = true;
     }
-    if (place.patch >= 0) add(place.patch, tangent_rows(touch, place), place.load, i);
+    if (place.patch >= 0) add(place.patch, tangent_rows(touch, place), spin_row(touch), place.load, i);
   }
   for (std::size_t k = 0; k < touch_keys; ++k) {
     Place& place = places_[k];
     if (near[k]) continue;
     place.load = 0.0;
-    if (place.patch >= 0) add(place.patch, TangentRows::Zero(), 0.0, touches_.count);
+    if (place.patch >= 0) add(place.patch, TangentRows::Zero(), Velocity::Zero(), 0.0, touches_.count);
     if (place.patch >= 0) patch_used_[static_cast<std::size_t>(place.patch)] = false;
     place = {};
   }
@@ -338,10 +348,13 @@ void World::keep_forces(double dt, const Velocity& mean) noexcept {
     place.way[1] += way[1];
     place.force = c.force[0] * place.along + c.force[1] * place.aside;
     place.limit = c.limit;
+    place.torque = c.torque;
+    place.torque_limit = c.torque_limit;
     if (c.load > 0.0) continue;
     patch_used_[c.patch] = false;
     place.patch = -1;
     place.force.setZero();
+    place.torque = 0.0;
   }
 }
 
@@ -392,6 +405,7 @@ void World::show(Snapshot& to) const noexcept {
   copy(device_force_, to.device_force);
   to.settings = parameters_.settings;
   to.kinetic_coefficient = parameters_.kinetic;
+  to.peak_coefficient = parameters_.peak;
   to.presliding_length = parameters_.presliding_length;
   to.stiffness_per_newton = parameters_.stiffness_per_newton;
   to.contacts = 0;
@@ -410,6 +424,8 @@ void World::show(Snapshot& to) const noexcept {
     copy(place.force, view.friction);
     view.load = place.load;
     view.limit = place.limit;
+    view.torque = place.torque;
+    view.torque_limit = place.torque_limit;
     if (parameters_.settings.model == FrictionModel::brush) {
       to.bristles_total += bristles_of(parameters_.settings, static_cast<std::size_t>(place.patch));
     }
@@ -422,6 +438,7 @@ void World::show_bristles(BristleView& to) noexcept {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
+      if (k == surfaces * corners && shown_key_ != 0) break;  // the tool's only where there is no other
       if (places_[k].patch < 0 || places_[k].load <= highest) continue;
       highest = places_[k].load;
       shown_key_ = k + 1;

@@ -14,6 +14,9 @@
 
 namespace room {
 
+/// A tap down the slope, the next one up: seconds from one to the next but one.
+inline constexpr double tap_pair = 0.5;
+
 /// One thread steps it: the haptic thread. Nothing in take, reset or step allocates, locks or throws.
 class World {
  public:
@@ -35,6 +38,7 @@ class World {
   double time() const noexcept { return time_; }
   const Settings& settings() const noexcept { return parameters_.settings; }
   const Vector3& block_position() const noexcept { return block_.position; }
+  const Rotation& block_orientation() const noexcept { return block_.orientation; }
   const Vector3& tool() const noexcept { return tool_; }
   Vector3 friction() const noexcept;  ///< N, of all patches on the block, those of the tool left out
   Vector3 applied() const noexcept;   ///< N, of the tool on the block
@@ -58,9 +62,10 @@ class World {
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();  // N, of the patch on the block
-    double load = 0.0, limit = 0.0;   // N
-    double way[2] = {0, 0};           // m, in the tangent plane
+    Vector3 force = Vector3::Zero();          // N, of the patch on the block
+    double load = 0.0, limit = 0.0;           // N
+    double torque = 0.0, torque_limit = 0.0;  // N m, of a pad: on the block about the normal
+    double way[2] = {0, 0};                   // m, in the tangent plane
   };
   struct NormalContact {
     Velocity row;  // row . u: speed at which the gap opens

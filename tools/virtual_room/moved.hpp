@@ -1,0 +1,41 @@
+// How far a block has crept, apart from its swing under the taps: its mean place over each pair of taps.
+#pragma once
+
+#include <cmath>
+
+#include "tools/virtual_room/world.hpp"
+
+namespace room {
+
+class Moved {
+ public:
+  static constexpr double settles = 6.0;  ///< s after which it counts
+
+  void begin() noexcept { *this = {}; }
+  /// Every tick. `x`: place down the slope, m.
+  void take(double time_s, double x) noexcept {
+    const double pair = std::floor(time_s / tap_pair);
+    if (pair != pair_) {
+      if (count_ > 0.0) {  // a pair is over
+        const double place = sum_ / count_;
+        if (pair_ * tap_pair >= settles && begun_) {
+          moved_ = place - from_;
+        } else {
+          from_ = place;
+          begun_ = true;
+        }
+      }
+      pair_ = pair;
+      sum_ = count_ = 0.0;
+    }
+    sum_ += x;
+    count_ += 1.0;
+  }
+  double metres() const noexcept { return moved_; }
+
+ private:
+  double pair_ = -1.0, sum_ = 0.0, count_ = 0.0, from_ = 0.0, moved_ = 0.0;
+  bool begun_ = false;
+};
+
+}  // namespace room
