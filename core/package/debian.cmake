@@ -34,9 +34,11 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
 set(same_version "(= ${PROJECT_VERSION}-${BRISTLE_DEB_REVISION})")
 set(library libbristle${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
-set(model "A contact patch is many elastic bristles that stick, bend and snap (brush model): presliding, break-away and sliding come of it, "
-  "and a step stays within a given time. Kernels for SSE2, AVX2 and AVX-512 compute the same bits.")
-list(JOIN model "" model)
+string(JOIN "\n" model # lines of less than 80 letters
+  "A contact patch is many elastic bristles that stick, bend and snap (brush"
+  "model): presliding, break-away and sliding come of it, and a step stays"
+  "within a given time. Kernels for SSE2, AVX2 and AVX-512 compute the same"
+  "bits.")
 
 # What every Debian package holds in its folder of documents: licences and a list of changes. Header-only libraries that are
 # compiled into ours ask that their notices come along; this machine's packages of them have these.
@@ -77,8 +79,9 @@ endfunction()
 set(CPACK_COMPONENTS_ALL "")
 bristle_deb(bristle_runtime ${library} libs "friction of contact patches against a deadline - library"
   "This package holds the shared library." "libxsimd-dev")
-set(CPACK_DEBIAN_BRISTLE_RUNTIME_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+file(CONFIGURE OUTPUT ${documents}/triggers CONTENT "activate-noawait ldconfig\n" @ONLY)
+set(CPACK_DEBIAN_BRISTLE_RUNTIME_PACKAGE_CONTROL_EXTRA ${documents}/triggers)
 
 bristle_deb(bristle_development libbristle-dev libdevel "friction of contact patches against a deadline - headers"
   "This package holds headers for C and C++, and what CMake and pkg-config need." "")
@@ -88,7 +91,7 @@ set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 
 if(TARGET bristle_cli)
   bristle_deb(bristle_tools bristle-tools science "friction of contact patches against a deadline - command line"
-    "This package holds the program bristle: it runs scenes, fits materials to measured friction, repeats the classic experiments, and measures how many bristles a machine steps in time."
+    "This package holds the program bristle: it runs scenes, fits materials to\nmeasured friction, repeats the classic experiments, and measures how many\nbristles a machine steps in time."
     "libcli11-dev;libeigen3-dev;libfccp-dev;libtomlplusplus-dev;nlohmann-json3-dev")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_DEPENDS "${library} ${same_version}")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_SUGGESTS gnuplot-nox)
