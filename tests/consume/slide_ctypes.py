@@ -73,6 +73,7 @@ def new(struct, kind):
 
 coefficients = new(Coefficients, "coefficients")
 coefficients.kinetic, coefficients.peak, coefficients.snap_rule = 0.40, 0.46, 1
+coefficients.residual_share = coefficients.shared_renewal = 0.0  # the law that a minimal library has too
 material = new(Material, "material")
 call("material_from_coefficients", c.byref(coefficients), c.byref(material))
 options = new(PatchOptions, "patch_options")
