@@ -19,7 +19,7 @@ int main() {
 
   try {
     bristle::Material wood = bristle::Material::from_coefficients(
-        bristle::Coefficients{}.with_kinetic(0.40).with_peak(0.46).with_rule(bristle::SnapRule::keep));
+        bristle::Coefficients::paper().with_kinetic(0.40).with_peak(0.46).with_rule(bristle::SnapRule::keep));
     bristle::PatchBatch batch;
     const bristle::PatchId tip =
         batch.add(wood, bristle::PatchOptions{}.with_max_normal_load(4.0).with_axes(1));

@@ -12,7 +12,10 @@ class Material(c.Structure):
     _fields_ = [("struct_size", c.c_size_t), ("bristle_stiffness", c.c_double), ("bristle_damping", c.c_double),
                 ("viscous_friction", c.c_double), ("stribeck_velocity", c.c_double),
                 ("normal_stiffness", c.c_double), ("asperity_height_deviation", c.c_double),
-                ("snap_length", SnapLength), ("snap_rule", c.c_uint32), ("damper_decay", c.c_uint32)]
+                ("snap_length", SnapLength), ("snap_rule", c.c_uint32), ("damper_decay", c.c_uint32),
+                ("residual_length", c.c_double), ("shared_renewal", c.c_double), ("ageing_form", c.c_uint32),
+                ("reserved", c.c_uint32), ("ageing_strength", c.c_double), ("ageing_time", c.c_double),
+                ("speed_strengthening", c.c_double), ("strengthening_speed", c.c_double)]
 
 
 class Coefficients(c.Structure):
@@ -20,7 +23,10 @@ class Coefficients(c.Structure):
                 ("presliding_length", c.c_double), ("bristles_per_newton", c.c_double),
                 ("damping_per_newton", c.c_double), ("viscous_friction", c.c_double),
                 ("stribeck_velocity", c.c_double), ("law", c.c_uint32), ("snap_rule", c.c_uint32),
-                ("damper_decay", c.c_uint32), ("reserved", c.c_uint32)]
+                ("damper_decay", c.c_uint32), ("reserved", c.c_uint32), ("residual_share", c.c_double),
+                ("shared_renewal", c.c_double), ("kinetic_speed", c.c_double), ("fall_per_decade", c.c_double),
+                ("growth_per_decade", c.c_double), ("ageing_time", c.c_double), ("ageing_form", c.c_uint32),
+                ("reserved_too", c.c_uint32), ("speed_strengthening", c.c_double), ("strengthening_speed", c.c_double)]
 
 
 class PatchOptions(c.Structure):
@@ -67,6 +73,7 @@ def new(struct, kind):
 
 coefficients = new(Coefficients, "coefficients")
 coefficients.kinetic, coefficients.peak, coefficients.snap_rule = 0.40, 0.46, 1
+coefficients.residual_share = coefficients.shared_renewal = 0.0  # the law that a minimal library has too
 material = new(Material, "material")
 call("material_from_coefficients", c.byref(coefficients), c.byref(material))
 options = new(PatchOptions, "patch_options")

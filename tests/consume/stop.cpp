@@ -7,7 +7,7 @@
 int main() {
   bristle::PatchBatch batch;
   const bristle::Material wood = bristle::Material::from_coefficients(
-      bristle::Coefficients{}.with_kinetic(0.40).with_peak(0.46).with_rule(bristle::SnapRule::keep));
+      bristle::Coefficients::paper().with_kinetic(0.40).with_peak(0.46).with_rule(bristle::SnapRule::keep));
   bristle::Motion motion;
   motion.id = batch.add(wood, bristle::PatchOptions{}.with_max_normal_load(10.0).with_axes(1));
   motion.normal_load = 9.81;

@@ -50,11 +50,19 @@ std::string quoted(const std::string& path) {
   return "'" + path + "'";
 }
 
+// Beside the program: where both are installed, else where it was built. Relative, so that both may be moved.
+fs::path plots_folder() {
+  if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
+  std::error_code none;
+  const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
+  const fs::path installed = (program / BRISTLE_PLOTS_INSTALLED).lexically_normal();
+  return fs::exists(installed, none) ? installed : (program / BRISTLE_PLOTS_IN_SOURCES).lexically_normal();
+}
+
 std::string plot_script(const std::string& name) {
-  const char* folder = std::getenv("BRISTLE_PLOTS");
   std::string file = "experiment_" + name + ".gp";
   std::replace(file.begin(), file.end(), '-', '_');
-  return (fs::path(folder ? folder : BRISTLE_PLOTS_FOLDER) / file).string();
+  return (plots_folder() / file).string();
 }
 
 void check_plot(const ExperimentOptions& options) {

@@ -1,4 +1,4 @@
-"""Builds the module by CMake: pip install ./tools/python, pip wheel ./tools/python, from a checkout.
+"""Builds the module by CMake: pip install ./tools/python, pip wheel ./tools/python, from a checkout or a source distribution.
 
 What the module needs of the machine beside Python, numpy and the C and C++ runtime goes into the wheel: it runs without
 the checkout, its build folder and the packages that it was built with. JOBS is the number of compilers at a time.
@@ -13,9 +13,15 @@ import sys
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
+from setuptools.command.sdist import sdist
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
+# A source distribution carries what the module is built from in a folder of its own.
+CARRIED = HERE / "sources"
+ROOT = CARRIED if CARRIED.exists() else HERE.parent.parent
+SOURCES = ("CMakeLists.txt", "LICENSE", "bench", "core", "kernels", "tools")
+# Folders of them that the module does not need, or that git does not keep.
+LEFT_OUT = re.compile(r"__pycache__|build|virtual_room|pictures|guides|conan|vcpkg|.*\.egg-info|bristle-[0-9.]+")
 # Every machine that runs this Python has them.
 RUNTIME = re.compile(r"^(ld-linux.*|linux-vdso|lib(c|m|dl|rt|pthread|stdc\+\+|gcc_s))\.so")
 
@@ -95,6 +101,26 @@ class CMakeBuild(build_ext):
                 shutil.copyfile(licence, folder / f"{name}.copyright")
 
 
+def carried_files():
+    """Relative to ROOT."""
+    for name in SOURCES:
+        if (ROOT / name).is_file():
+            yield pathlib.Path(name)
+        for folder, inner, files in os.walk(ROOT / name):
+            inner[:] = sorted(child for child in inner if not LEFT_OUT.fullmatch(child))
+            yield from (pathlib.Path(folder, file).relative_to(ROOT) for file in sorted(files))
+
+
+class SourceDistribution(sdist):
+    def make_release_tree(self, base_dir, files):
+        carried = list(carried_files())  # before base_dir is there, which may lie among them
+        super().make_release_tree(base_dir, [file for file in files if not file.startswith("..")])
+        for file in carried:
+            target = pathlib.Path(base_dir, CARRIED.name, file)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / file, target)
+
+
 # Nothing is left in the folder of the sources.
 SCRATCH = ROOT / "build/python-package"
 SCRATCH.mkdir(parents=True, exist_ok=True)
@@ -119,7 +145,7 @@ setup(
     package_dir={"bristle": "package"},
     package_data={"bristle": ["*.pyi", "py.typed"]},
     ext_modules=[Extension("bristle._bristle", [])],
-    cmdclass={"build_ext": CMakeBuild},
+    cmdclass={"build_ext": CMakeBuild, "sdist": SourceDistribution},
     zip_safe=False,
     options={"build": {"build_base": os.path.relpath(SCRATCH)}, "egg_info": {"egg_base": os.path.relpath(SCRATCH)}},
 )
