@@ -16,8 +16,22 @@ struct Target {
   const char* name;
   void (*run)(fuzz::Bytes);
 };
-constexpr Target targets[] = {{"scene", fuzz::scene}, {"motion", fuzz::motion}, {"fit", fuzz::fit},
-                              {"state", fuzz::state}, {"batch", fuzz::batch},   {"kernels", fuzz::kernels}};
+constexpr Target targets[] = {
+    {"scene", fuzz::scene},
+    {"motion", fuzz::motion},
+    {"fit", fuzz::fit},
+    {"state", fuzz::state},
+    {"batch", fuzz::batch},
+    {"kernels", fuzz::kernels},
+    {"cohorts", fuzz::cohorts},
+    {"rubbing", fuzz::rubbing},
+    {"ageing", fuzz::ageing},
+    {"extended", fuzz::extended},
+    {"populations", fuzz::populations},
+#if BRISTLE_FUZZ_RECORD
+    {"record", fuzz::record},
+#endif
+};
 
 std::vector<std::filesystem::path> files_of(const char* place) {
   if (!std::filesystem::is_directory(place)) return {place};
