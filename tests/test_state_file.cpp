@@ -151,7 +151,9 @@ TEST_CASE("A saved state has the same bytes on every instruction set, lazy or ea
   reference.run(0, 40);
   const std::vector<std::byte> expected = saved_state(reference.batch);
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
-    if (!isa.usable) continue;
+    // The scalar kernels are the slowest: lazy once, where there are no others.
+    if (!isa.usable || (std::string(isa.name) == "scalar" && bristle::instruction_sets().size() > 1))
+      continue;
     Scripted other(bristle::BatchOptions{}.with_isa(isa.name));
     other.run(0, 40);
     INFO(isa.name);

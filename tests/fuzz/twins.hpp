@@ -2,11 +2,45 @@
 // one that visits every bristle.
 #pragma once
 
+#include <cstdio>
+#include <cstdlib>
 #include <vector>
 
 #include "brushes.hpp"
 
 namespace fuzz {
+
+/// With BRISTLE_FUZZ_TRACE set: what a run is made of, for whoever has to understand it.
+inline bool traces() {
+  static const bool on = std::getenv("BRISTLE_FUZZ_TRACE") != nullptr;
+  return on;
+}
+inline void trace(const bristle::Material& m, const bristle::PatchOptions& o) {
+  if (!traces()) return;
+  std::fprintf(
+      stderr,
+      "law %d (%g, %g) rule %d residual %g renewal %g ageing %d %g %g s strengthening %g damping %g\n",
+      static_cast<int>(m.snap_length.law()), m.snap_length.first_parameter(),
+      m.snap_length.second_parameter(), static_cast<int>(m.snap_rule), m.residual_length, m.shared_renewal,
+      static_cast<int>(m.ageing_form), m.ageing_strength, m.ageing_time, m.speed_strengthening,
+      m.bristle_damping);
+  std::fprintf(
+      stderr,
+      "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g cohorts %u "
+      "fluctuation %u\n",
+      static_cast<int>(o.population), o.bristles, o.axes, static_cast<int>(o.outputs),
+      static_cast<int>(o.precision), o.max_normal_load, o.resolution, o.cohorts, o.fluctuation);
+}
+inline void trace(double dt, const bristle::Motion& m, const bristle::Response& r, double stored) {
+  if (!traces()) return;
+  std::fprintf(stderr,
+               "dt %g moved %.17g %.17g load %.17g: status %u elastic %g %g mean %g %g dissipated %g loss %g "
+               "damper %g "
+               "snaps %llu stored %g\n",
+               dt, m.displacement[0], m.displacement[1], m.normal_load, static_cast<unsigned>(r.status),
+               r.elastic[0], r.elastic[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss, r.damper_work,
+               static_cast<unsigned long long>(r.snaps), stored);
+}
 
 class Twins {
  public:
@@ -47,6 +81,7 @@ class Twins {
         response = batches[b].find_force(dt, own);
       else
         batches[b].step(dt, {&own, 1}, {&response, 1});
+      if (b == 0) trace(dt, motion, response, stored());
       check_finite(response);
       response.id = ids[0];
       if (b == 0) first = response;
@@ -95,6 +130,7 @@ class Twins {
 /// energies, they balance: what went in is stored or lost.
 inline void walk(Twins& twins, Input& input, const bristle::Material& material,
                  const bristle::PatchOptions& options, Brush brush) {
+  trace(material, options);
   if (!twins.add(material, options)) return;
   bool changed = false;  // by a live change of material, whose losses the next step reports
   const double scale = material.snap_length.mean();
