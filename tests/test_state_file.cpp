@@ -270,9 +270,11 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 
   bristle::save_state_file(folder.at("state"), batch);
   std::vector<std::byte> newer = read_bytes(folder.at("state"));
-  newer[8] = std::byte{9};
-  write_bytes(folder.at("newer"), newer);
-  CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
+  for (const int version : {0, 2, 9}) {
+    newer[8] = static_cast<std::byte>(version);
+    write_bytes(folder.at("newer"), newer);
+    CHECK(names(refusal(folder.at("newer")), {"format " + std::to_string(version), "reads format"}));
+  }
   newer[8] = std::byte{1};
   newer[48] = std::byte{9};  // of the state inside
   write_bytes(folder.at("newer"), newer);

@@ -11,6 +11,7 @@ void ageing(Bytes bytes) {
   try {
     material = any_brush(input, Brush::aged);
     options = any_brush_options(input, 600, input.flag());
+    leave_out_known(material, options);
   } catch (const bristle::Error&) {  // a law that is refused
     return;
   }

@@ -11,6 +11,7 @@ void cohorts(Bytes bytes) {
   try {
     material = any_brush(input, Brush::rubbed);
     options = any_brush_options(input, 600, true);
+    leave_out_known(material, options);
   } catch (const bristle::Error&) {  // a law that is refused
     return;
   }

@@ -60,12 +60,13 @@ void run_file(const Target& target, const std::filesystem::path& path) {
 
 std::uint64_t run_number = 0;  // of the run under way, for whoever has to find it again
 
-extern "C" void say_which(int) {
+extern "C" void say_which(int number) {
   char text[80];
   const int size = std::snprintf(text, sizeof text, "bristle_fuzz_replay: in run %llu\n",
                                  static_cast<unsigned long long>(run_number));
   if (write(2, text, static_cast<std::size_t>(size)) < 0) _exit(1);
-  std::signal(SIGABRT, SIG_DFL);
+  std::signal(number, SIG_DFL);
+  std::raise(number);
 }
 
 /// Runs [from, from + runs): run k has the bytes of a generator that k seeds.

@@ -2,45 +2,11 @@
 // one that visits every bristle.
 #pragma once
 
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "brushes.hpp"
 
 namespace fuzz {
-
-/// With BRISTLE_FUZZ_TRACE set: what a run is made of, for whoever has to understand it.
-inline bool traces() {
-  static const bool on = std::getenv("BRISTLE_FUZZ_TRACE") != nullptr;
-  return on;
-}
-inline void trace(const bristle::Material& m, const bristle::PatchOptions& o) {
-  if (!traces()) return;
-  std::fprintf(
-      stderr,
-      "law %d (%g, %g) rule %d residual %g renewal %g ageing %d %g %g s strengthening %g damping %g\n",
-      static_cast<int>(m.snap_length.law()), m.snap_length.first_parameter(),
-      m.snap_length.second_parameter(), static_cast<int>(m.snap_rule), m.residual_length, m.shared_renewal,
-      static_cast<int>(m.ageing_form), m.ageing_strength, m.ageing_time, m.speed_strengthening,
-      m.bristle_damping);
-  std::fprintf(
-      stderr,
-      "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g cohorts %u "
-      "fluctuation %u\n",
-      static_cast<int>(o.population), o.bristles, o.axes, static_cast<int>(o.outputs),
-      static_cast<int>(o.precision), o.max_normal_load, o.resolution, o.cohorts, o.fluctuation);
-}
-inline void trace(double dt, const bristle::Motion& m, const bristle::Response& r, double stored) {
-  if (!traces()) return;
-  std::fprintf(stderr,
-               "dt %g moved %.17g %.17g load %.17g: status %u elastic %g %g mean %g %g dissipated %g loss %g "
-               "damper %g "
-               "snaps %llu stored %g\n",
-               dt, m.displacement[0], m.displacement[1], m.normal_load, static_cast<unsigned>(r.status),
-               r.elastic[0], r.elastic[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss, r.damper_work,
-               static_cast<unsigned long long>(r.snaps), stored);
-}
 
 class Twins {
  public:
@@ -137,6 +103,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
   for (int k = 0; k < 24 && !input.empty(); ++k) {
     switch (input.choice(16)) {
       case 14:
+        if (traces()) std::fprintf(stderr, "saved and restored\n");
         twins.hand_on();
         continue;
       case 15: {
@@ -144,6 +111,8 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
         other.bristle_stiffness = 80.0 * (1 + input.choice(3));
         if (input.flag()) rub(input, other);
         if (input.flag() && brush == Brush::aged) let_age(input, other);
+        leave_out_known(other, options);
+        trace(other, options);
         changed = twins.set_material(other) || changed;
         continue;
       }
