@@ -82,6 +82,15 @@ TEST_CASE("A forked process makes batches of its own, whatever its parent has", 
   CHECK(parent.step(1) == expected);
 }
 
+TEST_CASE("A forked process steps its parent's batch of several threads with the same bits",
+          "[contracts][threads]") {
+  Shared parent(3);
+  parent.step(2);
+  const std::uint64_t expected = Shared(1).step(5);
+  CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
+  CHECK(parent.step(3) == expected);
+}
+
 TEST_CASE("Batches of more threads than there are cores give the bits of one thread",
           "[contracts][threads]") {
   const std::uint64_t expected = Shared(1).step(3);

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -77,7 +78,11 @@ int run_random(const Target& target, std::uint64_t runs, std::uint64_t from) {
     std::mt19937_64 random(run_number);
     bytes.resize(1 + random() % 400);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() >> 32);
-    target.run({bytes.data(), bytes.size()});
+    try {
+      target.run({bytes.data(), bytes.size()});
+    } catch (const std::exception& error) {
+      throw std::runtime_error("run " + std::to_string(run_number) + ": " + error.what());
+    }
     const std::uint64_t done = run_number - from + 1;
     if (done % 100000 == 0) {
       std::printf("%s: %llu runs\n", target.name, static_cast<unsigned long long>(done));
