@@ -141,7 +141,11 @@ void extended(Bytes bytes) {
     if (kind == 14) {
       std::vector<std::byte> state(twins[0]->patches.state_size());
       check(twins[0]->patches.save_state(state) == state.size(), "save_state writes state_size() bytes");
-      twins[0]->patches.restore_state(state);
+      try {
+        twins[0]->patches.restore_state(state);
+      } catch (const bristle::Error& error) {
+        check_known(error);
+      }
       continue;
     }
     const ExtendedMotion motion = any_spin(input, {}, scale);

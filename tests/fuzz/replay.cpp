@@ -61,18 +61,28 @@ void run_file(const Target& target, const std::filesystem::path& path) {
 
 std::uint64_t run_number = 0;  // of the run under way, for whoever has to find it again
 
-extern "C" void say_which(int number) {
+void say_how_far(const char* what) {
   char text[80];
-  const int size = std::snprintf(text, sizeof text, "bristle_fuzz_replay: in run %llu\n",
+  const int size = std::snprintf(text, sizeof text, "bristle_fuzz_replay: %s run %llu\n", what,
                                  static_cast<unsigned long long>(run_number));
   if (write(2, text, static_cast<std::size_t>(size)) < 0) _exit(1);
+}
+
+extern "C" void say_which(int number) {
+  say_how_far("in");
   std::signal(number, SIG_DFL);
   std::raise(number);
+}
+
+extern "C" void stop(int) {
+  say_how_far("stopped in");
+  _exit(0);
 }
 
 /// Runs [from, from + runs): run k has the bytes of a generator that k seeds.
 int run_random(const Target& target, std::uint64_t runs, std::uint64_t from) {
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE}) std::signal(signal, say_which);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, stop);
   std::vector<std::uint8_t> bytes;
   for (run_number = from; run_number < from + runs; ++run_number) {
     std::mt19937_64 random(run_number);

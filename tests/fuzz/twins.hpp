@@ -74,7 +74,12 @@ class Twins {
     for (std::size_t b = 0; b < batches.size(); ++b) {
       const std::uint64_t before = batches[b].state_hash(ids[b]);
       // Ids are the same in all: each patch is the first of its batch, as often removed.
-      batches[b].restore_state(states[(b + 1) % batches.size()]);
+      try {
+        batches[b].restore_state(states[(b + 1) % batches.size()]);
+      } catch (const bristle::Error& error) {
+        check_known(error);
+        return;
+      }
       check(batches[b].state_hash(ids[b]) == before, "a state restored is the same");
     }
   }
