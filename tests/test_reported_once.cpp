@@ -113,3 +113,40 @@ TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   bristle::detail::seal_batch({state.size(), 1}, state);  // its checksum is right
   CHECK_THROWS_WITH(patch.batch.restore_state(state), Catch::Contains("more than its patches"));
 }
+
+TEST_CASE("Neighbouring keys of pools with neighbouring seeds have bristles of their own", "[keys]") {
+  PatchBatch batch;
+  const auto pool = [&](std::uint32_t seed) {
+    return bristle::KeyedPatches(batch, surface, plain_options(1).with_seed(seed),
+                                 bristle::KeyedOptions{}.with_capacity(1));
+  };
+  const bristle::KeyedPatches five = pool(5), six = pool(6);
+  for (const std::uint64_t key : {1u, 10u, 1000u}) CHECK(five.seed_of(key + 1) != six.seed_of(key));
+}
+
+TEST_CASE("Contacts are matched by their distance in space, up to the reach itself", "[keys]") {
+  constexpr double reach = 0.5;
+  bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(4).with_reach(reach));
+  using Points = std::vector<bristle::ContactPoint>;
+  const auto keys_of = [&](const Points& points) {
+    std::vector<std::uint64_t> keys(points.size());
+    matcher.match(points, keys);
+    return keys;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    INFO("axis " << axis);
+    matcher.clear();
+    const auto at = [axis](double x) {
+      bristle::ContactPoint point{7, {0.0, 0.0, 0.0}};
+      point.point[axis] = x;
+      return point;
+    };
+    const std::vector<std::uint64_t> first = keys_of({at(0.0), at(1.0)});
+    // Listed the other way round, and moved by the reach at the most.
+    const std::vector<std::uint64_t> then = keys_of({at(1.0 + reach), at(0.125)});
+    CHECK(then[0] == first[1]);
+    CHECK(then[1] == first[0]);
+    // Beyond the reach it is another contact.
+    CHECK(keys_of({at(0.125 + 1.01 * reach)})[0] != first[0]);
+  }
+}

@@ -43,25 +43,25 @@ inline void trace(double dt, const bristle::Motion& m, const bristle::Response& 
 
 enum class Brush { rubbed, aged };
 
-/// Residual and shared renewal, mostly of a few values: a material takes milliseconds to set up, and a batch
-/// knows the last 64.
-inline void rub(Input& input, bristle::Material& m) {
-  constexpr double residuals[] = {0.0, 0.1111111111111111, 0.5, 20.0};
-  constexpr double renewals[] = {0.0, 1.0, 0.3, 8.0};
-  const unsigned kind = input.choice(32);
-  m.residual_length = residuals[kind % 4] * m.snap_length.mean();
-  m.shared_renewal = renewals[kind / 4 % 4];
-  if (kind == 31) m.residual_length = input.number(m.snap_length.mean());
-  if (kind == 30) m.shared_renewal = input.number(1.0);
+/// One of five ways to be rubbed, or to age: a material takes milliseconds to set up, and a batch knows the
+/// last 64. Seldom any numbers.
+inline void rub(Input& input, bristle::Material& m, unsigned way) {
+  constexpr double residuals[] = {1.0 / 9.0, 0.0, 0.5, 0.0, 1.0 / 9.0};
+  constexpr double renewals[] = {1.0, 0.3, 0.0, 0.0, 8.0};
+  m.residual_length = residuals[way % 5] * m.snap_length.mean();
+  m.shared_renewal = renewals[way % 5];
+  const unsigned kind = input.choice(64);
+  if (kind == 63) m.residual_length = input.number(m.snap_length.mean());
+  if (kind == 62) m.shared_renewal = input.number(1.0);
 }
 
-inline void let_age(Input& input, bristle::Material& m) {
-  constexpr double strengths[] = {0.05, 0.005, 0.5, 1.0};
-  constexpr double times[] = {1.0, 1e-3, 1e3, 1e-9};
+inline void let_age(Input& input, bristle::Material& m, unsigned way) {
+  constexpr double strengths[] = {0.05, 0.5, 0.005, 1.0, 0.3};
+  constexpr double times[] = {1e-3, 1.0, 1e-9, 1e3, 1e-3};
+  m.ageing_form = way % 2 == 0 ? bristle::AgeingForm::logarithmic : bristle::AgeingForm::saturating;
+  m.ageing_strength = strengths[way % 5];
+  m.ageing_time = times[way % 5];
   const unsigned kind = input.choice(64);
-  m.ageing_form = kind % 2 == 0 ? bristle::AgeingForm::logarithmic : bristle::AgeingForm::saturating;
-  m.ageing_strength = strengths[kind / 2 % 4];
-  m.ageing_time = times[kind / 8 % 4];
   if (kind == 63) m.ageing_strength = input.number(0.1);
   if (kind == 62) m.ageing_time = input.number(1.0);
 }
@@ -70,16 +70,16 @@ inline void let_age(Input& input, bristle::Material& m) {
 inline bristle::Material any_brush(Input& input, Brush brush) {
   using bristle::SnapLength;
   bristle::Material m;
-  const unsigned kind = input.choice(64);
+  const unsigned kind = input.choice(20);
   const SnapLength known[] = {SnapLength::lognormal(1e-5, 0.15), SnapLength::uniform(5e-6, 15e-6),
                               SnapLength::single(1e-5), SnapLength::exponential(1e-5)};
-  m.snap_length = kind == 63 ? any_law(input) : known[kind % 4];
-  m.snap_rule = kind % 8 < 5 ? bristle::SnapRule::redraw : bristle::SnapRule::keep;
-  if (brush == Brush::rubbed || kind >= 32) rub(input, m);
-  if (brush == Brush::aged) let_age(input, m);
-  const unsigned more = input.choice(8);
-  if (more == 6) m.bristle_damping = std::fabs(input.number(0.01));
-  if (more == 7) m.with_speed_strengthening(std::fabs(input.number(0.01)), 1e-6);
+  m.snap_length = input.choice(64) == 63 ? any_law(input) : known[kind % 4];
+  m.snap_rule = kind % 5 < 3 ? bristle::SnapRule::redraw : bristle::SnapRule::keep;
+  if (brush == Brush::rubbed || kind % 3 == 0) rub(input, m, kind / 4);
+  if (brush == Brush::aged) let_age(input, m, kind / 4);
+  const unsigned more = input.choice(64);
+  if (more == 62) m.bristle_damping = std::fabs(input.number(0.01));
+  if (more == 63) m.with_speed_strengthening(std::fabs(input.number(0.01)), 1e-6);
   return m;
 }
 

@@ -113,9 +113,10 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
         continue;
       case 15: {
         bristle::Material other = material;
-        other.bristle_stiffness = 80.0 * (1 + input.choice(3));
-        if (input.flag()) rub(input, other);
-        if (input.flag() && brush == Brush::aged) let_age(input, other);
+        other.bristle_stiffness *= 2.0;
+        const unsigned way = input.choice(5);
+        if (input.flag()) rub(input, other, way);
+        if (input.flag() && brush == Brush::aged) let_age(input, other, way);
         leave_out_known(other, options);
         trace(other, options);
         changed = twins.set_material(other) || changed;
