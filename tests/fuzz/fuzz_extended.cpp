@@ -129,7 +129,6 @@ void extended(Bytes bytes) {
     return;
   }
   const double scale = material.snap_length.mean();
-  bool changed = false;
   for (int k = 0; k < 16 && !input.empty(); ++k) {
     const unsigned kind = input.choice(16);
     if (traces()) std::fprintf(stderr, "kind %u\n", kind);
@@ -170,7 +169,7 @@ void extended(Bytes bytes) {
       if (t == 0) first = response;
       check_alike(first, response);
     }
-    if (trial || changed || has(first.status, bristle::Status::bad_input)) continue;
+    if (trial || options.max_normal_load != 1.0 || has(first.status, bristle::Status::bad_input)) continue;
     if (options.outputs != bristle::Outputs::all || options.fluctuation != 0) continue;
     double work = 0.0, way = 0.0;
     for (int i = 0; i < 3; ++i) work -= first.mean[i] * motion.displacement[i];

@@ -130,7 +130,9 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     const bool trial = input.choice(8) == 7;
     const double before = twins.stored();
     const bristle::Response r = twins.step(dt, motion, trial);
-    const bool balances = !changed && options.outputs == bristle::Outputs::all && options.fluctuation == 0;
+    // (A bristle that stands for very many newtons has no digits for the part of it that a small load is.)
+    const bool balances = !changed && options.max_normal_load == 1.0 &&
+                          options.outputs == bristle::Outputs::all && options.fluctuation == 0;
     if (trial || has(r.status, bristle::Status::bad_input)) continue;
     changed = false;
     if (!balances) continue;
