@@ -169,7 +169,9 @@ void extended(Bytes bytes) {
       if (t == 0) first = response;
       check_alike(first, response);
     }
-    if (trial || options.max_normal_load != 1.0 || has(first.status, bristle::Status::bad_input)) continue;
+    if (trial || options.max_normal_load != 1.0 || !(motion.normal_load > 1e-5) ||
+        has(first.status, bristle::Status::bad_input))
+      continue;
     if (options.outputs != bristle::Outputs::all || options.fluctuation != 0) continue;
     double work = 0.0, way = 0.0;
     for (int i = 0; i < 3; ++i) work -= first.mean[i] * motion.displacement[i];

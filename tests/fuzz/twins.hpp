@@ -131,7 +131,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     const double before = twins.stored();
     const bristle::Response r = twins.step(dt, motion, trial);
     // (A bristle that stands for very many newtons has no digits for the part of it that a small load is.)
-    const bool balances = !changed && options.max_normal_load == 1.0 &&
+    const bool balances = !changed && options.max_normal_load == 1.0 && motion.normal_load > 1e-6 &&
                           options.outputs == bristle::Outputs::all && options.fluctuation == 0;
     if (trial || has(r.status, bristle::Status::bad_input)) continue;
     changed = false;
