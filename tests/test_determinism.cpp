@@ -99,12 +99,13 @@ TEST_CASE("Every instruction set gives the bits of the scalar reference", "[dete
       std::printf("skipped: this machine does not run %s\n", isa.name);
       continue;
     }
+    if (std::string(isa.name) == "scalar") continue;  // the slowest of all, against itself
     INFO("instruction set " << isa.name);
     const Outcome got = run(cases, all, script_steps, BatchOptions{}.with_isa(isa.name));
     check_same(cases, all, expected, got, isa.name);
     ++compared;
   }
-  CHECK(compared >= 1);
+  if (!is_scalar(PatchBatch())) CHECK(compared >= 1);
 }
 
 TEST_CASE("Any number of threads gives the same bits", "[determinism]") {

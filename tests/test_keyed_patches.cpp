@@ -88,11 +88,11 @@ TEST_CASE("The table of keys agrees with std::unordered_map over random insertio
 
 TEST_CASE("A patch that was reset answers to the bit like one newly added with that seed", "[keys]") {
   std::size_t script = 0;
+  PatchBatch fresh_batch, used_batch;  // for all cases: materials are set up once
   for (const PatchCase& c : every_variant(70)) {
     INFO(c.name);
     ++script;
     const std::uint32_t seed = c.options.seed + (script % 3 ? 1000u : 0u);  // a third keep theirs
-    PatchBatch fresh_batch, used_batch;
     const PatchId fresh = fresh_batch.add(c.material, PatchOptions(c.options).with_seed(seed).with_key(77));
     const PatchId used = used_batch.add(c.material, c.options);
     run_script(used_batch, used, script + 5, c.options.axes, 23);
@@ -117,6 +117,8 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
     used_batch.restore_state(saved);
     expect(used_batch.info(used).key == 77, "key restored");
     expect(run_script(used_batch, used, script + 2, c.options.axes, 9) == further, "restored over a reset");
+    fresh_batch.remove(fresh);
+    used_batch.remove(used);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "expect.hpp"
@@ -236,9 +237,9 @@ TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determi
   };
   const Outcome expected = run(BatchOptions{}.with_isa("scalar"));
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
-    if (isa.usable) compare(expected, run(BatchOptions{}.with_isa(isa.name)), isa.name);
-  compare(expected, run(BatchOptions{}.with_eager(true)), "eager");
-  compare(expected, run(BatchOptions{}.with_threads(3)), "3 threads");
+    if (isa.usable && std::string(isa.name) != "scalar")
+      compare(expected, run(BatchOptions{}.with_isa(isa.name)), isa.name);
+  compare(expected, run(BatchOptions{}.with_eager(true).with_threads(3)), "eager, 3 threads");
 }
 
 TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {

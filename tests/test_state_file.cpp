@@ -151,7 +151,9 @@ TEST_CASE("A saved state has the same bytes on every instruction set, lazy or ea
   reference.run(0, 40);
   const std::vector<std::byte> expected = saved_state(reference.batch);
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
-    if (!isa.usable) continue;
+    // The scalar kernels are the slowest: lazy once, where there are no others.
+    if (!isa.usable || (std::string(isa.name) == "scalar" && bristle::instruction_sets().size() > 1))
+      continue;
     Scripted other(bristle::BatchOptions{}.with_isa(isa.name));
     other.run(0, 40);
     INFO(isa.name);
@@ -268,9 +270,11 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
 
   bristle::save_state_file(folder.at("state"), batch);
   std::vector<std::byte> newer = read_bytes(folder.at("state"));
-  newer[8] = std::byte{9};
-  write_bytes(folder.at("newer"), newer);
-  CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
+  for (const int version : {0, 2, 9}) {
+    newer[8] = static_cast<std::byte>(version);
+    write_bytes(folder.at("newer"), newer);
+    CHECK(names(refusal(folder.at("newer")), {"format " + std::to_string(version), "reads format"}));
+  }
   newer[8] = std::byte{1};
   newer[48] = std::byte{9};  // of the state inside
   write_bytes(folder.at("newer"), newer);

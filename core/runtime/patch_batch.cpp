@@ -103,6 +103,7 @@ struct PatchBatch::Impl {
   CommandList commands;
 
   // --- the adding thread's side
+  SteppingSide adding_side;
   struct Record {
     PatchOptions options;
     double full_weight = 0.0;
@@ -583,11 +584,15 @@ PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
 PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
 
 PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
+  const SteppingCall call(impl_->adding_side);
   const FloatModeScope mode;  // the caller's rounding must not reach our bits
   return impl_->add(make_patch(impl_->compiled(material), options, impl_->kernels));
 }
 
-PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) { return batch.impl_->add(made); }
+PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) {
+  const SteppingCall call(batch.impl_->adding_side);
+  return batch.impl_->add(made);
+}
 
 Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
   const SteppingCall call(batch.impl_->stepping_side);
@@ -650,6 +655,7 @@ void fill_batch(PatchBatch& empty, const BatchRecipe& recipe) { BatchAccess::fil
 
 void PatchBatch::remove(PatchId id) {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.adding_side);
   Impl::Record& record = impl.record_of(id);
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::remove;
@@ -661,6 +667,7 @@ void PatchBatch::remove(PatchId id) {
 
 void PatchBatch::set_material(PatchId id, const Material& material) {
   Impl& impl = *impl_;
+  const SteppingCall call(impl.adding_side);
   const Impl::Record& record = impl.record_of(id);
   FloatModeScope mode;
   auto command = std::make_unique<Command>();

@@ -1,4 +1,5 @@
-// The thread rule of the stepping side, checked where asserts are on: one call at a time, readers included.
+// The thread rule, checked where asserts are on: one call at a time on each side of a batch. The stepping
+// side has its readers too; the adding side may be another thread, but one only.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -14,7 +15,8 @@ class SteppingSide {
  public:
   void enter() noexcept {
     const bool another_call_is_under_way = busy_.exchange(true, std::memory_order_acquire);
-    BRISTLE_ASSERT(!another_call_is_under_way);
+    BRISTLE_ASSERT(!another_call_is_under_way &&
+                   "two threads use one batch at once: thread rule, patch_batch.hpp");
   }
   void leave() noexcept { busy_.store(false, std::memory_order_release); }
 

@@ -1,0 +1,129 @@
+// Materials and patches with what came after the paper: rubbing, ageing, strengthening with speed, the
+// infinite brush.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "steps.hpp"
+
+namespace fuzz {
+
+/// With BRISTLE_FUZZ_TRACE set: what a run is made of, for whoever has to understand it.
+inline bool traces() {
+  static const bool on = std::getenv("BRISTLE_FUZZ_TRACE") != nullptr;
+  return on;
+}
+inline void trace(const bristle::Material& m, const bristle::PatchOptions& o) {
+  if (!traces()) return;
+  std::fprintf(
+      stderr,
+      "law %d (%g, %g) rule %d residual %g renewal %g ageing %d %g %g s strengthening %g damping %g\n",
+      static_cast<int>(m.snap_length.law()), m.snap_length.first_parameter(),
+      m.snap_length.second_parameter(), static_cast<int>(m.snap_rule), m.residual_length, m.shared_renewal,
+      static_cast<int>(m.ageing_form), m.ageing_strength, m.ageing_time, m.speed_strengthening,
+      m.bristle_damping);
+  std::fprintf(
+      stderr,
+      "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g cohorts %u "
+      "fluctuation %u\n",
+      static_cast<int>(o.population), o.bristles, o.axes, static_cast<int>(o.outputs),
+      static_cast<int>(o.precision), o.max_normal_load, o.resolution, o.cohorts, o.fluctuation);
+}
+inline void trace(double dt, const bristle::Motion& m, const bristle::Response& r, double stored) {
+  if (!traces()) return;
+  std::fprintf(stderr,
+               "dt %g moved %.17g %.17g load %.17g: status %u elastic %g %g mean %g %g dissipated %g loss %g "
+               "damper %g "
+               "snaps %llu stored %g\n",
+               dt, m.displacement[0], m.displacement[1], m.normal_load, static_cast<unsigned>(r.status),
+               r.elastic[0], r.elastic[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss, r.damper_work,
+               static_cast<unsigned long long>(r.snaps), stored);
+}
+
+enum class Brush { rubbed, aged };
+
+/// One of five ways to be rubbed, or to age: a material takes milliseconds to set up, and a batch knows the
+/// last 64. Seldom any numbers.
+inline void rub(Input& input, bristle::Material& m, unsigned way) {
+  constexpr double residuals[] = {1.0 / 9.0, 0.0, 0.5, 0.0, 1.0 / 9.0};
+  constexpr double renewals[] = {1.0, 0.3, 0.0, 0.0, 8.0};
+  m.residual_length = residuals[way % 5] * m.snap_length.mean();
+  m.shared_renewal = renewals[way % 5];
+  const unsigned kind = input.choice(64);
+  if (kind == 63) m.residual_length = input.number(m.snap_length.mean());
+  if (kind == 62) m.shared_renewal = input.number(1.0);
+}
+
+inline void let_age(Input& input, bristle::Material& m, unsigned way) {
+  constexpr double strengths[] = {0.05, 0.5, 0.005, 1.0, 0.3};
+  constexpr double times[] = {1e-3, 1.0, 1e-9, 1e3, 1e-3};
+  m.ageing_form = way % 2 == 0 ? bristle::AgeingForm::logarithmic : bristle::AgeingForm::saturating;
+  m.ageing_strength = strengths[way % 5];
+  m.ageing_time = times[way % 5];
+  const unsigned kind = input.choice(64);
+  if (kind == 63) m.ageing_strength = input.number(0.1);
+  if (kind == 62) m.ageing_time = input.number(1.0);
+}
+
+/// Throws bristle::Error where it is refused.
+inline bristle::Material any_brush(Input& input, Brush brush) {
+  using bristle::SnapLength;
+  bristle::Material m;
+  const unsigned kind = input.choice(20);
+  const SnapLength known[] = {SnapLength::lognormal(1e-5, 0.15), SnapLength::uniform(5e-6, 15e-6),
+                              SnapLength::single(1e-5), SnapLength::exponential(1e-5)};
+  m.snap_length = input.choice(64) == 63 ? any_law(input) : known[kind % 4];
+  m.snap_rule = kind % 5 < 3 ? bristle::SnapRule::redraw : bristle::SnapRule::keep;
+  if (brush == Brush::rubbed || kind % 3 == 0) rub(input, m, kind / 4);
+  if (brush == Brush::aged) let_age(input, m, kind / 4);
+  const unsigned more = input.choice(64);
+  if (more == 62) m.bristle_damping = std::fabs(input.number(0.01));
+  if (more == 63) m.with_speed_strengthening(std::fabs(input.number(0.01)), 1e-6);
+  return m;
+}
+
+/// Like any_options; `infinite`: mostly the infinite brush.
+inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_bristles, bool infinite) {
+  bristle::PatchOptions o = any_options(input, most_bristles);
+  o.step_rule = bristle::StepRule::exact;
+  if (input.choice(16) == (infinite ? 15u : 0u)) infinite = !infinite;
+  if (!infinite) return o;
+  o.population = bristle::Population::infinite;
+  o.bristles = 0;
+  const unsigned kind = input.choice(16);
+  if (kind % 4 == 1) o.resolution = 2.0;
+  if (kind == 14) o.resolution = input.number(4.0);
+  if (kind == 15) o.cohorts = input.byte();
+  if (kind >= 12) o.fluctuation = 1 + static_cast<std::uint32_t>(input.bits(2));
+  return o;
+}
+
+/// A fault that waits for its mend: an infinite brush carries a slide as it stands after the path that
+/// straight bristles take to forget how they began; bristles bent the other way come by the residual twice
+/// before that. With a residual of more than half a mean length forces after a reversal are wrong, and
+/// energies and snaps may be negative.
+inline void leave_out_known(bristle::Material& m, const bristle::PatchOptions& o) {
+  if (o.population == bristle::Population::infinite)
+    m.residual_length = std::fmin(m.residual_length, 0.12 * m.snap_length.mean());
+}
+
+/// The others are states that are saved and then refused. Bristles that are renewed before they snap are
+/// written down where they are, but their block's place stays: with few of them in contact the patch goes on
+/// so without end. And times of less than 50 ns since a patch that ages came are rounded by more than the
+/// check allows.
+inline void check_known(const bristle::Error& error) {
+  const auto names = [&error](const char* what) { return std::strstr(error.what(), what) != nullptr; };
+  check(names("displacement") || names("deflection") || names("(time)"), error.what());
+}
+
+/// Times from a millionth to a million seconds, and what is none.
+inline double any_span(Input& input) {
+  constexpr double spans[] = {1e-3, 1e-6, 1.0, 1e-4, 1e3, 1e6, 1e-12, 1e14};
+  const unsigned kind = input.choice(16);
+  // No longer than a batch's clock runs: steps of more are taken, but leave a state that is refused when
+  // restored.
+  return kind == 15 ? std::fmin(input.number(1.0), 1e14) : spans[kind % 8];
+}
+
+}  // namespace fuzz

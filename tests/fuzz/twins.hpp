@@ -1,0 +1,155 @@
+// The same patch in several batches that must answer alike: one for each instruction set of this machine, and
+// one that visits every bristle.
+#pragma once
+
+#include <vector>
+
+#include "brushes.hpp"
+
+namespace fuzz {
+
+class Twins {
+ public:
+  Twins() {
+    for (const bristle::IsaInfo& isa : bristle::instruction_sets())
+      if (isa.usable) batches.emplace_back(bristle::BatchOptions{}.with_isa(isa.name));
+    batches.emplace_back(bristle::BatchOptions{}.with_eager(true));
+  }
+
+  /// False: all of them refuse it.
+  bool add(const bristle::Material& material, const bristle::PatchOptions& options) {
+    ids.clear();
+    try {
+      for (bristle::PatchBatch& batch : batches) ids.push_back(batch.add(material, options));
+    } catch (const bristle::Error& error) {
+      check(*error.what() != 0, "a refusal says why");
+      check(ids.empty(), "what one instruction set refuses they all refuse");
+      return false;
+    }
+    return true;
+  }
+
+  void remove() {
+    for (std::size_t b = 0; b < batches.size(); ++b) {
+      batches[b].remove(ids[b]);
+      check(batches[b].patch_count() == 0, "a removed patch is gone");
+    }
+  }
+
+  /// What all of them answer to a step, or to a trial of one.
+  bristle::Response step(double dt, const bristle::Motion& motion, bool trial) {
+    bristle::Response first;
+    for (std::size_t b = 0; b < batches.size(); ++b) {
+      bristle::Motion own = motion;
+      own.id = ids[b];
+      bristle::Response response;
+      if (trial)
+        response = batches[b].find_force(dt, own);
+      else
+        batches[b].step(dt, {&own, 1}, {&response, 1});
+      if (b == 0) trace(dt, motion, response, stored());
+      check_finite(response);
+      response.id = ids[0];
+      if (b == 0) first = response;
+      check_same(first, response, "instruction sets answer alike");
+    }
+    return first;
+  }
+
+  /// Each keeps its own; false: all refuse it.
+  bool set_material(const bristle::Material& material) {
+    std::size_t done = 0;
+    try {
+      for (std::size_t b = 0; b < batches.size(); ++b, ++done) batches[b].set_material(ids[b], material);
+    } catch (const bristle::Error&) {
+      check(done == 0, "a material that one refuses they all refuse");
+    }
+    return done > 0;
+  }
+
+  /// Saved by one and restored by the next, all around: the bytes are the same everywhere.
+  void hand_on() {
+    std::vector<std::vector<std::byte>> states;
+    for (const bristle::PatchBatch& batch : batches) states.push_back(saved_state(batch));
+    for (std::size_t b = 0; b < batches.size(); ++b) {
+      const std::uint64_t before = batches[b].state_hash(ids[b]);
+      // Ids are the same in all: each patch is the first of its batch, as often removed.
+      try {
+        batches[b].restore_state(states[(b + 1) % batches.size()]);
+      } catch (const bristle::Error& error) {
+        check_known(error);
+        return;
+      }
+      check(batches[b].state_hash(ids[b]) == before, "a state restored is the same");
+    }
+  }
+
+  void check_alike() const {
+    const std::uint64_t hash = batches[0].state_hash(ids[0]);
+    for (std::size_t b = 0; b < batches.size(); ++b)
+      check(batches[b].state_hash(ids[b]) == hash, "instruction sets end in the same state");
+  }
+
+  double stored() const { return batches[0].stored_energy(ids[0]); }
+
+ private:
+  std::vector<bristle::PatchBatch> batches;
+  std::vector<bristle::PatchId> ids;
+};
+
+/// A patch of this material and these options, led by the rest of the input. Where a step gives work and
+/// energies, they balance: what went in is stored or lost.
+inline void walk(Twins& twins, Input& input, const bristle::Material& material,
+                 const bristle::PatchOptions& options, Brush brush) {
+  trace(material, options);
+  if (!twins.add(material, options)) return;
+  bool changed = false;  // by a live change of material, whose losses the next step reports
+  const double scale = material.snap_length.mean();
+  for (int k = 0; k < 24 && !input.empty(); ++k) {
+    switch (input.choice(16)) {
+      case 14:
+        if (traces()) std::fprintf(stderr, "saved and restored\n");
+        twins.hand_on();
+        continue;
+      case 15: {
+        bristle::Material other = material;
+        other.bristle_stiffness *= 2.0;
+        const unsigned way = input.choice(5);
+        if (input.flag()) rub(input, other, way);
+        if (input.flag() && brush == Brush::aged) let_age(input, other, way);
+        leave_out_known(other, options);
+        trace(other, options);
+        changed = twins.set_material(other) || changed;
+        continue;
+      }
+      default:
+        break;
+    }
+    const bristle::Motion motion = any_motion(input, {}, options.axes, scale);
+    const double dt = brush == Brush::aged ? any_span(input) : 1e-3;
+    const bool trial = input.choice(8) == 7;
+    const double before = twins.stored();
+    const bristle::Response r = twins.step(dt, motion, trial);
+    // (A bristle that stands for very many newtons has no digits for the part of it that a small load is.)
+    const bool balances = !changed && options.max_normal_load == 1.0 && motion.normal_load > 1e-6 &&
+                          options.outputs == bristle::Outputs::all && options.fluctuation == 0;
+    if (trial || has(r.status, bristle::Status::bad_input)) continue;
+    changed = false;
+    if (!balances) continue;
+    double work = 0.0, way = 0.0;
+    for (int axis = 0; axis < 2; ++axis) {
+      work -= r.mean[axis] * motion.displacement[axis];
+      way += std::fabs(motion.displacement[axis]);
+    }
+    if (way > 1e3 * scale) continue;  // sums lose what such a step stores against what it loses
+    const double after = twins.stored();
+    const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
+    const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +
+                        std::fabs(r.damper_work);
+    check(std::fabs(off) <= 1e-3 * size + 1e-25, "work is stored or lost");
+  }
+  twins.check_alike();
+  twins.remove();
+}
+
+}  // namespace fuzz

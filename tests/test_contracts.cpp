@@ -1,0 +1,226 @@
+// What a program may do beside stepping: fork, unload the library that holds the batch, ask for more threads
+// than there are cores, add and remove for ever; and what it may not: step one batch from two threads.
+#include <catch2/catch.hpp>
+
+#include <dlfcn.h>
+#include <malloc.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+/// A patch large enough that a step of it is shared among threads.
+struct Shared {
+  PatchBatch batch;
+  Motion motion;
+  Response response;
+
+  explicit Shared(int threads, std::uint32_t bristles = 400000)
+      : batch(BatchOptions{}.with_threads(threads)) {
+    motion.id = batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
+                          plain_options(bristles));
+    motion.normal_load = bristles;
+    motion.displacement[0] = 0.7 * dbar;
+  }
+  std::uint64_t step(int times) {
+    for (int k = 0; k < times; ++k) batch.step(tick, {&motion, 1}, {&response, 1});
+    return batch.state_hash();
+  }
+};
+
+/// What `act` returns in a child process: 0 to 100; more if the child hangs or dies.
+template <class Act>
+int in_child(Act act) {
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    signal(SIGALRM, SIG_DFL);
+    signal(SIGSEGV, SIG_DFL);
+    signal(SIGABRT, SIG_DFL);
+    alarm(60);
+    _exit(act());
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+std::size_t bytes_in_use() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+}  // namespace
+
+TEST_CASE("A batch of one thread goes on with the same bits in a forked process and in its parent",
+          "[contracts][threads]") {
+  Shared parent(1, 20000);
+  Shared alone(1, 20000);
+  parent.step(3);
+  const std::uint64_t expected = alone.step(6);
+  CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
+  CHECK(parent.step(3) == expected);
+}
+
+TEST_CASE("A forked process makes batches of its own, whatever its parent has", "[contracts][threads]") {
+  Shared parent(3);
+  parent.step(2);
+  const std::uint64_t expected = Shared(1).step(3);
+  CHECK(in_child([&] { return Shared(3).step(3) == expected ? 0 : 1; }) == 0);
+  CHECK(parent.step(1) == expected);
+}
+
+TEST_CASE("A forked process steps its parent's batch of several threads with the same bits",
+          "[contracts][threads]") {
+  Shared parent(3);
+  parent.step(2);
+  const std::uint64_t expected = Shared(1).step(5);
+  CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
+  CHECK(parent.step(3) == expected);
+}
+
+TEST_CASE("Batches of more threads than there are cores give the bits of one thread",
+          "[contracts][threads]") {
+  const std::uint64_t expected = Shared(1).step(3);
+  for (const int threads : {33, 200}) {
+    INFO(threads << " threads");
+    CHECK(Shared(threads).step(3) == expected);
+  }
+  CHECK_THROWS_AS(Shared(1025), bristle::Error);
+}
+
+TEST_CASE("A million patches added and removed leave no memory and no id behind", "[contracts][batch]") {
+  PatchBatch batch;
+  const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
+  const PatchOptions options = plain_options(1);
+  std::vector<PatchId> ids(8);
+  const auto add_and_remove = [&](int rounds) {
+    for (int k = 0; k < rounds; ++k) {
+      for (PatchId& id : ids) id = batch.add(material, options);
+      if (k % 16 == 0) batch.patch_count();  // the stepping thread takes what is there, at its own pace
+      for (const PatchId id : ids) batch.remove(id);
+    }
+  };
+  add_and_remove(1000);
+  batch.patch_count();
+  const PatchId before = batch.add(material, options);
+  batch.remove(before);
+  const std::size_t start = bytes_in_use();
+  const int rounds = static_cast<int>(test_size(125000));
+  add_and_remove(rounds);
+  CHECK(batch.patch_count() == 0);
+  // What was handed over last is freed when the next change comes: a few commands, patches and slots.
+  CHECK(bytes_in_use() < start + 500000);
+  // Every id was new: slots are used again, under another generation.
+  const PatchId after = batch.add(material, options);
+  CHECK(static_cast<std::uint32_t>(after.value) < 200);
+  CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
+  CHECK(batch.info(before).bristles == 0);
+  batch.remove(after);
+}
+
+// The module is this library once more, in a shared object (contracts_module.cpp).
+TEST_CASE("The library can be unloaded and loaded again, with and without threads", "[contracts][threads]") {
+  std::uint64_t first = 0;
+  std::size_t bytes = 0;
+  for (int k = 0; k < 12; ++k) {
+    void* const module = dlopen(BRISTLE_CONTRACTS_MODULE, RTLD_NOW | RTLD_LOCAL);
+    INFO((module == nullptr ? dlerror() : ""));
+    REQUIRE(module != nullptr);
+    using Exercise = std::uint64_t (*)(int);
+    const auto exercise = reinterpret_cast<Exercise>(dlsym(module, "bristle_contracts_exercise"));
+    REQUIRE(exercise != nullptr);
+    const std::uint64_t hash = exercise(1);
+    CHECK(exercise(2) == hash);
+    if (k == 0) first = hash;
+    CHECK(hash == first);
+    CHECK(dlclose(module) == 0);
+    if (k == 3) bytes = bytes_in_use();
+  }
+  CHECK(bytes_in_use() < bytes + 200000);
+}
+
+#if BRISTLE_ASSERTS
+
+namespace {
+
+/// What a child prints on stderr before it aborts; empty if it does not.
+template <class Act>
+std::string text_of_abort(Act act) {
+  int ends[2];
+  REQUIRE(pipe(ends) == 0);
+  const int end = in_child([&] {
+    dup2(ends[1], 2);
+    act();
+    return 0;
+  });
+  close(ends[1]);
+  std::string text(4096, '\0');
+  const ssize_t size = read(ends[0], text.data(), text.size());
+  close(ends[0]);
+  text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  return end == 128 + SIGABRT ? text : std::string();
+}
+
+}  // namespace
+
+TEST_CASE("Two threads that step one batch at once end the program with the rule that they break",
+          "[contracts][asserts]") {
+  const std::string text = text_of_abort([] {
+    Shared scene(1, 2000);
+    std::thread other([&] {
+      Motion motion = scene.motion;
+      Response response;
+      for (;;) scene.batch.step(tick, {&motion, 1}, {&response, 1});
+    });
+    scene.step(1000000);
+    other.join();
+  });
+  CHECK(text.find("thread rule") != std::string::npos);
+}
+
+TEST_CASE("Two threads that add to one batch at once end the program with the rule that they break",
+          "[contracts][asserts]") {
+  const std::string text = text_of_abort([] {
+    PatchBatch batch;
+    const Material material = plain_material(SnapLength::single(dbar), SnapRule::keep);
+    const auto add = [&] {
+      for (int k = 0; k < 1000000; ++k) batch.remove(batch.add(material, plain_options(300)));
+    };
+    std::thread other(add);
+    add();
+    other.join();
+  });
+  CHECK(text.find("thread rule") != std::string::npos);
+}
+
+TEST_CASE("One thread that steps and one that adds and removes are as the rule allows",
+          "[contracts][asserts]") {
+  CHECK(in_child([] {
+          Shared scene(1, 2000);
+          std::atomic<bool> ends{false};
+          std::thread other([&] {
+            while (!ends)
+              scene.batch.remove(scene.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep),
+                                                 plain_options(300)));
+          });
+          scene.step(300);
+          ends = true;
+          other.join();
+          return 0;
+        }) == 0);
+}
+
+#endif
