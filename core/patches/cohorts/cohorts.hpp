@@ -7,6 +7,7 @@
 
 #include "core/cohort_table.hpp"
 #include "core/materials/survival_table.hpp"
+#include "core/patches/cohorts/glide.hpp"
 #include "core/patches/columns.hpp"
 #include "core/patches/contact_model.hpp"
 
@@ -40,6 +41,11 @@ struct Cohorts : PatchRecord, CohortState {
   const CohortNoise* noise = nullptr;
   std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
   double follow = 0.0;               ///< scaled path after which a slide is carried as it stands
+  Glide glide;                       ///< and the course of the path behind the patch
+  bool glides = false;               ///< whether it may glide: it neither ages nor fluctuates
+  double memory = 0.0;     ///< path along which a bristle remembers how it went, of the force: a scaled length
+  double long_step = 0.0;  ///< a step that is longer leaves nothing of the turn before it
+  double chord_share = 0.0;          ///< find_arc
   double snap_rest = 0.0;            ///< bristles that snapped and are not reported yet: less than one
   std::uint32_t pieces = 0;          ///< resolution, rounded up: what PatchInfo::bristles says
   std::uint32_t detail = 0;          ///< of these in use
