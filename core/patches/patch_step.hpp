@@ -73,6 +73,10 @@ void write_response(Patch& patch, const PatchStep& step, const StepSums& sums, R
 
 /// A step from its motion to its response, on one thread. Returns the bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
+/// The same under the load that the patch has, where a look at its bristles is enough: it sticks or glides.
+/// For patches of two axes with the end force alone and without damping. Returns false if it is not so:
+/// nothing has changed. Writes the elastic force.
+bool step_lightly(Patch& patch, const double (&displacement)[2], double (&elastic)[2]) noexcept;
 /// The same without a change of state, under the present load. `contact_loss` goes into the response.
 void find_response(Patch& patch, const Motion& motion, double dt_s, double contact_loss,
                    Response& out) noexcept;

@@ -9,9 +9,9 @@ namespace bristle::detail {
 struct Cohorts;
 struct CohortState;
 struct Patch;
-struct PatchStep;
 struct StepSums;
 struct Advance;
+enum class LightStep;
 
 /// What a patch knows of the path behind it. Lengths are scaled.
 struct Course {
@@ -29,18 +29,22 @@ struct Glide : Course {
   std::uint32_t on = 0;
   double from[2] = {0.0, 0.0};  ///< tangent of the path when it began
   double from_curve = 0.0;
-  // Of the rows as they stand, by mass: mean deflection along and across `from`; mean square along it, less
-  // l_r squared; mean |z|^2, and how it changes with the curvature (first and second order).
+  // Means of the rows as they stand: deflection along and across `from`; the square of that along, less l_r
+  // squared; how the mean of |z|^2 changes with the curvature (first and second order).
   double along = 0.0, across = 0.0, square = 0.0;
-  double squares[3] = {0.0, 0.0, 0.0};
+  double chord_share = 0.0;  ///< Cohorts::chord_share over the length of the mean deflection
+  double squares[2] = {0.0, 0.0};
 };
 
-/// Goes on with a course by a step; false = the path turned too much, and `c` means nothing.
-bool go_on(const Cohorts& r, const Advance& a, Course& c) noexcept;
-Course begin_course(const Advance& a) noexcept;
+/// Goes on with a course by a step; false = the path turned too much, and nothing has changed.
+bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
+Course begin_course(const double (&direction)[2], double length) noexcept;
 
 /// Takes a step if the patch glides; false = it does not, and nothing has changed.
-bool try_glide(Patch& p, const PatchStep& step, StepSums& sums) noexcept;
+bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
+/// ContactModel::step_lightly: goes on with a glide, or finds that nothing snaps.
+LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&direction)[2],
+                               double length, double (&end)[2]) noexcept;
 /// Numbers of a glide that follow from its rows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
 /// The shared part's sum of a patch that glides.

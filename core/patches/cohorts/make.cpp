@@ -105,7 +105,8 @@ constexpr ContactModel cohorts_model = {"cohorts",
                                         &saved_cohorts_size,
                                         &save_cohorts,
                                         &find_cohort_fault,
-                                        &restore_cohorts};
+                                        &restore_cohorts,
+                                        &step_cohorts_lightly};
 
 void check(const Material& material, const PatchOptions& options) {
   if (material.snap_rule != SnapRule::redraw)
@@ -191,6 +192,9 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
   made.memory = square / kinetic;
+  made.node_distance = made.memory / 8.0;
+  made.per_lag = 1.0 / (0.45 * made.memory);
+  made.highest_curve = 1.0 / (16.0 * made.memory);
   made.chord_share = (1.0 + made.law.residual * made.law.snap_rate * (1.0 + made.law.renewal)) / 12.0;
   made.long_step = find_long_step(kinetic, square, 1.0 / 12.0);
   set_pieces(made, made.pieces);

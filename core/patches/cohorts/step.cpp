@@ -9,11 +9,10 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double farthest_base = 16.0;    // scaled: from the base, before it follows the patch
-constexpr double straight = 0x1p-12;      // sine of the angle within which a slide counts as straight
-constexpr double longest_step = 1e16;     // s: no clock runs farther
-constexpr double same_speed = 0x1p-8;     // share by which the speed of a slide may differ, with ageing
-constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
+constexpr double farthest_base = 16.0;  // scaled: from the base, before it follows the patch
+constexpr double straight = 0x1p-12;    // sine of the angle within which a slide counts as straight
+constexpr double longest_step = 1e16;   // s: no clock runs farther
+constexpr double same_speed = 0x1p-8;   // share by which the speed of a slide may differ, with ageing
 
 std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
@@ -66,10 +65,10 @@ struct Slide {
 /// The same of a patch that may glide, along a path that may turn.
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
-  const bool goes_on =
-      p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 && go_on(r, a, slide.course);
+  const bool goes_on = p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 &&
+                       go_on(r, a.direction, a.length, slide.course);
   slide.run = goes_on ? r.run : 0.0;
-  if (!goes_on) slide.course = begin_course(a);
+  if (!goes_on) slide.course = begin_course(a.direction, a.length);
 }
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
@@ -242,7 +241,8 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
   if (r.glide.on != 0) {
     write_glide(p, state, rows);
-    for (int axis = 0; axis < p.axes; ++axis) held.sum[axis] = deflections_at(state, place(p, state, axis), axis);
+    for (int axis = 0; axis < p.axes; ++axis)
+      held.sum[axis] = deflections_at(state, place(p, state, axis), axis);
   }
   advance(held, step, state, rows, r.ageing != nullptr ? births : nullptr, sums);
 }
@@ -253,7 +253,7 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0)  // out of contact: nothing slides, as within a bound that has no end
     hold(p, step.advance, sums);
-  else if (try_glide(p, step, sums))
+  else if (try_glide(p, step.advance, sums))
     return;
   else if (step.advance.commit != 0) {
     end_glide(p);
