@@ -79,7 +79,9 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
-  const double followed = std::min(a.length, std::max(r.follow - slide.run, 0.0) * slide.growth);
+  // What glides from here on goes by the length of its last chord: all of it that bristles remember is taken.
+  const double least = r.glides ? r.long_step : 0.0;
+  const double followed = std::min(a.length, std::max(r.follow - slide.run, least) * slide.growth);
   slide.carried = a.length - followed;
   slide.move.length = followed;
   for (int axis = 0; axis < 2; ++axis) {
