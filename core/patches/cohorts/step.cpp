@@ -71,6 +71,12 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) slide.course = begin_course(a.direction, a.length);
 }
 
+/// Whether a step of a patch that may glide goes elsewhere than the one before.
+bool turns(const Cohorts& r, const Advance& a) noexcept {
+  const double(&before)[2] = r.glide.direction;
+  return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
+}
+
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
   // What fluctuates never repeats itself: it takes its pieces for ever.
@@ -79,9 +85,11 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
-  // What glides from here on goes by the length of its last chord: all of it that bristles remember is taken.
-  const double least = r.glides ? r.long_step : 0.0;
-  const double followed = std::min(a.length, std::max(r.follow - slide.run, least) * slide.growth);
+  double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
+  // What glides from here on goes by the length of its last chord: where the path turns, all of it that
+  // bristles remember is taken.
+  if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
+  followed = std::min(a.length, followed);
   slide.carried = a.length - followed;
   slide.move.length = followed;
   for (int axis = 0; axis < 2; ++axis) {
