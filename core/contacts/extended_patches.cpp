@@ -127,11 +127,10 @@ Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
 }
 
 /// Position of a cell in the axes of the surface.
-void place(const PatchCell& cell, const Turn& turn, double size, double (&at)[2]) noexcept {
-  turn.apply(cell.position, at);
-  at[0] *= size;
-  at[1] *= size;
+void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2]) noexcept {
+  turned_and_grown.apply(cell.position, at);
 }
+Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
 /// Velocity or displacement of the surface of a body at `at`, of its centre and its spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
@@ -150,13 +149,14 @@ Course course_of(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept 
 void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, const Course& course,
                         Span<Motion> cells) noexcept {
   const bool good = is_good_spin(motion.displacement[2]);
+  const Turn midway = grown(course.midway, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     Motion& cell = cells[k];
     cell = Motion{};
     cell.id = p.patches[k];
     cell.normal_load = p.cells[k].weight * motion.normal_load;
     double at[2];
-    place(p.cells[k], course.midway, course.size, at);
+    place(p.cells[k], midway, at);
     move_point(motion.displacement, course.chord, at, cell.displacement);
     if (!good) cell.displacement[0] = not_given;
     cell.has_velocity = motion.has_velocity;
@@ -189,12 +189,13 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   sum.id = id;
   common = Stiffnesses{};
   Slopes damping;
+  const Turn turned_midway = grown(course.midway, course.size), turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     const Response& cell = cells[k];
     const double(&at)[2] = p.cells[k].position;
     double midway[2], after[2];
-    place(p.cells[k], course.midway, course.size, midway);
-    place(p.cells[k], course.after, course.size, after);
+    place(p.cells[k], turned_midway, midway);
+    place(p.cells[k], turned, after);
     add_wrench(cell.end, after, sum.end);
     add_wrench(cell.elastic, after, sum.elastic);
     add_wrench(cell.damper, after, sum.damper);
@@ -228,9 +229,10 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const Course& course, const Force* elastic,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
+  const Turn turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     double after[2];
-    place(p.cells[k], course.after, course.size, after);
+    place(p.cells[k], turned, after);
     add_wrench(elastic[k].newtons, after, sum);
   }
   out.id = id;
@@ -363,10 +365,11 @@ struct ExtendedPatches::Impl {
   /// True if those were all. Otherwise the batch has to step the others.
   bool step_lightly(ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
     const Course course = course_of(p, motion);
+    const Turn midway = grown(course.midway, course.size);
     bool all = true;
     for (std::size_t k = 0; k < p.cells.size(); ++k) {
       double at[2], displacement[2];
-      place(p.cells[k], course.midway, course.size, at);
+      place(p.cells[k], midway, at);
       move_point(motion.displacement, course.chord, at, displacement);
       Patch& cell = *p.slots[k];
       const bool is_there = cell.generation == generation_of(p.patches[k]);
@@ -376,14 +379,21 @@ struct ExtendedPatches::Impl {
     return all;
   }
 
+  bool find_slots(ExtendedPatch& p) noexcept {
+    for (std::size_t k = p.cells.size(); k-- > 0;) {
+      p.slots[k] = BatchAccess::find(*batch, p.patches[k]);
+      if (p.slots[k] == nullptr) return false;
+    }
+    return true;
+  }
+
   /// Whether a step is one of those whose answer is the sum of elastic forces, with stiffness and limits as
   /// they were.
   bool is_light(ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
     if (!p.common.known || !p.light_material || motion.has_velocity != 0) return false;
     if (motion.normal_load != p.normal_load || !is_good_spin(motion.displacement[2])) return false;
-    if (p.slots[0] == nullptr)
-      for (std::size_t k = 0; k < p.cells.size(); ++k) p.slots[k] = BatchAccess::find(*batch, p.patches[k]);
-    return std::find(p.slots.begin(), p.slots.end(), nullptr) == p.slots.end();
+    if (p.slots[0] == nullptr && !find_slots(p)) return false;
+    return can_step_lightly(*p.slots[0]);  // all cells have one material and the same options
   }
 
   /// Hands the motions of those cells that were not stepped yet to the batch.
@@ -590,8 +600,9 @@ std::size_t ExtendedPatches::read_cells(PatchId id, double spin, double normal_l
   const FloatModeScope mode;
   const Course course = course_of(*p, spin, normal_load_n);
   const std::size_t count = std::min(out.size(), p->cells.size());
+  const Turn turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < count; ++k) {
-    place(p->cells[k], course.after, course.size, out[k].position);
+    place(p->cells[k], turned, out[k].position);
     out[k].weight = p->cells[k].weight;
   }
   return count;

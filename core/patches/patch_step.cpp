@@ -217,9 +217,12 @@ std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& 
   return sums.visited;
 }
 
+bool can_step_lightly(const Patch& p) noexcept {
+  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0 && p.axes == 2 &&
+         p.outputs == Outputs::end;
+}
+
 bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2]) noexcept {
-  if (!p.skips || p.ages || p.damps || p.literal || p.rest_damping != 0.0) return false;
-  if (p.axes != 2 || p.outputs != Outputs::end) return false;
   // Numbers as find_way, find_direction, holds_still and hold find them.
   std::int64_t fixed[2], to[2];
   for (int axis = 0; axis < 2; ++axis) {
