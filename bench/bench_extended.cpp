@@ -40,14 +40,14 @@ constexpr double load_n = 900.0;
 /// A disc of brush cells with the law lognormal 0.3.
 class BrushDisc {
  public:
-  BrushDisc(int rings, Population population, std::uint32_t bristles, double resolution)
+  BrushDisc(int rings, int around, Population population, std::uint32_t bristles, double resolution)
       : batch_(BatchOptions{}.with_threads(1)), patches_(batch_) {
     const PatchOptions options = plain_options(bristles, 2, Precision::single, Outputs::end)
                                      .with_max_normal_load(load_n)
                                      .with_population(population)
                                      .with_resolution(resolution);
     motion_.id = patches_.add(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), options,
-                              Outline::disc(radius, bristle::Pressure::uniform, rings));
+                              Outline::disc(radius, bristle::Pressure::uniform, rings, around));
     motion_.normal_load = load_n;
     batch_.warm_up();
   }
@@ -129,17 +129,18 @@ double limit_error(const Make& make) {
 
 struct Ours {
   const char* name;
-  int rings;
+  int rings, around;  ///< 0 around: three times the rings
   Population population;
   std::uint32_t bristles;  ///< of representatives, in the whole disc
   double resolution;       ///< of the infinite brush
 };
-constexpr Ours ours[] = {{"infinite_3_rings", 3, Population::infinite, 900, 2.0},
-                         {"infinite_4_rings", 4, Population::infinite, 900, 4.0},
-                         {"infinite_6_rings", 6, Population::infinite, 900, 4.0},
-                         {"infinite_8_rings", 8, Population::infinite, 900, 8.0},
-                         {"900_bristles_4_rings", 4, Population::representatives, 900, 0.0},
-                         {"14400_bristles_6_rings", 6, Population::representatives, 14400, 0.0}};
+constexpr Ours ours[] = {{"infinite_3_rings", 3, 0, Population::infinite, 900, 2.0},
+                         {"infinite_4_rings", 4, 0, Population::infinite, 900, 4.0},
+                         {"infinite_6_rings_of_13", 6, 13, Population::infinite, 900, 4.0},
+                         {"infinite_6_rings", 6, 0, Population::infinite, 900, 4.0},
+                         {"infinite_8_rings", 8, 0, Population::infinite, 900, 8.0},
+                         {"900_bristles_4_rings", 4, 0, Population::representatives, 900, 0.0},
+                         {"14400_bristles_6_rings", 6, 0, Population::representatives, 14400, 0.0}};
 struct Theirs {
   const char* name;
   int across;
@@ -197,7 +198,7 @@ double median(std::vector<double> values) {
 }
 
 std::unique_ptr<BrushDisc> make_ours(const Ours& o) {
-  return std::make_unique<BrushDisc>(o.rings, o.population, o.bristles, o.resolution);
+  return std::make_unique<BrushDisc>(o.rings, o.around, o.population, o.bristles, o.resolution);
 }
 std::unique_ptr<LuGreDisc> make_theirs(const Theirs& t) {
   return std::make_unique<LuGreDisc>(t.across, t.rule);

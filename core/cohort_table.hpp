@@ -128,6 +128,9 @@ struct CohortKernels {
   /// Advances a patch along a move, cut in pieces; index: axes - 1, and 2 more for laws with residual or
   /// renewal, 4 more for laws that age. Changes rows, births and state but for base, direction and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
+  /// How far all cohorts are from being bent farther than ever at a place, scaled; below 0 = one is. Without
+  /// ageing.
+  double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the cheapest pairs, so that at least one more cohort has room. Returns twice the energy lost.
   /// Index: 1 for laws that age.
   double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],

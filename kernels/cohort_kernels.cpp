@@ -15,6 +15,7 @@ const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA) = {
     {&move_cohorts<VectorEngine, 1, false, false>, &move_cohorts<VectorEngine, 2, false, false>,
      &move_cohorts<VectorEngine, 1, true, false>, &move_cohorts<VectorEngine, 2, true, false>,
      &move_cohorts<VectorEngine, 1, true, true>, &move_cohorts<VectorEngine, 2, true, true>},
+    &find_slack_at<VectorEngine>,
     {&make_room<VectorEngine, false>, &make_room<VectorEngine, true>},
     &mass_above,
     {&enter<false>, &enter<true>},

@@ -614,6 +614,11 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
   }
 }
 
+template <class Engine>
+double find_slack_at(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2]) {
+  return Engine::template find_slack<2, false>(law, s, rows, at, CohortTimes{});
+}
+
 /// Bristles come into contact straight, at `at`, with the ranks [low, high): they join those that came last,
 /// or are a cohort of their own, for which there is room. Returns twice the energy lost.
 template <bool ages>

@@ -268,6 +268,7 @@ const CohortKernels cohort_kernels_scalar = {
     {&move_cohorts<Reference, 1, false, false>, &move_cohorts<Reference, 2, false, false>,
      &move_cohorts<Reference, 1, true, false>, &move_cohorts<Reference, 2, true, false>,
      &move_cohorts<Reference, 1, true, true>, &move_cohorts<Reference, 2, true, true>},
+    &find_slack_at<Reference>,
     {&make_room<Reference, false>, &make_room<Reference, true>},
     &mass_above,
     {&enter<false>, &enter<true>},

@@ -772,3 +772,49 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   CHECK(pads.state_hash(keyed.find(12)) == fresh.state_hash(added));
   CHECK(pads.patch_count() == 3);
 }
+
+TEST_CASE("Cells that need no look at their bristles are stepped with the bits of the batch", "[extended]") {
+  // One outline is stepped as a whole, the other cell by cell through the batch: glides, holds, tremor in any
+  // direction, loads, a turn back.
+  for (const double renewal : {0.0, 1.0}) {
+    Material material = plain_material(smooth, SnapRule::redraw);
+    material.shared_renewal = renewal;
+    const PatchOptions options = infinite_options(4.0).with_outputs(Outputs::end);
+    PatchBatch light_batch, batch;
+    ExtendedPatches light(light_batch), asked(batch);
+    const Outline outline = Outline::disc(150.0 * dbar, Pressure::hertz, 3);
+    const PatchId a = light.add(material, options, outline), b = asked.add(material, options, outline);
+    REQUIRE(a.value == b.value);
+    std::vector<Motion> motions(outline.cells.size());
+    std::vector<Response> answers(outline.cells.size());
+    std::uint64_t visited = 0;
+    int unseen = 0;
+    for (int i = 0; i < 420; ++i) {
+      ExtendedMotion motion;
+      motion.id = a;
+      motion.normal_load = i < 300 ? load_n : 0.5 * load_n;
+      const bool tremor = i >= 120 && i < 300;
+      const double way = tremor ? (i % 2 == 0 ? 0.02 : -0.02) * dbar : i < 360 ? 0.4 * dbar : -0.4 * dbar;
+      motion.displacement[0] = way * (tremor ? std::cos(0.1 * i) : 0.8);
+      motion.displacement[1] = way * (tremor ? std::sin(0.1 * i) : 0.3);
+      motion.displacement[2] = tremor ? 0.3 * way / (150.0 * dbar) : 0.5 * way / (150.0 * dbar);
+      ExtendedResponse x, y;
+      visited = light.step(tick, {&motion, 1}, {&x, 1}).bristles_visited;
+      unseen += visited == 0;
+      REQUIRE(asked.write_motions({&motion, 1}, {motions.data(), motions.size()}) == motions.size());
+      batch.step(tick, {motions.data(), motions.size()}, {answers.data(), answers.size()});
+      asked.read_responses({&motion, 1}, {answers.data(), answers.size()}, {&y, 1});
+      INFO("step " << i);
+      for (int k = 0; k < 3; ++k) {
+        expect(x.end[k] == y.end[k] && x.elastic[k] == y.elastic[k] && x.damper[k] == y.damper[k], "force");
+        for (int l = 0; l < 3; ++l)
+          expect(x.stiffness[k][l] == y.stiffness[k][l] && x.damping[k][l] == y.damping[k][l], "tangent");
+      }
+      expect(x.force_limit == y.force_limit && x.torque_limit == y.torque_limit && x.status == y.status,
+             "limits and status");
+      if (i % 20 == 0) expect(light.state_hash() == asked.state_hash(), "state");
+    }
+    CHECK(light.state_hash() == asked.state_hash());
+    CHECK(unseen > 100);
+  }
+}

@@ -12,7 +12,9 @@
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/turn.hpp"
+#include "core/patches/patch_step.hpp"
 #include "core/patches/saved_state.hpp"
+#include "core/runtime/batch_access.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/patch_pool.hpp"
 
@@ -31,10 +33,47 @@ struct Pose {
   double scale = 1.0;  ///< as set_scale set it
 };
 
+/// Sum of k J^T J over the cells, each slipping by J (v, omega) = v + omega x at: in the outline's axes and
+/// at its full size, so that it turns and grows with the outline as one.
+struct Slopes {
+  double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
+
+  void add(double k, const double (&at)[2]) noexcept {
+    all += k;
+    x += k * at[0];
+    y += k * at[1];
+    square += k * (at[0] * at[0] + at[1] * at[1]);
+  }
+  void write(const Turn& turn, double size, double (&sum)[3][3]) const noexcept {
+    const double first[2] = {x * size, y * size};
+    double turned[2];
+    turn.apply(first, turned);
+    sum[0][0] = sum[1][1] = all;
+    sum[0][1] = sum[1][0] = 0.0;
+    sum[0][2] = sum[2][0] = 0.0 - turned[1];
+    sum[1][2] = sum[2][1] = turned[0];
+    sum[2][2] = square * (size * size);
+  }
+};
+
+struct Force {
+  double newtons[2];
+};
+
+/// What the answers of the cells have in common while load and material stay.
+struct Stiffnesses {
+  bool known = false;
+  Slopes stiffness;
+  double force_limit = 0.0;
+  double arm = 0.0;  ///< sum of force limit x distance from the centre, at full size
+  Status status = Status::ok;
+};
+
 struct ExtendedPatch {
   std::uint32_t generation = 0;  ///< 0: the slot is free
   std::vector<PatchCell> cells;  ///< in the outline's axes
   std::vector<PatchId> patches;  ///< of the cells
+  std::vector<Patch*> slots;     ///< in which they are; null = not looked up yet
   double full_size_load = 0.0;
   double normal_load = 0.0;
   double max_normal_load = 0.0;
@@ -42,6 +81,9 @@ struct ExtendedPatch {
   std::uint64_t key = 0, last_step = 0;
   Outputs outputs = Outputs::end;
   Pose pose;
+  Stiffnesses common;           ///< a cache
+  bool light_material = false;  ///< nothing damps or ages, and the end force is all that is asked for
+  bool light = false;           ///< so is the step that is under way (Impl::is_light)
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
@@ -85,11 +127,10 @@ Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
 }
 
 /// Position of a cell in the axes of the surface.
-void place(const PatchCell& cell, const Turn& turn, double size, double (&at)[2]) noexcept {
-  turn.apply(cell.position, at);
-  at[0] *= size;
-  at[1] *= size;
+void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2]) noexcept {
+  turned_and_grown.apply(cell.position, at);
 }
+Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
 /// Velocity or displacement of the surface of a body at `at`, of its centre and its spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
@@ -108,13 +149,14 @@ Course course_of(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept 
 void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, const Course& course,
                         Span<Motion> cells) noexcept {
   const bool good = is_good_spin(motion.displacement[2]);
+  const Turn midway = grown(course.midway, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     Motion& cell = cells[k];
     cell = Motion{};
     cell.id = p.patches[k];
     cell.normal_load = p.cells[k].weight * motion.normal_load;
     double at[2];
-    place(p.cells[k], course.midway, course.size, at);
+    place(p.cells[k], midway, at);
     move_point(motion.displacement, course.chord, at, cell.displacement);
     if (!good) cell.displacement[0] = not_given;
     cell.has_velocity = motion.has_velocity;
@@ -128,45 +170,48 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// J^T k J of a cell, whose slip is J (v, omega) = v + omega x at.
-void add_slope(double k, const double (&at)[2], double (&sum)[3][3]) noexcept {
-  sum[0][0] += k;
-  sum[1][1] += k;
-  sum[2][2] += k * (at[0] * at[0] + at[1] * at[1]);
-  sum[0][2] -= k * at[1];
-  sum[1][2] += k * at[0];
-  sum[2][0] = sum[0][2];
-  sum[2][1] = sum[1][2];
-}
-
 bool was_stepped(Status status) noexcept {
   return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input);
 }
 
+/// The part of an answer that load, material and pose alone decide.
+void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
+  common.stiffness.write(course.after, course.size, out.stiffness);
+  out.force_limit = common.force_limit;
+  out.torque_limit = common.arm * course.size;
+  out.status = common.status;
+}
+
 /// Sums up what the cells answered. All cells have the same flags, but for Status::overload.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
-              ExtendedResponse& out) noexcept {
+              Stiffnesses& common, ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
   sum.id = id;
+  common = Stiffnesses{};
+  Slopes damping;
+  const Turn turned_midway = grown(course.midway, course.size), turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     const Response& cell = cells[k];
+    const double(&at)[2] = p.cells[k].position;
     double midway[2], after[2];
-    place(p.cells[k], course.midway, course.size, midway);
-    place(p.cells[k], course.after, course.size, after);
-    sum.status = sum.status | cell.status;
+    place(p.cells[k], turned_midway, midway);
+    place(p.cells[k], turned, after);
     add_wrench(cell.end, after, sum.end);
     add_wrench(cell.elastic, after, sum.elastic);
     add_wrench(cell.damper, after, sum.damper);
     add_wrench(cell.mean, midway, sum.mean);
-    add_slope(cell.stiffness, after, sum.stiffness);
-    add_slope(cell.damping, after, sum.damping);
-    sum.force_limit += cell.force_limit;
-    sum.torque_limit += cell.force_limit * std::sqrt(after[0] * after[0] + after[1] * after[1]);
+    common.stiffness.add(cell.stiffness, at);
+    damping.add(cell.damping, at);
+    common.force_limit += cell.force_limit;
+    common.arm += cell.force_limit * std::sqrt(at[0] * at[0] + at[1] * at[1]);
+    common.status = common.status | cell.status;
     sum.dissipated += cell.dissipated;
     sum.contact_loss += cell.contact_loss;
     sum.damper_work += cell.damper_work;
     sum.snaps += cell.snaps;
   }
+  write_common(common, course, sum);
+  damping.write(course.after, course.size, sum.damping);
   sum.mean[2] *= course.chord_share;
   if (!has(p.outputs, Outputs::mean)) std::copy_n(out.mean, 3, sum.mean);
   if (!has(p.outputs, Outputs::energy)) {
@@ -176,7 +221,27 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
     sum.snaps = out.snaps;
   }
   out = sum;
+  common.known = true;
   return sum.status;
+}
+
+/// The same from elastic forces alone, where nothing damps and load and material are those of `common`.
+void sum_up_lightly(const ExtendedPatch& p, PatchId id, const Course& course, const Force* elastic,
+                    ExtendedResponse& out) noexcept {
+  double sum[3] = {0.0, 0.0, 0.0};
+  const Turn turned = grown(course.after, course.size);
+  for (std::size_t k = 0; k < p.cells.size(); ++k) {
+    double after[2];
+    place(p.cells[k], turned, after);
+    add_wrench(elastic[k].newtons, after, sum);
+  }
+  out.id = id;
+  write_common(p.common, course, out);
+  for (int i = 0; i < 3; ++i) {
+    out.end[i] = out.elastic[i] = sum[i];
+    out.damper[i] = 0.0;
+    for (double& slope : out.damping[i]) slope = 0.0;
+  }
 }
 
 Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
@@ -206,6 +271,12 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
 Material material_of_cell(const ExtendedPatch& p, const Material& whole, std::size_t cell) {
   if (p.is_point() || whole.viscous_friction == 0.0) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * p.cells[cell].weight);
+}
+
+/// Force by deflection alone, stiffness and limits by load alone.
+bool is_light(const Material& m) noexcept {
+  return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
+         m.ageing_strength == 0.0;
 }
 
 void check_outline(const PatchOptions& options, const Outline& outline) {
@@ -269,10 +340,83 @@ struct ExtendedPatches::Impl {
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
     const Course course = course_of(p, motion);
-    const Status status = sum_up(p, motion.id, course, cells, out);
-    if (!was_stepped(status)) return status;
+    const Status status = sum_up(p, motion.id, course, cells, p.common, out);
+    if (!was_stepped(status)) {
+      p.common.known = false;
+      return status;
+    }
     p.pose.turn = course.after;
     p.normal_load = motion.normal_load;
+    return status;
+  }
+
+  /// The same of a step that is light. `status`: of the cells that the batch has stepped.
+  static Status finish_lightly(ExtendedPatch& p, const ExtendedMotion& motion, Status status,
+                               const Force* elastic, ExtendedResponse& out) noexcept {
+    const Course course = course_of(p, motion);
+    sum_up_lightly(p, motion.id, course, elastic, out);
+    out.status = out.status | status;
+    p.common.known = was_stepped(out.status);
+    if (p.common.known) p.pose.turn = course.after;
+    return out.status;
+  }
+
+  /// Steps those cells whose bristles need not be asked; what they answer is in `elastic` from `first` on.
+  /// True if those were all. Otherwise the batch has to step the others.
+  bool step_lightly(ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
+    const Course course = course_of(p, motion);
+    const Turn midway = grown(course.midway, course.size);
+    bool all = true;
+    for (std::size_t k = 0; k < p.cells.size(); ++k) {
+      double at[2], displacement[2];
+      place(p.cells[k], midway, at);
+      move_point(motion.displacement, course.chord, at, displacement);
+      Patch& cell = *p.slots[k];
+      const bool is_there = cell.generation == generation_of(p.patches[k]);
+      stepped[first + k] = is_there && detail::step_lightly(cell, displacement, elastic[first + k].newtons);
+      all = all && stepped[first + k];
+    }
+    return all;
+  }
+
+  bool find_slots(ExtendedPatch& p) noexcept {
+    for (std::size_t k = p.cells.size(); k-- > 0;) {
+      p.slots[k] = BatchAccess::find(*batch, p.patches[k]);
+      if (p.slots[k] == nullptr) return false;
+    }
+    return true;
+  }
+
+  /// Whether a step is one of those whose answer is the sum of elastic forces, with stiffness and limits as
+  /// they were.
+  bool is_light(ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
+    if (!p.common.known || !p.light_material || motion.has_velocity != 0) return false;
+    if (motion.normal_load != p.normal_load || !is_good_spin(motion.displacement[2])) return false;
+    if (p.slots[0] == nullptr && !find_slots(p)) return false;
+    return can_step_lightly(*p.slots[0]);  // all cells have one material and the same options
+  }
+
+  /// Hands the motions of those cells that were not stepped yet to the batch.
+  void queue_rest(const ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
+    write_cell_motions(p, motion, course_of(p, motion),
+                       Span<Motion>(motions.data() + queued, p.cells.size()));
+    std::size_t kept = queued;
+    for (std::size_t k = 0; k < p.cells.size(); ++k)
+      if (!stepped[first + k]) {
+        whose[kept] = first + k;
+        motions[kept++] = motions[queued + k];
+      }
+    queued = kept;
+  }
+
+  /// The batch's answers to the motions of one patch, from number `next` on: `next` is then the first of the
+  /// patch after it.
+  Status take_forces(std::size_t last, std::size_t& next) noexcept {
+    Status status = Status::ok;
+    for (; next < queued && whose[next] < last; ++next) {
+      std::copy_n(answers[next].elastic, 2, elastic[whose[next]].newtons);
+      status = status | answers[next].status;
+    }
     return status;
   }
 
@@ -282,8 +426,22 @@ struct ExtendedPatches::Impl {
   std::size_t count = 0;
   std::size_t cells = 0;
   std::uint64_t step_number = 0;
-  std::vector<Motion> motions;      ///< of a step: room for all cells
-  std::vector<Response> responses;  ///< likewise
+
+  // Of a step, with room for all cells.
+  std::vector<Force> elastic;      ///< of the cells of light steps
+  std::vector<char> stepped;       ///< cells whose bristles were not asked
+  std::vector<Motion> motions;     ///< of the others, one after the other
+  std::vector<Response> answers;   ///< to them
+  std::vector<std::size_t> whose;  ///< their number among all cells of the step
+  std::size_t queued = 0;          ///< motions
+
+  void make_room(std::size_t room) {
+    elastic.resize(room);
+    stepped.resize(room);
+    motions.resize(room);
+    answers.resize(room);
+    whose.resize(room);
+  }
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}
@@ -301,11 +459,12 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
   made.outputs = options.outputs;
   made.seed = options.seed;
   made.key = options.key;
+  made.light_material = is_light(material) && options.outputs == Outputs::end;
   const std::size_t count = made.cells.size();
   made.patches.reserve(count);
-  impl.motions.reserve(impl.cells + count);
-  impl.responses.reserve(impl.cells + count);
+  made.slots.assign(count, nullptr);
   try {
+    impl.make_room(impl.cells + count);
     const FloatModeScope mode;
     for (std::size_t k = 0; k < count; ++k)
       made.patches.push_back(
@@ -314,8 +473,6 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
     if (impl.patches.size() < impl.slots.size()) impl.patches.resize(impl.slots.size());
     made.generation = slot.generation;
     impl.cells += count;
-    impl.motions.resize(impl.cells);
-    impl.responses.resize(impl.cells);
     ++impl.count;
     impl.patches[slot.number] = std::move(made);
     return make_id(slot.number, slot.generation);
@@ -336,7 +493,9 @@ void ExtendedPatches::remove(PatchId id) {
 }
 
 void ExtendedPatches::set_material(PatchId id, const Material& material) {
-  const ExtendedPatch& p = impl_->demand(id);
+  ExtendedPatch& p = impl_->demand(id);
+  p.common.known = false;
+  p.light_material = is_light(material) && p.outputs == Outputs::end;
   for (std::size_t k = 0; k < p.patches.size(); ++k)
     impl_->batch->set_material(p.patches[k], material_of_cell(p, material, k));
 }
@@ -360,7 +519,11 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
   }
   // Once each: the room for their cells is that of all patches. The rest is answered in the second pass.
   ++impl.step_number;
+  BatchAccess::begin_step(*impl.batch);
+  const bool good_time =
+      dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
   std::size_t used = 0;
+  impl.queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     ExtendedPatch* p = impl.find(in[i].id);
     const bool first = p != nullptr && p->last_step != impl.step_number;
@@ -371,22 +534,30 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     }
     p->last_step = impl.step_number;
     out[i].status = Status::ok;
-    write_cell_motions(*p, in[i], course_of(*p, in[i]),
-                       Span<Motion>(impl.motions.data() + used, p->cells.size()));
+    std::fill_n(impl.stepped.begin() + static_cast<std::ptrdiff_t>(used), p->cells.size(), char{0});
+    p->light = good_time && impl.is_light(*p, in[i]);
+    if (!p->light || !impl.step_lightly(*p, in[i], used)) impl.queue_rest(*p, in[i], used);
     used += p->cells.size();
   }
-  std::fill_n(impl.responses.begin(), used, Response{});
-  const StepReport cells = impl.batch->step(dt_s, Span<const Motion>(impl.motions.data(), used),
-                                            Span<Response>(impl.responses.data(), used));
+  std::fill_n(impl.answers.begin(), impl.queued, Response{});
+  const StepReport cells = impl.batch->step(dt_s, Span<const Motion>(impl.motions.data(), impl.queued),
+                                            Span<Response>(impl.answers.data(), impl.queued));
   report.tasks = cells.tasks;
   report.threads = cells.threads;
   report.bristles_visited = cells.bristles_visited;
-  std::size_t at = 0;
+  std::size_t at = 0, next = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     if (!was_stepped(out[i].status)) continue;
     ExtendedPatch& p = *impl.find(in[i].id);
-    const Status status =
-        Impl::finish(p, in[i], Span<const Response>(impl.responses.data() + at, p.cells.size()), out[i]);
+    Status status = Status::ok;
+    if (p.light) {
+      const Status asked = impl.take_forces(at + p.cells.size(), next);
+      status = Impl::finish_lightly(p, in[i], asked, impl.elastic.data() + at, out[i]);
+    } else {
+      status =
+          Impl::finish(p, in[i], Span<const Response>(impl.answers.data() + next, p.cells.size()), out[i]);
+      next += p.cells.size();
+    }
     at += p.cells.size();
     report.status = report.status | status;
     if (was_stepped(status)) ++report.patches_stepped;
@@ -406,8 +577,9 @@ ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& 
   const std::size_t count = p->cells.size();
   const Course course = course_of(*p, motion);
   write_cell_motions(*p, motion, course, Span<Motion>(impl.motions.data(), count));
-  for (std::size_t k = 0; k < count; ++k) impl.responses[k] = impl.batch->find_force(dt_s, impl.motions[k]);
-  sum_up(*p, motion.id, course, Span<const Response>(impl.responses.data(), count), out);
+  for (std::size_t k = 0; k < count; ++k) impl.answers[k] = impl.batch->find_force(dt_s, impl.motions[k]);
+  Stiffnesses common;
+  sum_up(*p, motion.id, course, Span<const Response>(impl.answers.data(), count), common, out);
   return out;
 }
 
@@ -428,8 +600,9 @@ std::size_t ExtendedPatches::read_cells(PatchId id, double spin, double normal_l
   const FloatModeScope mode;
   const Course course = course_of(*p, spin, normal_load_n);
   const std::size_t count = std::min(out.size(), p->cells.size());
+  const Turn turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < count; ++k) {
-    place(p->cells[k], course.after, course.size, out[k].position);
+    place(p->cells[k], turned, out[k].position);
     out[k].weight = p->cells[k].weight;
   }
   return count;
@@ -481,6 +654,7 @@ bool ExtendedPatches::reset(PatchId id, std::uint32_t seed, std::uint64_t key) n
     impl_->batch->reset(p->patches[k], seed_of_cell(*p, seed, k), key);
   p->pose = Pose{};
   p->normal_load = 0.0;
+  p->common.known = false;
   return true;
 }
 
@@ -594,6 +768,7 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
     poses(p.pose.turn.sine);
     poses(p.pose.scale);
     poses(p.normal_load);
+    p.common.known = false;
     if (its_slot != slot || generation != p.generation || cells != p.cells.size())
       fail("is of patches with other outlines, or added in another order");
     const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);

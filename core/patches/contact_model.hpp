@@ -18,6 +18,12 @@
 
 namespace bristle::detail {
 
+enum class LightStep {
+  none,   ///< nothing has changed: `advance` has to do it
+  holds,  ///< nothing snaps, nothing has changed: the caller carries the sums along
+  done    ///< the state is what `advance` would leave, and `end` its sums
+};
+
 struct ContactModel {
   const char* name;  ///< part of the signature of a saved state
 
@@ -62,6 +68,11 @@ struct ContactModel {
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
   /// `from` was found without fault; the shared part is restored already.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
+
+  /// A step that moves, of a patch of two axes that neither ages nor is asked for more than the end force:
+  /// what a look at its bristles can spare. Null = nothing ever.
+  LightStep (*step_lightly)(Patch&, const std::int64_t (&to)[2], const double (&direction)[2], double length,
+                            double (&end)[2]) noexcept = nullptr;
 };
 
 /// Ranges that a task takes at once are cut at multiples of this: bounds are kept by group of blocks.

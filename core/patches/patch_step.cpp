@@ -241,6 +241,55 @@ std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& 
   return sums.visited;
 }
 
+bool can_step_lightly(const Patch& p) noexcept {
+  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0 && p.axes == 2 &&
+         p.outputs == Outputs::end;
+}
+
+bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2]) noexcept {
+  // Numbers as find_way, find_direction, holds_still and hold find them.
+  std::int64_t fixed[2], to[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    const double d = displacement[axis] * p.lengths_per_metre;
+    if (!(std::abs(d) <= far_length)) return false;
+    fixed[axis] = std::llrint(d * fixed_per_length);
+    to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
+                                         static_cast<std::uint64_t>(fixed[axis]));
+  }
+  bool holds = (fixed[0] | fixed[1]) == 0;
+  if (!holds && p.bound.reach >= 0.0) {
+    const double x = to_lengths(difference(to[0], p.bound.anchor[0]));
+    const double y = to_lengths(difference(to[1], p.bound.anchor[1]));
+    holds = std::sqrt(x * x + y * y) < p.bound.reach;
+  }
+  double end[2] = {0.0, 0.0};
+  if (!holds) {
+    if (p.model->step_lightly == nullptr) return false;
+    const double moved[2] = {to_lengths(fixed[0]), to_lengths(fixed[1])};
+    const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
+    const double direction[2] = {moved[0] / length, moved[1] / length};
+    const LightStep light = p.model->step_lightly(p, to, direction, length, end);
+    if (light == LightStep::none) return false;
+    holds = light == LightStep::holds;
+  }
+  if (holds) {
+    for (int axis = 0; axis < 2; ++axis) {
+      p.sum[axis] += Int128{p.whole} * fixed[axis];
+      p.position[axis] = to[axis];
+      Int128 sum = p.sum[axis];
+      if (p.part > 0.0)
+        sum += p.part_sum[axis] + weighted(p.part, difference(to[axis], p.part_position[axis]));
+      end[axis] = to_double(sum);
+    }
+  }
+  p.held = holds;
+  p.rests = true;
+  p.pending_dissipated = p.pending_loss = 0.0;
+  p.pending_snaps = 0;
+  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
+  return true;
+}
+
 void find_response(Patch& p, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept {
   PatchStep step = read_motion(p, motion, dt_s, false);
   step.contact_loss = contact_loss;

@@ -76,7 +76,12 @@ void write_response(Patch& patch, const PatchStep& step, const StepSums& sums, R
 
 /// A step from its motion to its response, on one thread. Returns the bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// The same without a change of state, under the present load. `contact_loss` goes into the response.
+/// Two axes, the end force alone, and nothing that damps or ages.
+bool can_step_lightly(const Patch& patch) noexcept;
+/// A step of such a patch under the load that it has, where a look at its bristles is enough: it sticks or
+/// glides. Writes the elastic force. Returns false if it is not so: nothing has changed.
+bool step_lightly(Patch& patch, const double (&displacement)[2], double (&elastic)[2]) noexcept;
+/// As step_patch without a change of state, under the present load. `contact_loss` goes into the response.
 void find_response(Patch& patch, const Motion& motion, double dt_s, double contact_loss,
                    Response& out) noexcept;
 

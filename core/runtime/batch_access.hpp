@@ -13,6 +13,11 @@ struct BatchAccess {
   /// rule as PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
+  /// For who steps patches of a batch before a step of it: takes what was added and removed since. Pointers
+  /// from `find` hold until the step. Trials are forgotten.
+  static void begin_step(PatchBatch& batch) noexcept;
+  static Patch* find(PatchBatch& batch, PatchId id) noexcept;
+
   // The functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
   static BatchRecipe recipe(const PatchBatch& batch);

@@ -594,6 +594,14 @@ PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) {
   return batch.impl_->add(made);
 }
 
+void BatchAccess::begin_step(PatchBatch& batch) noexcept {
+  const SteppingCall call(batch.impl_->stepping_side);
+  batch.impl_->apply_commands();
+  batch.impl_->trial.of = nullptr;
+}
+
+Patch* BatchAccess::find(PatchBatch& batch, PatchId id) noexcept { return batch.impl_->pool.find(id); }
+
 Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
   const SteppingCall call(batch.impl_->stepping_side);
   batch.impl_->apply_commands();

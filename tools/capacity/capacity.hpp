@@ -150,7 +150,7 @@ std::vector<FeatureRow> measure_features(const CapacityOptions& options, const R
 
 /// Steps of infinite patches that slide, mean snap lengths: straight, where a patch that has forgotten the
 /// beginning is carried along as it stands, and in zigzag, where it is not.
-constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 100.0};
+constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 2.0, 4.0, 8.0, 100.0};
 /// capacity_infinite.cpp
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {}, bool zigzag = false);
 std::vector<CapacityCase> infinite_sliding();

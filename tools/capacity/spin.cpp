@@ -36,7 +36,7 @@ class BrushDisc {
                                   .with_axes(2)
                                   .with_population(bristle::Population::infinite)
                                   .with_resolution(4.0),
-                              bristle::Outline::disc(radius, bristle::Pressure::uniform, 6));
+                              bristle::Outline::disc(radius, bristle::Pressure::uniform, 6, 13));
     motion_.normal_load = load_n;
     batch_.warm_up();
   }

@@ -7,6 +7,7 @@
 
 #include "core/cohort_table.hpp"
 #include "core/materials/survival_table.hpp"
+#include "core/patches/cohorts/glide.hpp"
 #include "core/patches/columns.hpp"
 #include "core/patches/contact_model.hpp"
 
@@ -15,6 +16,7 @@ namespace bristle::detail {
 constexpr double default_resolution = 8.0;  ///< pieces per mean snap length
 constexpr double highest_resolution = 128.0;
 constexpr std::uint32_t default_cohorts = 96;   ///< capacity at the default resolution
+constexpr double bound_margin = 0x1p-40;        ///< scaled: more than what rounding does to a deflection
 constexpr double least_cohort_spread = 0.05;    ///< cv below which a brush snaps too much in step
 constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass: the highest load
 /// The shared part counts in this many units of mass: Patch::whole is 256 at the highest load, what a step
@@ -40,11 +42,20 @@ struct Cohorts : PatchRecord, CohortState {
   const CohortNoise* noise = nullptr;
   std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
   double follow = 0.0;               ///< scaled path after which a slide is carried as it stands
-  double snap_rest = 0.0;            ///< bristles that snapped and are not reported yet: less than one
-  std::uint32_t pieces = 0;          ///< resolution, rounded up: what PatchInfo::bristles says
-  std::uint32_t detail = 0;          ///< of these in use
-  double* rows = nullptr;            ///< of 8 cohorts, 8 columns each
-  CohortAgeing* ageing = nullptr;    ///< null: the material does not age
+  Glide glide;                       ///< and the course of the path behind the patch
+  bool glides = false;               ///< whether it may glide: it neither ages nor fluctuates
+  // What glides go by, scaled lengths (glide.cpp, make.cpp).
+  double memory = 0.0;     ///< path along which bristles remember how it went: mean square over mean length
+  double long_step = 0.0;  ///< a step that is longer leaves nothing of the turn before it
+  double node_distance = 0.0;      ///< between two measurements of the curvature
+  double per_lag = 0.0;            ///< one over the path by which the force lags behind the curvature
+  double highest_curve = 0.0;      ///< rad per length
+  double chord_share = 0.0;        ///< find_arc
+  double snap_rest = 0.0;          ///< bristles that snapped and are not reported yet: less than one
+  std::uint32_t pieces = 0;        ///< resolution, rounded up: what PatchInfo::bristles says
+  std::uint32_t detail = 0;        ///< of these in use
+  double* rows = nullptr;          ///< of 8 cohorts, 8 columns each
+  CohortAgeing* ageing = nullptr;  ///< null: the material does not age
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {

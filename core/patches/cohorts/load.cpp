@@ -129,6 +129,7 @@ void scale_deflections(Patch& p, double factor) noexcept {
 
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept {
   Cohorts& r = cohorts(p);
+  end_glide(p);
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
   const double share = p.zeta / r.zeta_max();

@@ -28,6 +28,7 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   static_cast<CohortState&>(r) = CohortState{};
   r.capacity = capacity;
   r.slid_to[0] = r.slid_to[1] = 0;
+  r.glide = Glide{};
   r.snap_rest = 0.0;
   clear_cohorts(r);
   if (r.ageing != nullptr) *r.ageing = CohortAgeing{};
@@ -104,7 +105,8 @@ constexpr ContactModel cohorts_model = {"cohorts",
                                         &saved_cohorts_size,
                                         &save_cohorts,
                                         &find_cohort_fault,
-                                        &restore_cohorts};
+                                        &restore_cohorts,
+                                        &step_cohorts_lightly};
 
 void check(const Material& material, const PatchOptions& options) {
   if (material.snap_rule != SnapRule::redraw)
@@ -124,6 +126,14 @@ void check(const Material& material, const PatchOptions& options) {
                    "pieces per mean snap length; 0 = automatic");
   if (options.cohorts != 0)
     require_within(where, "cohorts", options.cohorts, 8, most_cohorts, "(0 = automatic)");
+}
+
+/// Length of chord from which on the last of them is all that the mean deflection sees: where
+/// square / 2 - kinetic h / 2 + share h^2 is 0, or least.
+double find_long_step(double kinetic, double square, double share) noexcept {
+  const double lowest = 0.25 * kinetic / share;
+  const double root = lowest * lowest - 0.5 * square / share;
+  return lowest - (root > 0.0 ? std::sqrt(root) : 0.0);
 }
 
 }  // namespace
@@ -178,6 +188,15 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   // Renewal takes what one slide leaves behind in the next ones: nothing adds up.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = renewed ? table.forget : table.follow;
+  // Means of steady sliding without renewal, which shortens them: good enough to say what is long.
+  const double kinetic = 0.5 * table.square / table.mean;
+  const double square = table.cube / (3.0 * table.mean);
+  made.memory = square / kinetic;
+  made.node_distance = made.memory / 8.0;
+  made.per_lag = 1.0 / (0.45 * made.memory);
+  made.highest_curve = 1.0 / (16.0 * made.memory);
+  made.chord_share = (1.0 + made.law.residual * made.law.snap_rate * (1.0 + made.law.renewal)) / 12.0;
+  made.long_step = find_long_step(kinetic, square, 1.0 / 12.0);
   set_pieces(made, made.pieces);
   double capacity = options.cohorts;
   if (options.cohorts == 0)
@@ -188,6 +207,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   auto* r = make_record<Cohorts>(std::move(material), column_bytes(made));
   made.bytes = r->bytes;
   *r = made;
+  r->glides = !r->ages() && r->noise == nullptr;
   place_columns(*r, column_memory(r));
   clear_cohorts(*r);
   if (r->ageing != nullptr) {

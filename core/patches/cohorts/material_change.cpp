@@ -83,6 +83,7 @@ bool same_ageing(const Material& a, const Material& b) noexcept {
 
 void take_over_cohorts(Patch& to, Patch& from) noexcept {
   Cohorts& r = cohorts(to);
+  end_glide(from);
   const Cohorts& old = cohorts(from);
   r.options.key = old.options.key;
   r.options.seed = old.options.seed;

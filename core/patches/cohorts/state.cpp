@@ -30,8 +30,19 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
   io(r.layered);
   io(r.count);
   io(r.detail);
+  for (int axis = 0; axis < 2; ++axis) {
+    io(r.glide.direction[axis]);
+    io(r.glide.node[axis]);
+    io(r.glide.from[axis]);
+  }
+  io(r.glide.length);
+  io(r.glide.way);
+  io(r.glide.curve);
+  io(r.glide.from_curve);
+  io(r.glide.known);
+  io(r.glide.on);
 }
-constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (7 * 8 + 4) + 4 * 4;
+constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (10 * 8 + 4) + 6 * 4 + 4 * 8;
 
 /// Of a patch that ages, beside the births.
 template <class Io>
@@ -84,6 +95,19 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     mass += m;
   }
   return mass == saved.mass ? nullptr : "mass";
+}
+
+const char* find_glide_fault(const Cohorts& r, const Glide& saved, std::uint32_t count) noexcept {
+  for (int axis = 0; axis < 2; ++axis)
+    for (double x : {saved.direction[axis], saved.node[axis], saved.from[axis]})
+      if (!within(x, -1.000001, 1.000001)) return "direction of its course";
+  if (!within(saved.length, 0.0, 1e300) || !within(saved.way, 0.0, 1e300)) return "length of its course";
+  for (double x : {saved.curve, saved.from_curve})
+    if (!within(x * r.memory, -1.0, 1.0)) return "curvature of its course";
+  if (saved.known > 1 || saved.on > 1) return "course";
+  const bool unit = within(saved.from[0] * saved.from[0] + saved.from[1] * saved.from[1], 0.99, 1.01);
+  if (saved.on != 0 && !(r.glides && unit && count > 0)) return "glide";
+  return nullptr;
 }
 
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
@@ -163,7 +187,7 @@ void find_moment(CohortState& s, const double* rows) noexcept {
 double cohort_squares(const Patch& p) noexcept {
   const Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
-  double sum = r.spread;
+  double sum = r.spread + r.mass * glide_squares(r);
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double zx = at[0] - entry(r.rows, i, cohort_x);
     const double zy = p.axes == 2 ? at[1] - entry(r.rows, i, cohort_y) : 0.0;
@@ -222,6 +246,11 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
     hasher.add(std::uint64_t{r.open[axis]});
   }
   hasher.add(std::uint64_t{r.open[2]} << 32 | r.layered);
+  const Glide& g = r.glide;
+  for (int axis = 0; axis < 2; ++axis)
+    for (double x : {g.direction[axis], g.node[axis], g.from[axis]}) hasher.add(x);
+  for (double x : {g.length, g.way, g.curve, g.from_curve}) hasher.add(x);
+  hasher.add(std::uint64_t{g.known} << 32 | g.on);
   if (r.noise != nullptr) {
     hasher.add(r.law.draw_key);
     hasher.add(r.draws);
@@ -250,9 +279,10 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
     const double wanted = (static_cast<double>(i) + 0.5) / static_cast<double>(count) * r.mass;
     while (at + 1 < r.count && passed + mass_of(r.rows, at) < wanted) passed += mass_of(r.rows, at++);
     const bool in = at < r.count;
-    if (!zx.empty()) zx[i] = in ? (place(p, r, 0) - entry(r.rows, at, cohort_x)) * metres : 0.0;
-    if (!zy.empty())
-      zy[i] = in && p.axes == 2 ? (place(p, r, 1) - entry(r.rows, at, cohort_y)) * metres : 0.0;
+    double z[2] = {0.0, 0.0};
+    if (in) find_deflection(p, at, z);
+    if (!zx.empty()) zx[i] = z[0] * metres;
+    if (!zy.empty()) zy[i] = p.axes == 2 ? z[1] * metres : 0.0;
     if (!delta.empty())
       delta[i] = in ? entry(r.rows, at, cohort_reach) * strength_of(p, times, at) * metres : 0.0;
   }
@@ -316,6 +346,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
     for (const auto& begin : saved.begin)
       if (!within(begin[axis], -1e12, 1e12)) return "begin";
   }
+  if (const char* fault = find_glide_fault(r, saved.glide, saved.count)) return fault;
   if (const char* fault = find_row_fault(r, at, saved, read)) return fault;
   if (r.ageing == nullptr) return nullptr;
   read.skip(std::size_t{r.capacity} * cohort_columns * sizeof(double));
@@ -339,6 +370,9 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   p.bound.reach = -1.0;
   note_cohorts(p);
   for (int axis = 0; axis < 2; ++axis) note_sum(p, axis, noted[axis]);
+  if (r.glide.on == 0) return;
+  find_glide_means(p, r.glide);
+  note_glide(p);
 }
 
 }  // namespace bristle::detail

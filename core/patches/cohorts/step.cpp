@@ -9,11 +9,10 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double farthest_base = 16.0;    // scaled: from the base, before it follows the patch
-constexpr double straight = 0x1p-12;      // sine of the angle within which a slide counts as straight
-constexpr double longest_step = 1e16;     // s: no clock runs farther
-constexpr double same_speed = 0x1p-8;     // share by which the speed of a slide may differ, with ageing
-constexpr double bound_margin = 0x1p-40;  // scaled: more than what rounding does to a deflection
+constexpr double farthest_base = 16.0;  // scaled: from the base, before it follows the patch
+constexpr double straight = 0x1p-12;    // sine of the angle within which a slide counts as straight
+constexpr double longest_step = 1e16;   // s: no clock runs farther
+constexpr double same_speed = 0x1p-8;   // share by which the speed of a slide may differ, with ageing
 
 std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
@@ -30,8 +29,8 @@ bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double dura
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// How far a straight slide has come that this step goes on with; 0 = it begins.
-double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
+/// How far a straight slide has come that this step goes on with; 0 = it begins. Of a patch that ages.
+double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
   const bool goes_on = std::abs(across) <= straight && along > 0.0 && p.position[0] == r.slid_to[0] &&
@@ -43,7 +42,8 @@ double find_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
 struct Slide {
   CohortMove move;  ///< its times are filled where the material ages
   std::int64_t to[2];
-  double run = 0.0;      ///< of the straight slide that it goes on with
+  double run = 0.0;      ///< of the slide that it goes on with
+  Course course;         ///< after it, of a patch that may glide
   double carried = 0.0;  ///< path along which the patch is carried as it stands
   // Of a patch that ages:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
@@ -62,12 +62,34 @@ struct Slide {
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
+/// The same of a patch that may glide, along a path that may turn.
+void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
+  slide.course = r.glide;
+  const bool goes_on = p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 &&
+                       go_on(r, a.direction, a.length, slide.course);
+  slide.run = goes_on ? r.run : 0.0;
+  if (!goes_on) slide.course = begin_course(a.direction, a.length);
+}
+
+/// Whether a step of a patch that may glide goes elsewhere than the one before.
+bool turns(const Cohorts& r, const Advance& a) noexcept {
+  const double(&before)[2] = r.glide.direction;
+  return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
+}
+
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
   // What fluctuates never repeats itself: it takes its pieces for ever.
-  if (r.noise == nullptr) slide.run = find_run(p, r, a);
-  if (r.ageing != nullptr) age(p, r, a, slide);
-  const double followed = std::min(a.length, std::max(r.follow - slide.run, 0.0) * slide.growth);
+  if (r.glides) find_run(p, r, a, slide);
+  if (r.ageing != nullptr) {
+    if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
+    age(p, r, a, slide);
+  }
+  double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
+  // What glides from here on goes by the length of its last chord: where the path turns, all of it that
+  // bristles remember is taken.
+  if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
+  followed = std::min(a.length, followed);
   slide.carried = a.length - followed;
   slide.move.length = followed;
   for (int axis = 0; axis < 2; ++axis) {
@@ -203,6 +225,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   if (!commit) return;
   r.snap_rest = rest;
   if (r.ageing != nullptr) note_pace(p, r, slide);
+  if (r.glides) static_cast<Course&>(r.glide) = slide.course;
   r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.follow);
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
@@ -218,6 +241,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;
+  Patch held = p;
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
@@ -225,7 +249,12 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));
-  advance(p, step, state, rows, r.ageing != nullptr ? births : nullptr, sums);
+  if (r.glide.on != 0) {
+    write_glide(p, state, rows);
+    for (int axis = 0; axis < p.axes; ++axis)
+      held.sum[axis] = deflections_at(state, place(p, state, axis), axis);
+  }
+  advance(held, step, state, rows, r.ageing != nullptr ? births : nullptr, sums);
 }
 
 }  // namespace
@@ -234,10 +263,14 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0)  // out of contact: nothing slides, as within a bound that has no end
     hold(p, step.advance, sums);
-  else if (step.advance.commit != 0)
+  else if (try_glide(p, step.advance, sums))
+    return;
+  else if (step.advance.commit != 0) {
+    end_glide(p);
     advance(p, step, r, r.rows, r.ageing != nullptr ? r.births() : nullptr, sums);
-  else
+  } else {
     advance_copy(p, step, sums);
+  }
 }
 
 }  // namespace bristle::detail

@@ -1,0 +1,276 @@
+// A steady slide along a path that turns slowly.
+#include "core/patches/cohorts/glide.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/patches/cohorts/cohorts.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr double bend = 0x1p-10;        // rad by which a step may leave the arc
+constexpr double long_bend = 1.0 / 32;  // the same for a step that outlasts all memory
+
+double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
+
+/// The arc that a patch is on, as its cohorts see it.
+struct Arc {
+  double tangent[2];
+  double curve;
+};
+
+/// A path of chords: what the arc through their middles has to be turned by so that the mean deflection is
+/// that of the chords (Euler and Maclaurin; COHORTS.md). `chord_share`: Glide's.
+Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
+  if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
+  const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
+  const double even = std::sqrt(1.0 - turned * turned);
+  return {{c.direction[0] * even - c.direction[1] * turned, c.direction[1] * even + c.direction[0] * turned},
+          c.curve};
+}
+
+/// Mean deflection of the bristles at a place of the path.
+void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
+  const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
+  z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
+  z[1] = g.along * arc.tangent[1] + across * arc.tangent[0];
+}
+
+double squares_at(const Glide& g, const Arc& arc) noexcept {
+  const double change = arc.curve - g.from_curve;
+  return change * (change * g.squares[1] - g.squares[0]);
+}
+
+/// Turns what was seen along `from` into the arc.
+struct Turned {
+  const Glide& g;
+  const Arc arc;
+  double residual_square;
+
+  Turned(const Cohorts& r, const Glide& glide)
+      : g(glide), arc(find_arc(r, glide, glide.chord_share)), residual_square(square(r.law.residual)) {}
+  static double square(double x) noexcept { return x * x; }
+  void operator()(double (&z)[2]) const noexcept {
+    const double along = z[0] * g.from[0] + z[1] * g.from[1];
+    const double across = z[1] * g.from[0] - z[0] * g.from[1] -
+                          (arc.curve - g.from_curve) * 0.5 * (along * along - residual_square);
+    z[0] = along * arc.tangent[0] - across * arc.tangent[1];
+    z[1] = along * arc.tangent[1] + across * arc.tangent[0];
+  }
+};
+
+std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
+  double z[2];
+  for (int axis = 0; axis < 2; ++axis) z[axis] = place(p, r, axis) - r.moment[axis] / r.mass;
+  const Arc arc = find_arc(r, g, r.chord_share / std::sqrt(z[0] * z[0] + z[1] * z[1]));
+  for (int axis = 0; axis < 2; ++axis) g.from[axis] = arc.tangent[axis];
+  g.from_curve = arc.curve;
+  g.on = 1;
+  find_glide_means(p, g);
+}
+
+/// The patch with its rows.
+void move_along(Patch& p, Cohorts& r, int axis, std::int64_t to, std::int64_t sum) noexcept {
+  r.base[axis] = sum_of(r.base[axis], difference(to, p.position[axis]));
+  p.position[axis] = r.slid_to[axis] = p.part_position[axis] = to;
+  p.part_sum[axis] = 0;
+  p.sum[axis] = sum;
+}
+
+std::int64_t units_of(double mass_length) noexcept { return std::llrint(mass_length * sum_per_mass_length); }
+
+}  // namespace
+
+Course begin_course(const double (&direction)[2], double length) noexcept {
+  Course c;
+  for (int axis = 0; axis < 2; ++axis) c.direction[axis] = c.node[axis] = direction[axis];
+  c.length = length;
+  c.way = 0.5 * length;
+  return c;
+}
+
+bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept {
+  if (c.length == 0.0) return false;
+  if (!(direction[0] * c.node[0] + direction[1] * c.node[1] > 0.5)) return false;
+  if (length >= r.long_step) {
+    if (!(std::abs(cross(c.direction, direction)) <= long_bend)) return false;
+    c = begin_course(direction, length);
+    c.known = 1;
+    return true;
+  }
+  // Behind a long step the path is straight, and nothing tells how it goes on.
+  const bool known = c.known != 0 && c.length < r.long_step;
+  const double distance = c.way + 0.5 * length;
+  const double turned = cross(c.node, direction);
+  if (!(std::abs(turned) <= 2.0 * long_bend)) return false;
+  if (known && !(std::abs(turned - c.curve * distance) <= bend)) return false;
+  if (distance >= r.node_distance) {
+    const double measured = turned / distance;
+    const double x = distance * r.per_lag;
+    // Nearly 1 - exp(-x).
+    const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
+    const double curve = c.curve + (measured - c.curve) * share;
+    if (!(std::abs(curve) <= r.highest_curve)) return false;
+    c.curve = curve;
+    c.known = 1;
+    c.way = 0.5 * length;
+    for (int axis = 0; axis < 2; ++axis) c.node[axis] = direction[axis];
+  } else {
+    c.known = known ? 1 : 0;
+    c.way += length;
+  }
+  for (int axis = 0; axis < 2; ++axis) c.direction[axis] = direction[axis];
+  c.length = length;
+  return true;
+}
+
+void find_glide_means(const Patch& p, Glide& g) noexcept {
+  const Cohorts& r = cohorts(p);
+  const double at[2] = {place(p, r, 0), place(p, r, 1)};
+  const double residual_square = r.law.residual * r.law.residual;
+  double along = 0.0, across = 0.0, square = 0.0;
+  double first = 0.0, second = 0.0;
+  for (std::uint32_t i = 0; i < r.count; ++i) {
+    const double mass = mass_of(r.rows, i);
+    const double zx = at[0] - entry(r.rows, i, cohort_x);
+    const double zy = at[1] - entry(r.rows, i, cohort_y);
+    const double u = zx * g.from[0] + zy * g.from[1];
+    const double w = zy * g.from[0] - zx * g.from[1];
+    const double beyond = u * u - residual_square;
+    along += mass * u;
+    across += mass * w;
+    square += mass * beyond;
+    first += mass * (w * beyond);
+    second += mass * (0.25 * beyond * beyond);
+  }
+  g.along = along / r.mass;
+  g.across = across / r.mass;
+  g.square = square / r.mass;
+  g.chord_share = r.chord_share / std::sqrt(g.along * g.along + g.across * g.across);
+  g.squares[0] = first / r.mass;
+  g.squares[1] = second / r.mass;
+}
+
+bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
+  Cohorts& r = cohorts(p);
+  if (!r.glides || !(r.run >= r.follow)) return false;
+  if (p.position[0] != r.slid_to[0] || p.position[1] != r.slid_to[1]) return false;
+  Course next = r.glide;
+  if (!go_on(r, a.direction, a.length, next)) return false;
+
+  Glide begun;
+  if (r.glide.on == 0) {
+    begun = r.glide;
+    begin_glide(p, r, begun);
+  }
+  const Glide& g = r.glide.on != 0 ? r.glide : begun;
+  const Arc arc = find_arc(r, next, g.chord_share);
+  double z[2];
+  find_mean(g, arc, z);
+  std::int64_t end[2] = {units_of(r.mass * z[0]), p.axes == 2 ? units_of(r.mass * z[1]) : 0};
+  double twice_mean[2] = {0.0, 0.0};
+  for (int axis = 0; axis < p.axes; ++axis) {
+    sums.end[axis] = static_cast<double>(end[axis]);
+    // A long step has the force of its end for most of its way.
+    const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
+    twice_mean[axis] = before + sums.end[axis];
+    if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];
+  }
+  if (has(p.outputs, Outputs::energy)) {
+    const double along =
+        twice_mean[0] * a.direction[0] + (p.axes == 2 ? twice_mean[1] * a.direction[1] : 0.0);
+    const double stored = r.mass * (squares_at(g, arc) - squares_at(g, find_arc(r, r.glide, g.chord_share)));
+    const double length = std::min(a.length, 1e140);  // keeps what it is multiplied by finite
+    const double lost = length * (along / sum_per_mass_length) - stored;
+    sums.dissipated = std::min(joules_per_unit(p) * lost, highest_energy);
+    const double snapped =
+        std::min(r.mass * (length * r.law.snap_rate) / r.units_per_bristle() + r.snap_rest, 9e18);
+    const double whole = std::floor(snapped);
+    sums.snaps = static_cast<std::uint64_t>(whole);
+    if (a.commit != 0) r.snap_rest = snapped - whole;
+  }
+  if (a.commit == 0) return true;
+  if (r.glide.on == 0) r.glide = begun;
+  static_cast<Course&>(r.glide) = next;
+  for (int axis = 0; axis < 2; ++axis) {
+    // A far step says only how far: the patch and its places stay where they are.
+    move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
+  }
+  p.bound.reach = -1.0;
+  return true;
+}
+
+LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&direction)[2],
+                               double length, double (&end)[2]) noexcept {
+  Cohorts& r = cohorts(p);
+  Glide& g = r.glide;
+  if (g.on != 0) {
+    if (p.position[0] != r.slid_to[0] || p.position[1] != r.slid_to[1]) return LightStep::none;
+    if (!go_on(r, direction, length, g)) return LightStep::none;
+    double z[2];
+    find_mean(g, find_arc(r, g, g.chord_share), z);
+    for (int axis = 0; axis < 2; ++axis) {
+      const std::int64_t sum = units_of(r.mass * z[axis]);
+      move_along(p, r, axis, to[axis], sum);
+      end[axis] = static_cast<double>(sum);
+    }
+    return LightStep::done;
+  }
+  // What has snapped last most likely slides on. Deflections are convex: what is not beyond its reach at the
+  // end never was.
+  if (!r.glides || r.count == 0 || length > r.law.piece || p.bound.reach < 0.0) return LightStep::none;
+  const double at[2] = {to_lengths(difference(to[0], r.base[0])), to_lengths(difference(to[1], r.base[1]))};
+  const double slack = r.kernels->find_slack(r.law, r, r.rows, at) - bound_margin;
+  if (!(slack >= 0.0)) return LightStep::none;
+  if (slack > length) p.bound = {{to[0], to[1]}, slack};
+  return LightStep::holds;
+}
+
+void note_glide(Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  double z[2];
+  find_mean(r.glide, find_arc(r, r.glide, r.glide.chord_share), z);
+  for (int axis = 0; axis < p.axes; ++axis) p.sum[axis] = units_of(r.mass * z[axis]);
+}
+
+void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept {
+  const Cohorts& r = cohorts(p);
+  z[0] = place(p, r, 0) - entry(r.rows, i, cohort_x);
+  z[1] = place(p, r, 1) - entry(r.rows, i, cohort_y);
+  if (r.glide.on != 0) Turned(r, r.glide)(z);
+}
+
+double glide_squares(const Cohorts& r) noexcept {
+  return r.glide.on == 0 ? 0.0 : squares_at(r.glide, find_arc(r, r.glide, r.glide.chord_share));
+}
+
+void write_glide(const Patch& p, CohortState& s, double* rows) noexcept {
+  const Cohorts& r = cohorts(p);
+  const Turned turned(r, r.glide);
+  const double at[2] = {place(p, r, 0), place(p, r, 1)};
+  const auto turn = [&](double& x, double& y) {
+    double z[2] = {at[0] - x, at[1] - y};
+    turned(z);
+    x = at[0] - z[0];
+    y = at[1] - z[1];
+  };
+  for (std::uint32_t i = 0; i < s.count; ++i) turn(entry(rows, i, cohort_x), entry(rows, i, cohort_y));
+  for (int k = 0; k < 2; ++k)
+    if (s.open[k] != no_cohort) turn(s.begin[k][0], s.begin[k][1]);
+  find_moment(s, rows);
+}
+
+void end_glide(Patch& p) noexcept {
+  Cohorts& r = cohorts(p);
+  if (r.glide.on == 0) return;
+  write_glide(p, r, r.rows);
+  r.glide.on = 0;
+  for (int axis = 0; axis < p.axes; ++axis) p.sum[axis] = deflections_at(r, place(p, r, axis), axis);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,61 @@
+// A steady slide along a path that turns slowly: no piece of the path is taken (core/patches/COHORTS.md,
+// "Glides").
+#pragma once
+
+#include <cstdint>
+
+namespace bristle::detail {
+
+struct Cohorts;
+struct CohortState;
+struct Patch;
+struct StepSums;
+struct Advance;
+enum class LightStep;
+
+/// What a patch knows of the path behind it. Lengths are scaled.
+struct Course {
+  double direction[2] = {0.0, 0.0};  ///< of the last step
+  double length = 0.0;               ///< of the last step; 0: nothing is known
+  double node[2] = {0.0, 0.0};       ///< direction of the step in whose middle the turn was measured last
+  double way = 0.0;                  ///< from there to where the patch is
+  double curve = 0.0;                ///< turn of the path by its length, smoothed, 1/length
+  std::uint32_t known = 0;           ///< 0: `curve` was not measured yet
+};
+
+/// A steady slide whose rows stay as they were when it began, carried along: the cohorts are those rows,
+/// turned as the path turned and bent as its curvature has changed since.
+struct Glide : Course {
+  std::uint32_t on = 0;
+  double from[2] = {0.0, 0.0};  ///< tangent of the path when it began
+  double from_curve = 0.0;
+  // Means of the rows as they stand: deflection along and across `from`; the square of that along, less l_r
+  // squared; how the mean of |z|^2 changes with the curvature (first and second order).
+  double along = 0.0, across = 0.0, square = 0.0;
+  double chord_share = 0.0;  ///< Cohorts::chord_share over the length of the mean deflection
+  double squares[2] = {0.0, 0.0};
+};
+
+/// Goes on with a course by a step; false = the path turned too much, and nothing has changed.
+bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
+Course begin_course(const double (&direction)[2], double length) noexcept;
+
+/// Takes a step if the patch glides; false = it does not, and nothing has changed.
+bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
+/// ContactModel::step_lightly: goes on with a glide, or finds that nothing snaps.
+LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&direction)[2],
+                               double length, double (&end)[2]) noexcept;
+/// Numbers of a glide that follow from its rows.
+void find_glide_means(const Patch& p, Glide& g) noexcept;
+/// The shared part's sum of a patch that glides.
+void note_glide(Patch& p) noexcept;
+/// Deflection of cohort i, scaled, whether the patch glides or not.
+void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept;
+/// Mean of |z|^2 beyond that of the rows as they stand.
+double glide_squares(const Cohorts& r) noexcept;
+/// Writes the cohorts of a patch that glides into a state and rows, which hold them as they stood.
+void write_glide(const Patch& p, CohortState& s, double* rows) noexcept;
+/// The same for the patch's own: its glide ends. Nothing if it does not glide.
+void end_glide(Patch& p) noexcept;
+
+}  // namespace bristle::detail

@@ -1,0 +1,186 @@
+// Slides of the infinite brush along paths that turn slowly: carried along as they stand, beside the same
+// brush that takes its pieces. What never glides and is the same brush to nine digits: one that ages by 1e-9.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <vector>
+
+#include "expect.hpp"
+#include "infinite_brush.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+Material law_of(const SnapLength& law, double renewal, double residual) {
+  Material m = plain_material(law, SnapRule::redraw);
+  m.shared_renewal = renewal;
+  m.residual_length = residual * dbar;
+  return m;
+}
+Material in_pieces(Material m) { return m.with_ageing(bristle::Ageing::logarithmic(1e-9, 1.0)); }
+
+/// The same path on both; lengths in mean snap lengths, forces over kinetic friction.
+struct Pair {
+  explicit Pair(const Material& m, double finer)
+      : glides(m), pieces(in_pieces(m), infinite_options(finer, finer > 8.0 ? 512 : 0)) {}
+
+  void step(double way) {
+    const double dx = way * std::cos(direction), dy = way * std::sin(direction);
+    glides.step(dx, dy);
+    pieces.step(dx, dy);
+    const double kinetic = std::hypot(pieces.x(), pieces.y());
+    error = std::hypot(glides.x() - pieces.x(), glides.y() - pieces.y()) / kinetic;
+    const double(&a)[2] = glides.response.mean;
+    const double(&b)[2] = pieces.response.mean;
+    mean_error = std::hypot(a[0] - b[0], a[1] - b[1]) / std::hypot(b[0], b[1]);
+    loss_error = std::abs(glides.response.dissipated / pieces.response.dissipated - 1.0);
+  }
+  bool is_gliding() const { return glides.patch.report.bristles_visited == 0; }
+
+  Brush glides, pieces;
+  double direction = 0.3;
+  double error = 0.0, mean_error = 0.0, loss_error = 0.0;
+};
+
+struct Law {
+  const char* name;
+  Material material;
+  double forget;  ///< path after which it glides
+};
+std::vector<Law> laws() {
+  return {{"lognormal 0.3", law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0), 30.0},
+          {"lognormal 0.3, renewal", law_of(SnapLength::lognormal(dbar, 0.3), 1.0, 0.2), 30.0},
+          {"exponential", law_of(SnapLength::exponential(dbar), 0.0, 0.0), 60.0}};
+}
+
+}  // namespace
+
+TEST_CASE("On a circle an infinite brush glides, with the force of many pieces", "[cohorts][glide]") {
+  // Eight pieces are within 1.3e-3 of 32 (renewal), 6e-4 (exponential) and 1e-4 here, gliding or not.
+  for (const Law& law : laws())
+    for (const double radius : {40.0, 200.0})
+      for (const double way : {0.05, 0.5, 1.0, 2.0}) {
+        if (law.forget > 30.0 && way < 0.1) continue;
+        if (way / radius > 0.03) continue;
+        INFO(law.name << ", radius " << radius << ", steps of " << way);
+        Pair pair(law.material, 32.0);
+        double worst = 0.0, worst_mean = 0.0, worst_loss = 0.0;
+        int glides = 0, steps = 0;
+        for (double gone = 0.0; gone < law.forget + 8.0; gone += way) {
+          pair.direction += way / radius;
+          pair.step(way);
+          if (gone < law.forget) continue;
+          ++steps;
+          glides += pair.is_gliding();
+          worst = std::max(worst, pair.error);
+          worst_mean = std::max(worst_mean, pair.mean_error);
+          worst_loss = std::max(worst_loss, pair.loss_error);
+        }
+        CHECK(glides == steps);
+        expect_near(worst, 0.0, 2e-3, "force");
+        expect_near(worst_mean, 0.0, 5e-3, "mean force");
+        expect_near(worst_loss, 0.0, 4e-3, "what is dissipated");
+        expect_near(pair.glides.imbalance, 0.0, 1e-12, "energy");
+        CHECK(pair.glides.most_negative >= 0.0);
+      }
+}
+
+TEST_CASE("The force aside of a slide that turns is that of its bristles' lag", "[cohorts][glide]") {
+  // z of a bristle that came so far along a path of curvature c is r along it and -c r^2 / 2 across: -c
+  // E[delta^3] / (6 E[delta]) in the mean.
+  const SnapLength law = SnapLength::lognormal(dbar, 0.3);
+  const double radius = 100.0, way = 0.1;
+  Brush brush(law);
+  double direction = 0.0;
+  for (int i = 0; i < 600; ++i) {
+    direction += way / radius;
+    brush.step(way * std::cos(direction), way * std::sin(direction));
+  }
+  CHECK(brush.patch.report.bristles_visited == 0);
+  const double tangent = direction + 0.5 * way / radius;
+  const double aside = brush.y() * std::cos(tangent) - brush.x() * std::sin(tangent);
+  const double along = brush.x() * std::cos(tangent) + brush.y() * std::sin(tangent);
+  expect_near(aside, -law.moment(3) / (6.0 * law.mean() * dbar * dbar) / radius, 2e-5, "across");
+  expect_near(along, kinetic(law), 3e-4, "along");
+}
+
+TEST_CASE("A glide follows a curvature that changes, and ends where the path breaks", "[cohorts][glide]") {
+  for (const Law& law : laws()) {
+    INFO(law.name);
+    Pair pair(law.material, 32.0);
+    const double way = 0.4;
+    double gone = 0.0, worst = 0.0, after = 0.0;
+    int glides = 0;
+    for (; gone < 2.0 * law.forget; gone += way) {
+      pair.direction += way * 0.02 * std::sin(gone / 12.0);  // rad per length
+      pair.step(way);
+      if (gone < law.forget) continue;
+      glides += pair.is_gliding();
+      worst = std::max(worst, pair.error);
+    }
+    CHECK(glides > 20);
+    expect_near(worst, 0.0, 2.5e-3, "gliding");
+    // Back, across, and on.
+    for (const double turn : {3.0, 1.5, 0.1}) {
+      pair.direction += turn;
+      for (int i = 0; i < 12; ++i) {
+        pair.step(0.2);
+        CHECK_FALSE(pair.is_gliding());
+        after = std::max(after, pair.error * std::hypot(pair.pieces.x(), pair.pieces.y()) / 0.5);
+      }
+    }
+    expect_near(after, 0.0, 0.012, "after the break");
+    expect_near(pair.glides.imbalance, 0.0, 1e-12, "energy");
+  }
+}
+
+TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][glide][determinism]") {
+  const Material material = law_of(SnapLength::lognormal(dbar, 0.3), 1.0, 0.1);
+  OnePatch plain(material, infinite_options()), watched(material, infinite_options()),
+      restored(material, infinite_options());
+  double direction = 0.0;
+  const auto turn = [&](int i) { return i < 160 ? 0.002 * std::sin(0.02 * i) : i < 180 ? 0.7 : 0.001; };
+  for (int i = 0; i < 300; ++i) {
+    direction += turn(i);
+    const double dx = 0.3 * dbar * std::cos(direction), dy = 0.3 * dbar * std::sin(direction);
+    Motion motion;
+    motion.id = watched.id;
+    motion.displacement[0] = dx;
+    motion.displacement[1] = dy;
+    motion.normal_load = load_n;
+    const Response tried = watched.batch.find_force(tick, motion);
+    const double energy = watched.energy();
+    std::vector<double> zx(4096), zy(4096);
+    watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
+    if (i % 50 == 37) {
+      std::vector<std::byte> bytes(watched.batch.state_size());
+      REQUIRE(watched.batch.save_state({bytes.data(), bytes.size()}) == bytes.size());
+      restored.batch.restore_state({bytes.data(), bytes.size()});
+      CHECK(restored.energy() == energy);
+    }
+    const Response a = plain.step(dx, dy, load_n), b = watched.step(dx, dy, load_n);
+    for (int axis = 0; axis < 2; ++axis) {
+      expect(a.end[axis] == b.end[axis] && a.mean[axis] == b.mean[axis], "the same step");
+      expect(tried.end[axis] == b.end[axis] && tried.mean[axis] == b.mean[axis], "the trial");
+    }
+    expect(a.dissipated == b.dissipated && tried.dissipated == b.dissipated, "energy");
+    if (i >= 37) {
+      const Response c = restored.step(dx, dy, load_n);
+      expect(c.end[0] == b.end[0] && c.end[1] == b.end[1], "restored");
+      expect(restored.batch.state_hash() == watched.batch.state_hash(), "state restored");
+    }
+    // The bristles that are shown carry the force.
+    double mean[2] = {0.0, 0.0};
+    watched.batch.read_bristles(watched.id, {zx.data(), zx.size()}, {zy.data(), zy.size()}, {});
+    for (std::size_t k = 0; k < zx.size(); ++k) {
+      mean[0] += zx[k] / static_cast<double>(zx.size());
+      mean[1] += zy[k] / static_cast<double>(zx.size());
+    }
+    if (i > 5)
+      expect_near(std::hypot(mean[0] * load_n + b.elastic[0], mean[1] * load_n + b.elastic[1]), 0.0,
+                  2e-3 * load_n * dbar, "bristles shown");
+  }
+  CHECK(plain.batch.state_hash() == watched.batch.state_hash());
+}
