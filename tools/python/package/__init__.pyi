@@ -1,7 +1,7 @@
 # Types of the module, for editors and checkers. Units and meaning: docstrings, help(bristle).
 import enum
 import os
-from typing import Any, Optional, TypedDict, Union, overload
+from typing import Any, Mapping, Optional, Sequence, TypedDict, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -418,10 +418,14 @@ class FitResult:
     def curve(self) -> NDArray[np.float64]: ...
     @property
     def report(self) -> dict[str, Any]: ...
+    @property
+    def understood(self) -> list[str]: ...
+    @property
+    def html(self) -> str: ...
 
 @overload
 def fit(
-    file: Union[str, os.PathLike[str]],
+    file: Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]]],
     *,
     load: Optional[float] = ...,
     sign: str = ...,
@@ -430,6 +434,14 @@ def fit(
     damper_decay: str = ...,
     residual: Optional[float] = ...,
     renewal: Optional[float] = ...,
+    columns: Mapping[str, Union[str, int]] = ...,
+    units: Mapping[str, str] = ...,
+    speed: Optional[float] = ...,
+    clip_load: float = ...,
+    radius: Optional[float] = ...,
+    mass: float = ...,
+    compliance: Optional[float] = ...,
+    delay: Optional[float] = ...,
 ) -> FitResult: ...
 @overload
 def fit(
@@ -444,6 +456,9 @@ def fit(
     damper_decay: str = ...,
     residual: Optional[float] = ...,
     renewal: Optional[float] = ...,
+    mass: float = ...,
+    compliance: Optional[float] = ...,
+    delay: Optional[float] = ...,
 ) -> FitResult: ...
 
 class SceneRun:
