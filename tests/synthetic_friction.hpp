@@ -30,6 +30,9 @@ struct SyntheticFriction {
   double strengthening = 0.0;          // a of a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // m/s
   double asymmetry = 0.0;              // friction towards +x larger, towards -x smaller by this share
+  // Between the contact and the sensors: `motion` is that of the contact.
+  double compliance = 0.0;  // m/N, of the stage
+  double delay = 0.0;       // s, time constant of a first-order low-pass of the force
   // The sensors.
   double noise = 0.0;                                                // N
   double encoder = 0.0;                                              // m
@@ -131,7 +134,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   std::normal_distribution<double> normal;
   RecordedFriction out;
   const auto count = static_cast<int>(s.duration * s.rate);
-  double x = s.motion(0.0);
+  double x = s.motion(0.0), shown = 0.0, force_before = 0.0;
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
@@ -162,10 +165,18 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force *= force > 0.0 ? 1.0 + s.asymmetry : 1.0 - s.asymmetry;
     force += s.viscous * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
+    const double place = x + s.compliance * force;
+    if (s.delay > 0.0) {  // force' = (friction - force) / delay, the friction straight between the steps
+      const double lag = s.delay * (force - force_before) * s.rate;
+      shown =
+          i == 0 ? force : force - lag + (shown - force_before + lag) * std::exp(-1.0 / (s.rate * s.delay));
+      force_before = force;
+      force = shown;
+    }
     force += s.drift(t) + s.noise * normal(generator);
     if (i % s.every != 0) continue;
     out.t.push_back(t);
-    out.x.push_back(s.encoder > 0.0 ? s.encoder * std::round(x / s.encoder) : x);
+    out.x.push_back(s.encoder > 0.0 ? s.encoder * std::round(place / s.encoder) : place);
     out.load.push_back(load);
     out.force.push_back(force);
   }

@@ -514,6 +514,42 @@ TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
   CHECK(std::stod(scene.substr(scene.find(key) + key.size())) >= highest);
 }
 
+TEST_CASE("A speed that is one but for its turns and its noise shows no lubricant", "[fit]") {
+  // To and fro at 1 mm/s, a tenth of the time spent in turning: once read as 65.8 N s/m.
+  SyntheticFriction s = usual();
+  s.rate = 200.0;
+  s.motion = [](double t) {
+    constexpr double period = 2.0, turn = 0.1, v = 1e-3;  // a stroke takes a second
+    const auto speed_gained = [&](double u) { return u < turn ? 0.5 * u * u / turn : u - 0.5 * turn; };
+    const double u = std::fmod(t, period), w = u < 1.0 ? u : 2.0 - u;
+    const double way = w < 0.5 ? speed_gained(w) : 1.0 - turn - speed_gained(1.0 - w);
+    return v * way;
+  };
+  for (const double encoder : {0.0, 1e-6}) {
+    s.encoder = encoder;
+    const Fitted fitted = fit(record(s, 6).csv());
+    CAPTURE(encoder);
+    check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
+    CHECK(fitted[cli::fit_viscous].value == 0.0);
+    CHECK_FALSE(fitted[cli::fit_viscous].fitted);
+  }
+}
+
+TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
+  SyntheticFriction s = usual();
+  s.duration = 5.0;
+  s.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
+  s.most_load = 3.0;
+  const Fitted fitted = fit(record(s, 4).csv());
+  CHECK_FALSE(fitted.data.steady_load);
+  const std::string scene = cli::fit_toml(fitted.data, {}, fitted.result);
+  const std::string key = "max_normal_load = ";
+  const double room = std::stod(scene.substr(scene.find(key) + key.size()));
+  CHECK(room >= 2.99);
+  CHECK(room <= 3.1);
+  CHECK(scene.find("load = 2") == std::string::npos);  // it comes from the file
+}
+
 TEST_CASE("A force that goes with the speed alone is refused as no friction of a brush", "[fit]") {
   // Such data once left a kinetic coefficient of 0.40 and a presliding length of ten strokes.
   std::mt19937_64 generator(3);

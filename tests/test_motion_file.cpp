@@ -61,7 +61,7 @@ TEST_CASE("Loads may come in micronewtons and in gram-force", "[motion file]") {
   CHECK(file.rows[0].load == Approx(9.80665e-3).epsilon(1e-15));  // standard gravity
   CHECK(file.rows[1].load == Approx(0.4903325).epsilon(1e-15));
   CHECK(refusal("t,x,load[kg]\n0,0,1\n1,0,1\n") ==
-        "hand.csv:1: unit of column load is 'kg'; allowed: N, mN, uN, gf");
+        "hand.csv:1: unit of column load is 'kg'; allowed: N, mN, uN, kN, gf, kgf");
 }
 
 TEST_CASE("Loads that a sensor shows at zero are 0 where a motion file is to be clipped", "[motion file]") {
@@ -139,7 +139,7 @@ TEST_CASE("A bad row is refused by line, column and reason", "[motion file]") {
       {"t,x,load\n0,1,1\n1,+-1,1\n", "hand.csv:3: column x: '+-1' is not a number"},
       {"t,x,load\n0,1,1\n1,0x10,1\n", "hand.csv:3: column x: '0x10' is not a number"},
       {"t,x,load\n0,1,1\n1,1\n", "hand.csv:3: fewer cells than the header has columns"},
-      {"t,x,load\n0,1,1\n1,1,1,1\n", "hand.csv:3: more cells than the header has columns"},
+      {"t,x,load\n0,1,1\n1,1,1,1\n", "hand.csv:3: more cells than the header has columns (decimal commas?)"},
       {"t,x,load\n0,1,1\n\n1,1,1\n", "hand.csv:3: fewer cells than the header has columns"},
       {"# one\n# two\nt,x,load\n0,1,1\n# three\n1,?,1\n", "hand.csv:6: column x: '?' is not a number"},
   };
@@ -161,8 +161,9 @@ TEST_CASE("A header that does not name what is needed is refused", "[motion file
         "hand.csv:1: header 't,y,load' has no column x (nor vx); expected t,x,y,load");
   CHECK(refusal("t,x,x[mm],load\n0,1,1,1\n") == "hand.csv:1: column x appears twice");
   CHECK(refusal("t,x[inch],load\n0,1,1\n") ==
-        "hand.csv:1: unit of column x is 'inch'; allowed: m, cm, mm, um");
-  CHECK(refusal("t,x[mm,load\n0,1,1\n") == "hand.csv:1: unit of column x is 'mm'; allowed: m, cm, mm, um");
+        "hand.csv:1: unit of column x is 'inch'; allowed: m, cm, mm, um, nm");
+  CHECK(refusal("t,x[mm,load\n0,1,1\n") ==
+        "hand.csv:1: unit of column x is 'mm'; allowed: m, cm, mm, um, nm");
   CHECK(refusal("t,x,vy,load\n0,1,1,1\n") ==
         "hand.csv:1: columns x and vy together: give x and y, or vx and vy");
   CHECK(refusal("t,vx,y,load\n0,1,1,1\n") ==

@@ -607,8 +607,8 @@ class Fit(unittest.TestCase):
     def test_a_fit_says_what_the_data_do_not_determine(self):
         left = self.found.not_determined
         self.assertEqual(set(left), {"ageing", "ageing_time", "asymmetry", "damping_per_newton", "kinetic_backward",
-                                     "kinetic_forward", "speed_strengthening", "strengthening_speed",
-                                     "stribeck_velocity", "viscous_friction"})
+                                     "kinetic_forward", "sensor_delay", "speed_strengthening", "stage_compliance",
+                                     "strengthening_speed", "stribeck_velocity", "viscous_friction"})
         for estimate in left.values():
             self.assertEqual((estimate.determined, estimate.low, estimate.high), (False, None, None))
             self.assertTrue(estimate.why)
@@ -638,6 +638,19 @@ class Fit(unittest.TestCase):
             self.assertEqual(other.material, self.found.material)
             np.testing.assert_array_equal(other.curve, self.found.curve)
 
+    def test_a_file_in_words_of_its_own_gives_the_same_fit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "measured.csv"
+            rows = np.column_stack([1e3 * self.t, 1e6 * self.x, self.force])
+            np.savetxt(file, rows, "%.17g", ";", header="Zeit;Weg;Kraft", comments="")
+            found = bristle.fit([file], load=LOAD, columns={"t": "Zeit", "x": 2, "force": "Kraft"},
+                                units={"t": "ms", "x": "um"}, compliance=0.0, delay=0.0)
+        self.assertAlmostEqual(found.parameters["kinetic"].value, self.found.parameters["kinetic"].value, places=6)
+        self.assertEqual(found.not_determined["sensor_delay"].why, "held")
+        self.assertIn("x = 'Weg' in um", found.understood[0])
+        self.assertIn("cells between semicolons", found.understood[0])
+        self.assertIn("<h2 id=\"read\">What was read</h2>", found.html)
+
     def test_data_that_cannot_be_fitted_are_refused_by_name(self):
         t, x, force = self.t, self.x, self.force
         nan = force.copy()
@@ -655,6 +668,8 @@ class Fit(unittest.TestCase):
             (lambda: bristle.fit(t, x, force, LOAD, renewal=-1.0), "renewal is -1.0; allowed: 0 to 8.0, or None"),
             (lambda: bristle.fit(t, x, force, LOAD, rule="keep", renewal=1.0), "need --rule redraw"),
             (lambda: bristle.fit("/nowhere/data.csv"), "/nowhere/data.csv: cannot be read"),
+            (lambda: bristle.fit([]), "file is an empty list"),
+            (lambda: bristle.fit(t, x, force, LOAD, mass=-1.0), "mass is -1.0; allowed: 0.0 to 1000000.0 kg"),
         ]
         for call, message in refused:
             with self.assertRaisesRegex(bristle.Error, message):

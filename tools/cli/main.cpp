@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/capacity/capacity.hpp"
 #include "tools/experiments/command.hpp"
+#include "tools/files/csv_columns.hpp"
 #include "tools/files/one_line.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
@@ -115,6 +117,69 @@ double parse_share(const std::string& text) {
     throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, as 1% or 0.01", text));
   }
   return value;
+}
+
+using Assignments = std::vector<std::pair<std::string, std::string>>;
+
+/// "x=Position,force=Fx".
+Assignments parse_assignments(const std::string& text, const char* option) {
+  Assignments all;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string one = text.substr(begin, end - begin);
+    const std::size_t equals = one.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == one.size())
+      throw cli::UserError(fmt::format(
+          "{} is '{}'; allowed: {}", option, text,
+          std::string(option) == "--units" ? "x=mm,force=gf and so on" : "x=Position,force=Fx and so on"));
+    all.emplace_back(one.substr(0, equals), one.substr(equals + 1));
+    begin = end + 1;
+  }
+  return all;
+}
+
+/// A number with a unit within a range of SI values.
+double parse_within(const std::string& text, std::span<const cli::Unit> units, const char* option, double low,
+                    double high) {
+  const double value = cli::parse_quantity(text, units, option);
+  if (value >= low && value <= high) return value;
+  throw cli::UserError(
+      fmt::format("{} is '{}'; allowed: {} to {} {}", option, text, low, high, units.front().name));
+}
+
+/// What the data of a fit do not say themselves.
+void add_reading(CLI::App* app, cli::FitOptions& options) {
+  const auto quantity = [app](const char* option, std::span<const cli::Unit> units, double low, double high,
+                              const char* text, auto set) {
+    app->add_option_function<std::string>(
+        option, [=](const std::string& given) { set(parse_within(given, units, option, low, high)); }, text);
+  };
+  app->add_option_function<std::string>(
+      "--columns",
+      [&](const std::string& text) { options.reading.columns = parse_assignments(text, "--columns"); },
+      "Columns by the names (or places) that the data give them, e.g. x=Position,force=Fx,load=4");
+  app->add_option_function<std::string>(
+      "--units", [&](const std::string& text) { options.reading.units = parse_assignments(text, "--units"); },
+      "Units of columns, in place of the header's, e.g. t=ms,x=um,force=gf");
+  quantity("--load", cli::force_units, 1e-9, 1e9, "Normal load in place of a column, e.g. 2N or 200gf",
+           [&](double load) { options.load = load; });
+  quantity("--clip-load", cli::force_units, 0.0, 1e9, "Loads from minus this to 0 count as 0, e.g. 5mN",
+           [&](double load) { options.reading.clip_load = load; });
+  quantity("--speed", cli::speed_units, -1e3, 1e3,
+           "Speed of the motion where no column has it, e.g. 10mm/min",
+           [&](double speed) { options.reading.speed = speed; });
+  quantity("--mass", cli::mass_units, 0.0, 1e6,
+           "Mass that the force sensor accelerates: its inertia is taken off, e.g. 120g",
+           [&](double mass) { options.mass = mass; });
+  quantity("--radius", cli::length_units, 1e-9, 1e3,
+           "Radius at which columns angle and torque act, e.g. 20mm",
+           [&](double radius) { options.reading.radius = radius; });
+  quantity("--compliance", cli::compliance_units, 0.0, 1.0,
+           "Hold what the stage bends per force at this (default: fitted), e.g. 2um/N",
+           [&](double compliance) { options.compliance = compliance; });
+  quantity("--delay", cli::time_units, 0.0, 1e3,
+           "Hold the delay of the force sensor at this (default: fitted), e.g. 5ms",
+           [&](double delay) { options.delay = delay; });
 }
 
 /// CLI::Range of doubles lets "nan" pass.
@@ -382,10 +447,11 @@ int run(int argc, char** argv) {
 
   cli::FitOptions fit_options;
   CLI::App* fit_app = app.add_subcommand("fit", "A material from measured friction");
-  fit_app->add_option("DATA", fit_options.data, "Measured friction, CSV t,x,load,force (tools/README.md)")
+  fit_app
+      ->add_option("DATA", fit_options.data,
+                   "Measured friction, CSV t,x,load,force (tools/README.md); several files are one record")
       ->required();
-  fit_app->add_option("--load", fit_options.load, "Normal load, N, in place of a column")
-      ->check(within(1e-9, 1e9));
+  add_reading(fit_app, fit_options);
   add_choice(
       fit_app, "--sign",
       {{"auto", cli::ForceSign::automatic}, {"on", cli::ForceSign::on_body}, {"by", cli::ForceSign::by_body}},
@@ -421,6 +487,8 @@ int run(int argc, char** argv) {
   fit_app->add_option("--write", fit_options.write,
                       "Write the material, in a scene that replays the data, TOML");
   fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
+  fit_app->add_option("--html", fit_options.html,
+                      "Write a page to read to this HTML file: what was read, fit, residuals (- for stdout)");
   fit_app->add_option("--json", fit_options.json, "Write the report to this JSON file (- for stdout)");
   fit_app->add_option("--csv", fit_options.csv,
                       "Write data, fit and residuals to this CSV file (- for stdout)");

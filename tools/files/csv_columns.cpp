@@ -11,10 +11,24 @@
 namespace cli {
 namespace {
 
-std::string unit_names(std::span<const Unit> units) {
-  std::string names;
-  for (const Unit& unit : units) names += fmt::format("{}{}", names.empty() ? "" : ", ", unit.name);
-  return names;
+/// Units as people write them: "µm", "Nm", "sec", "°".
+std::string plain_unit(std::string_view name) {
+  std::string plain(trim(name));
+  for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"}) {
+    if (plain.starts_with(micro)) plain = "u" + plain.substr(micro.size());
+  }
+  if (plain == "\xC2\xB0" || plain == "\xB0" || plain == "degrees") return "deg";
+  if (plain == "sec" || plain == "seconds") return "s";
+  if (plain == "msec") return "ms";
+  for (const std::string_view newton : {"N", "mN", "uN"}) {
+    for (const std::string_view length : {"m", "mm", "cm"}) {
+      for (const std::string_view between : {"", ".", "*", "\xC2\xB7"}) {
+        if (plain == std::string(newton) + std::string(between) + std::string(length))
+          return std::string(newton) + " " + std::string(length);
+      }
+    }
+  }
+  return plain;
 }
 
 // "x [mm]" -> column x, unit mm. An unknown column is noted and ignored.
@@ -36,9 +50,8 @@ void read_header_cell(std::string_view cell, const std::string& where, std::span
   if (bracket == std::string_view::npos) return;
   const std::string_view rest = cell.substr(bracket + 1);
   const std::string_view unit = rest.ends_with(']') ? trim(rest.substr(0, rest.size() - 1)) : rest;
-  for (const Unit& u : kind->units) {
-    if (u.name != unit || !rest.ends_with(']')) continue;
-    header.per_si[column] = u.per_si;
+  if (const Unit* const known = rest.ends_with(']') ? find_unit(kind->units, unit) : nullptr) {
+    header.per_si[column] = known->per_si;
     return;
   }
   throw UserError(
@@ -50,6 +63,33 @@ std::size_t count_lines(std::string_view text) {
 }
 
 }  // namespace
+
+std::string unit_names(std::span<const Unit> units) {
+  std::string names;
+  for (const Unit& unit : units) names += fmt::format("{}{}", names.empty() ? "" : ", ", unit.name);
+  return names;
+}
+
+const Unit* find_unit(std::span<const Unit> units, std::string_view name) {
+  const std::string plain = plain_unit(name);
+  for (const Unit& unit : units)
+    if (unit.name == plain) return &unit;
+  return nullptr;
+}
+
+double parse_quantity(std::string_view text, std::span<const Unit> units, const std::string& what) {
+  text = trim(text);
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  const std::string_view unit = trim({rest, static_cast<std::size_t>(end - rest)});
+  const Unit* const known = unit.empty() ? &units.front() : find_unit(units, unit);
+  if (error != std::errc() || !std::isfinite(value) || !known) {
+    throw UserError(fmt::format("{} is '{}'; allowed: a number, alone ({}) or with a unit: {}", what, text,
+                                units.front().name, unit_names(units)));
+  }
+  return value / known->per_si;
+}
 
 std::string_view trim(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r");

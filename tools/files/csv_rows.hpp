@@ -44,7 +44,7 @@ void for_csv_rows(std::string_view text, const std::string& name, std::size_t he
   } catch (const io::error::too_few_columns&) {
     throw UserError(fmt::format("{}: fewer cells than the header has columns", where()));
   } catch (const io::error::too_many_columns&) {
-    throw UserError(fmt::format("{}: more cells than the header has columns", where()));
+    throw UserError(fmt::format("{}: more cells than the header has columns (decimal commas?)", where()));
   } catch (const io::error::base& error) {
     throw UserError(fmt::format("{}: {}", where(), error.what()));
   }

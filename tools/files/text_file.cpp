@@ -82,7 +82,12 @@ std::string read_text_file(const std::string& path, std::size_t most_bytes, bool
     if (got > most_bytes - text.size())
       throw UserError(path + ": is too large: at most " + std::to_string(most_bytes >> 20) + " MiB are read");
     for (const char c : std::string_view(block, binary ? 0 : got)) {
-      if (c == 0) throw UserError(where() + "a zero byte: not a text file");
+      if (c == 0) {
+        const std::string_view start = text.empty() ? std::string_view(block, got) : std::string_view(text);
+        const bool wide = start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF");
+        throw UserError(wide ? path + ": is UTF-16; save it as UTF-8 (spreadsheets: 'CSV UTF-8')"
+                             : where() + "a zero byte: not a text file");
+      }
       if (c != '\n' && ++line_bytes <= most_line_bytes) continue;
       if (c != '\n') throw UserError(where() + "the line does not end within 16 MiB: not a text file");
       ++line;

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "tools/files/csv_rows.hpp"
+#include "tools/files/foreign_csv.hpp"
+#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/data.hpp"
 
@@ -22,15 +24,32 @@ enum Column : unsigned {
   column_friction,
   column_y,
   column_fy,
+  column_angle,
+  column_torque,
   column_count
 };
-constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time},      {"x", length_units, most_length},
-    {"v", speed_units, most_speed},    {"vx", speed_units, most_speed},
-    {"load", force_units, most_force}, {"force", force_units, most_force},
-    {"fx", force_units, most_force},   {"friction", force_units, most_force},
-    {"y", length_units, most_length},  {"fy", force_units, most_force}};
+constexpr std::string_view names_t[] = {"time", "timestamp", "elapsed time"};
+constexpr std::string_view names_x[] = {"position", "displacement", "pos"};
+constexpr std::string_view names_v[] = {"velocity", "speed"};
+constexpr std::string_view names_load[] = {"normal load", "normal_load", "normal force", "normal_force",
+                                           "fn"};
+constexpr std::string_view names_force[] = {"friction force", "friction_force", "tangential force",
+                                            "tangential_force"};
+constexpr std::string_view no_other[] = {""};
+constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t},
+                                            {"x", length_units, most_length, names_x},
+                                            {"v", speed_units, most_speed, names_v},
+                                            {"vx", speed_units, most_speed},
+                                            {"load", force_units, most_force, names_load},
+                                            {"force", force_units, most_force, names_force},
+                                            {"fx", force_units, most_force, no_other},
+                                            {"friction", force_units, most_force, no_other},
+                                            {"y", length_units, most_length},
+                                            {"fy", force_units, most_force},
+                                            {"angle", angle_units, most_length, no_other},
+                                            {"torque", torque_units, most_force, no_other}};
 constexpr const char* expected = "t,x,load,force";
+constexpr double beyond_most = 0.1;  // of a force that has both signs though the motion is said to have one
 
 /// The one of several names for a thing that is there; column_count when none is.
 unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, const std::string& where) {
@@ -45,10 +64,6 @@ unsigned pick(const CsvHeader& header, std::initializer_list<unsigned> names, co
   }
   return found;
 }
-
-struct Choice {
-  unsigned v = column_count, force = column_count;
-};
 
 bool varies(const std::vector<double>& column) {
   return std::any_of(column.begin(), column.end(), [&](double value) { return value != column.front(); });
@@ -78,18 +93,137 @@ void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   data.force_y.clear();
 }
 
-Choice choose(const CsvHeader& header, std::string_view line, const std::string& where) {
-  const Choice choice{pick(header, {column_v, column_vx}, where),
-                      pick(header, {column_force, column_fx, column_friction}, where)};
-  const auto need = [&](bool ok, const char* what) {
+/// Which kind a word of the command line means: our name or one that others use.
+unsigned kind_of(std::string_view word, const char* option) {
+  constexpr struct {
+    const char* short_name;
+    unsigned kind;
+  } shorter[] = {{"f", column_force}, {"n", column_load}};
+  for (unsigned k = 0; k < column_count; ++k)
+    if (kinds[k].name == word) return k;
+  for (const auto& s : shorter)
+    if (s.short_name == word) return s.kind;
+  for (unsigned k = 0; k < column_count; ++k)
+    if (std::find(kinds[k].aliases.begin(), kinds[k].aliases.end(), word) != kinds[k].aliases.end()) return k;
+  throw UserError(fmt::format(
+      "{}: '{}' is no column of a record; allowed: t, x, v, load, force, y, fx, fy, angle, torque", option,
+      word));
+}
+
+std::vector<ColumnWish> wishes_of(const FitReading& reading) {
+  std::vector<ColumnWish> wishes(column_count);
+  for (const auto& [ours, theirs] : reading.columns) {
+    if (theirs.empty()) throw UserError(fmt::format("--columns: {} has no name; give {}=NAME", ours, ours));
+    wishes[kind_of(ours, "--columns")].name = theirs;
+  }
+  for (const auto& [ours, unit] : reading.units) {
+    const unsigned k = kind_of(ours, "--units");
+    wishes[k].unit = find_unit(kinds[k].units, unit);
+    if (!wishes[k].unit)
+      throw UserError(fmt::format("--units: unit of {} is '{}'; allowed: {}", kinds[k].name, unit,
+                                  unit_names(kinds[k].units)));
+  }
+  return wishes;
+}
+
+bool is_record(const std::vector<bool>& present, const FitReading& reading) {
+  const auto any = [&](std::initializer_list<unsigned> of) {
+    return std::any_of(of.begin(), of.end(), [&](unsigned c) { return present[c]; });
+  };
+  return present[column_t] && (reading.speed || any({column_x, column_v, column_vx, column_angle})) &&
+         any({column_force, column_fx, column_friction, column_torque});
+}
+
+/// What holds a place or a force.
+struct Choice {
+  unsigned x = column_count, v = column_count, force = column_count;
+};
+
+Choice choose(const CsvHeader& header, std::string_view line, const FitReading& reading,
+              const std::string& where) {
+  const Choice choice{pick(header, {column_x, column_angle}, where),
+                      pick(header, {column_v, column_vx}, where),
+                      pick(header, {column_force, column_fx, column_friction, column_torque}, where)};
+  const auto need = [&](bool ok, const char* what, const char* ours) {
     if (!ok)
       throw UserError(
-          fmt::format("{}: header '{}' has no {}; expected {}", where, trim(line), what, expected));
+          fmt::format("{}: header '{}' has no {}; expected {}, or your own names: --columns {}=NAME", where,
+                      trim(line), what, expected, ours));
   };
-  need(header.present[column_t], "column t");
-  need(header.present[column_x] || choice.v != column_count, "column x (nor v)");
-  need(choice.force != column_count, "column force (nor fx, friction)");
+  need(header.present[column_t], "column t", "t");
+  need(choice.x != column_count || choice.v != column_count || reading.speed, "column x (nor v)", "x");
+  need(choice.force != column_count, "column force (nor fx, friction)", "force");
+  const bool turns = choice.x == column_angle, twists = choice.force == column_torque;
+  if ((turns || twists) && !reading.radius)
+    throw UserError(
+        fmt::format("{}: column {} needs the radius at which it acts: --radius 20mm (a ring: its "
+                    "mean radius)",
+                    where, turns ? "angle" : "torque"));
+  if (turns != twists && choice.x != column_count)
+    throw UserError(fmt::format("{}: column {} goes with column {}", where, turns ? "angle" : "torque",
+                                turns ? "torque" : "angle"));
+  if (reading.radius && !turns && !twists)
+    throw UserError(fmt::format("{}: --radius is for columns angle and torque, and here are none", where));
+  if (reading.speed && (choice.x != column_count || choice.v != column_count))
+    throw UserError(fmt::format("{}: --speed stands for a column of the motion, and here is column {}", where,
+                                kinds[choice.x != column_count ? choice.x : choice.v].name));
   return choice;
+}
+
+/// "t in ms, x = 'Position' in mm, force; SI where no unit is stated".
+std::string mapping_text(const PlainCsv& csv) {
+  std::string text;
+  bool bare = false;
+  for (unsigned k = 0; k < column_count; ++k) {
+    if (csv.headers[k].empty()) continue;
+    const std::string_view name = trim(std::string_view(csv.headers[k]).substr(0, csv.headers[k].find('[')));
+    text += fmt::format("{}{}{}{}", text.empty() ? "" : ", ", kinds[k].name,
+                        name == kinds[k].name ? "" : fmt::format(" = '{}'", csv.headers[k]),
+                        csv.units[k].empty() ? "" : " in " + csv.units[k]);
+    bare = bare || csv.units[k].empty();
+  }
+  return text + (bare ? "; SI where no unit is stated" : "");
+}
+
+/// Whether times look like milliseconds that no one called so.
+void doubt_time(const PlainCsv& csv, FitColumns& data) {
+  if (!csv.units[column_t].empty() || data.t.size() < 2) return;
+  const double between = (data.t.back() - data.t.front()) / static_cast<double>(data.t.size() - 1);
+  if (between >= 0.5)
+    data.understood.push_back(fmt::format(
+        "column t states no unit: rows are taken to be {:.3g} s apart; if these are ms, give --units t=ms",
+        between));
+}
+
+/// A motion that no column has: at one speed, one way.
+void rebuild_positions(FitColumns& data, double speed) {
+  for (const double t : data.t) data.x.push_back(speed * (t - data.t.front()));
+  data.v.assign(data.t.size(), speed);
+  double up = 0.0, down = 0.0;
+  for (const double f : data.force) (f > 0.0 ? up : down) += std::fabs(f);
+  if (std::min(up, down) > beyond_most * (up + down))
+    throw UserError(data.name +
+                    ": the force has both signs, and --speed is of a motion one way: give a column x or v "
+                    "for a motion to and fro");
+  data.understood.push_back(
+      fmt::format("position rebuilt from a speed of {:.4g} mm/s, one way", 1e3 * speed));
+}
+
+/// A load of a row, N; what a sensor shows at zero load counts as 0 where the user says so.
+double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
+               std::size_t& clipped_rows, double& lowest) {
+  if (load >= 0.0) return load;
+  if (load >= -reading.clip_load) {
+    ++clipped_rows;
+    lowest = std::min(lowest, load);
+    return 0.0;
+  }
+  throw UserError(fmt::format(
+      "{}: column load: {} is negative; allowed: {}; --clip-load NEWTONS takes what a sensor shows at zero "
+      "load as 0",
+      where, cell,
+      reading.clip_load > 0.0 ? fmt::format("{} N or more (--clip-load)", -reading.clip_load)
+                              : std::string("0 or more")));
 }
 
 /// What parse_cell asks of a cell, of a number.
@@ -101,44 +235,132 @@ void require_within(double value, const ColumnKind& kind, const std::string& whe
 
 }  // namespace
 
-FitColumns parse_fit_columns(std::string_view text, const std::string& name) {
+FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading) {
   FitColumns data;
   data.name = name;
-  std::size_t header_line = 1;
-  text = skip_to_header(text, name, expected, header_line);
-  const std::string header_where = fmt::format("{}:{}", name, header_line);
-  const std::string_view line = text.substr(0, text.find('\n'));
-  const CsvHeader header = read_csv_header(line, header_where, kinds);
-  const Choice choice = choose(header, line, header_where);
-  data.has_x = header.present[column_x];
+  std::size_t first_line = 1;
+  text = skip_to_header(text, name, expected, first_line);
+  const PlainCsv csv =
+      plain_csv(text, name, first_line, kinds, wishes_of(reading),
+                [&](const std::vector<bool>& present) { return is_record(present, reading); });
+  const std::string header_where = fmt::format("{}:{}", name, csv.header_line);
+  const std::string_view plain = csv.text;
+  const CsvHeader header = read_csv_header(plain.substr(0, plain.find('\n')), header_where, kinds);
+  const Choice choice = choose(header, csv.header, reading, header_where);
+  data.has_x = choice.x != column_count;
   data.has_load = header.present[column_load];
-  data.replayable = data.has_x || choice.v == column_vx;
+  data.replayable = csv.ours && (choice.x == column_x || choice.v == column_vx);
   data.ignored_columns = header.other_columns;
   const bool has_y = header.present[column_y], has_fy = header.present[column_fy];
+  const double lever = reading.radius.value_or(1.0);
+  std::size_t clipped_rows = 0;
+  double lowest_load = 0.0;
+  std::vector<unsigned> as_written{column_t};
+  for (const unsigned c : {choice.x == column_count ? choice.v : choice.x,
+                           data.has_load ? unsigned{column_load} : unsigned{column_count}, choice.force})
+    if (c != column_count) as_written.push_back(c);
+  for (const unsigned c : as_written) {
+    const std::string_view unit = csv.units[c].empty() ? kinds[c].units.front().name : csv.units[c];
+    const bool bare = csv.headers[c].find(unit) == std::string::npos;
+    data.written.push_back({bare ? fmt::format("{} [{}]", csv.headers[c], unit) : csv.headers[c], {}});
+  }
 
-  for_csv_rows(text, name, header_line, header, kinds, [&](const auto& cells, const auto& where) {
+  for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
     const auto value = [&](unsigned c) { return parse_cell(cells[c], kinds[c], header.per_si[c], where()); };
+    if (std::string_view(cells[column_t]).find(':') != std::string_view::npos)
+      throw UserError(
+          fmt::format("{}: column t: '{}' is a time of day; give seconds", where(), cells[column_t]));
     const double t = value(column_t);
     if (!data.t.empty()) require_later(t, data.t.back(), where());
     if (choice.v != column_count) data.v.push_back(value(choice.v));
     if (data.has_x) {
-      data.x.push_back(value(column_x));
-    } else {
+      data.x.push_back(value(choice.x) * (choice.x == column_angle ? lever : 1.0));
+    } else if (!reading.speed) {
       const std::size_t n = data.t.size();
       data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
       require_near(data.x.back(), where());
     }
-    if (data.has_load) {
-      data.load.push_back(value(column_load));
-      require_load(data.load.back(), cells[column_load], where());
-    }
-    data.force.push_back(value(choice.force));
+    if (data.has_load)
+      data.load.push_back(
+          clipped(value(column_load), cells[column_load], reading, where(), clipped_rows, lowest_load));
+    data.force.push_back(value(choice.force) / (choice.force == column_torque ? lever : 1.0));
     if (has_y) data.y.push_back(value(column_y));
     if (has_fy) data.force_y.push_back(value(column_fy));
+    for (std::size_t i = 0; i < as_written.size(); ++i) {
+      const unsigned c = as_written[i];
+      data.written[i].values.push_back(parse_number(cells[c], kinds[c].name, where()));
+    }
     data.t.push_back(t);
   });
   if (!data.t.empty()) settle_axes(data, has_y, has_fy);
+
+  std::string how = mapping_text(csv);
+  for (const std::string& note : csv.notes) how += "; " + note;
+  data.understood.push_back(how);
+  doubt_time(csv, data);
+  if (reading.speed && !data.t.empty()) rebuild_positions(data, *reading.speed);
+  if (reading.radius)
+    data.understood.push_back(
+        fmt::format("angle and torque as a way and a force at a radius of {:.4g} mm", 1e3 * lever));
+  if (clipped_rows > 0) {
+    data.understood.push_back(
+        fmt::format("{} negative loads, down to {:.3g} N, taken as 0", clipped_rows, lowest_load));
+    data.replayable = false;
+  }
   return data;
+}
+
+FitColumns join_fit_columns(std::vector<FitColumns> records) {
+  FitColumns all = std::move(records.front());
+  const std::size_t count = records.size();
+  if (count == 1) return all;
+  std::size_t joined_clocks = 0;
+  for (std::size_t k = 1; k < count; ++k) {
+    FitColumns& next = records[k];
+    if (next.has_x != all.has_x || next.has_load != all.has_load || next.v.empty() != all.v.empty() ||
+        next.planar() != all.planar())
+      throw UserError(
+          fmt::format("{}: its columns (t, x, v, load, force) are not those of {}", next.name, all.name));
+    constexpr std::size_t fewest_rows = 3;  // one velocity at least
+    for (const FitColumns* file : {&all, &next})
+      if (file->t.size() < fewest_rows)
+        throw UserError(fmt::format("{}: {} data rows; a file of several needs at least {}", file->name,
+                                    file->t.size(), fewest_rows));
+    all.parts.push_back(all.t.size());
+    const double spacing = (all.t.back() - all.t.front()) / static_cast<double>(all.t.size() - 1);
+    const bool anew = next.t.front() <= all.t.back();
+    const double shift = anew ? all.t.back() + std::max(spacing, 1e-9) - next.t.front() : 0.0;
+    joined_clocks += anew ? 1 : 0;
+    for (const double t : next.t) all.t.push_back(t + shift);
+    const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(all.x, next.x);
+    append(all.v, next.v);
+    append(all.load, next.load);
+    append(all.force, next.force);
+    append(all.y, next.y);
+    append(all.force_y, next.force_y);
+    for (std::size_t i = 0; i < std::min(all.written.size(), next.written.size()); ++i)
+      append(all.written[i].values, next.written[i].values);
+    for (const std::string& line : next.understood)
+      if (std::find(all.understood.begin(), all.understood.end(), line) == all.understood.end())
+        all.understood.push_back(next.name + ": " + line);
+  }
+  all.replayable = false;
+  all.understood.push_back(fmt::format(
+      "{} files as one record{}: what the contact remembers is not carried from one to the next; the sensor "
+      "has one offset and one drift in all of them",
+      count, joined_clocks > 0 ? fmt::format(" ({} clocks start anew and are joined)", joined_clocks) : ""));
+  all.name += fmt::format(" and {} more", count - 1);
+  return all;
+}
+
+FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading) {
+  std::vector<FitColumns> records;
+  for (const std::string& file : files)
+    records.push_back(parse_fit_columns(read_text_file(file), file, reading));
+  return join_fit_columns(std::move(records));
 }
 
 void check_fit_columns(const FitColumns& c) {

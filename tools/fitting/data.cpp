@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
 
 #include "tools/files/user_error.hpp"
 
@@ -26,10 +27,32 @@ double quantile_of(std::vector<double> values, double share) {
   throw UserError(fmt::format("{}: {}", data.name, why));
 }
 
-std::vector<double> differences(const std::vector<double>& values) {
+/// Of neighbours in one motion.
+std::vector<double> differences(const FitColumns& c, const std::vector<double>& values) {
   std::vector<double> result;
-  for (std::size_t i = 1; i < values.size(); ++i) result.push_back(values[i] - values[i - 1]);
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (c.follows(i)) result.push_back(values[i] - values[i - 1]);
   return result;
+}
+
+/// Calls take(begin, end) for the samples of each file.
+template <class Take>
+void for_parts(const FitColumns& c, Take&& take) {
+  std::size_t begin = 0;
+  for (const std::size_t end : c.parts) {
+    take(begin, end);
+    begin = end;
+  }
+  take(begin, c.t.size());
+}
+
+std::vector<double> slice(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+  return {values.begin() + static_cast<std::ptrdiff_t>(begin),
+          values.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+void append(std::vector<double>& to, const std::vector<double>& more) {
+  to.insert(to.end(), more.begin(), more.end());
 }
 
 // ------------------------------------------------------------------------------------------ position
@@ -47,11 +70,11 @@ bool runs_evenly(const std::vector<double>& moves, double smallest) {
 }
 
 /// The step of an encoder: the smallest move, if all moves are whole multiples of it and many samples repeat.
-double find_quantum(const std::vector<double>& x) {
+double find_quantum(const FitColumns& c, const std::vector<double>& x) {
   double smallest = 0.0;
   std::size_t repeats = 0;
   const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
-  const std::vector<double> moves = differences(x);
+  const std::vector<double> moves = differences(c, x);
   for (const double d : moves) {
     if (std::fabs(d) <= 1e-12 * range) {
       ++repeats;
@@ -198,7 +221,7 @@ double longest_rest(const std::vector<PathPoint>& path, double slack) {
   double longest = 0.0;
   std::size_t begin = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
-    if (std::hypot(path[i].x - path[begin].x, path[i].y - path[begin].y) <= slack) {
+    if (!path[i].begins && std::hypot(path[i].x - path[begin].x, path[i].y - path[begin].y) <= slack) {
       longest = std::max(longest, path[i].t - path[begin].t);
     } else {
       begin = i;
@@ -210,9 +233,9 @@ double longest_rest(const std::vector<PathPoint>& path, double slack) {
 // -------------------------------------------------------------------------------------------- force
 
 /// Share of the travel that goes the way that it goes less.
-double share_back(const std::vector<double>& x) {
+double share_back(const FitColumns& c, const std::vector<double>& x) {
   double forth = 0.0, back = 0.0;
-  for (std::size_t i = 1; i < x.size(); ++i) (x[i] > x[i - 1] ? forth : back) += std::fabs(x[i] - x[i - 1]);
+  for (const double move : differences(c, x)) (move > 0.0 ? forth : back) += std::fabs(move);
   return std::min(forth, back) / std::max(forth + back, 1e-300);
 }
 
@@ -232,8 +255,9 @@ double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
     const double middle =
-        share_back(x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
+        share_back(c, x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
     for (std::size_t i = 1; i < x.size(); ++i) {
+      if (!c.follows(i)) continue;
       const double w = (0.5 * (f[i] + f[i - 1]) - middle) * (x[i] - x[i - 1]);
       work += w;
       most += std::fabs(w);
@@ -397,6 +421,8 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   take(data.columns.load, part.columns.load);
   take(data.columns.force, part.columns.force);
   take(data.columns.force_y, part.columns.force_y);
+  for (std::size_t& begin : part.columns.parts)
+    begin = static_cast<std::size_t>(std::lower_bound(stay.begin(), stay.end(), begin) - stay.begin());
   take(data.force, part.force);
   take(data.load, part.load);
   take(data.velocity, part.velocity);
@@ -413,7 +439,9 @@ double rest_slack(const FitData& data) {
 FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept) {
   const std::size_t n = data.samples(), every = (n + most - 1) / most;
   std::vector<std::size_t> stay;
-  for (std::size_t i = 0; i < n; i += every) stay.push_back(i);
+  for (std::size_t i = 0; i < n; ++i)
+    if (i % every == 0 || std::binary_search(data.columns.parts.begin(), data.columns.parts.end(), i))
+      stay.push_back(i);
   if (kept) *kept = stay;
   return taken(data, stay);
 }
@@ -429,7 +457,7 @@ FitData without_rests(const FitData& data) {
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1;
     while (end < n && std::hypot(places[end].x - places[begin].x, places[end].y - places[begin].y) <= slack &&
-           data.load[end] == data.load[begin])
+           data.load[end] == data.load[begin] && data.columns.follows(end))
       ++end;
     const bool rests = end - begin >= shortest;
     for (std::size_t i = begin, step = 1; i < end; i += step) {
@@ -459,31 +487,126 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
   data.most_load = quantile_of(loads, 0.9);
 }
 
+/// Slope (`order` 1) or bend (2) of `values` at every sample: of the parabola through 2 w + 1 of them.
+std::vector<double> slope_of(const std::vector<double>& t, const std::vector<double>& values, std::size_t w,
+                             int order) {
+  const std::size_t n = t.size();
+  std::vector<double> result(n, 0.0);
+  if (n < 3) return result;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t begin = std::min(i > w ? i - w : 0, n - 3),
+                      end = std::min(std::max(i + w + 1, begin + 3), n);
+    Eigen::MatrixXd a(static_cast<Eigen::Index>(end - begin), 3);
+    Eigen::VectorXd b(a.rows());
+    const double scale = t[end - 1] - t[begin];
+    for (std::size_t k = begin; k < end; ++k) {
+      const double u = (t[k] - t[i]) / scale;
+      a.row(static_cast<Eigen::Index>(k - begin)) << 1.0, u, u * u;
+      b[static_cast<Eigen::Index>(k - begin)] = values[k];
+    }
+    const Eigen::Vector3d p = (a.transpose() * a).ldlt().solve(a.transpose() * b);
+    result[i] = order == 1 ? p[1] / scale : 2.0 * p[2] / (scale * scale);
+  }
+  return result;
+}
+
+/// Noise of the position, m, however the motion bends: of its fourth differences, by their median.
+double noise_of_bends(const FitData& data, const std::vector<double>& x) {
+  std::vector<double> fourth;
+  for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin + 4; i < end; ++i)
+      fourth.push_back(std::fabs(x[i] - 4.0 * x[i - 1] + 6.0 * x[i - 2] - 4.0 * x[i - 3] + x[i - 4]));
+  });
+  return std::max(0.3 * data.quantum, quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0)));
+}
+
+/// m/s^2, from as few samples as keep what noise leaves of mass times acceleration below a hundredth of the
+/// force; `left` (N) is what it leaves.
+std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
+                                 double& left) {
+  constexpr std::size_t widest = 25;
+  const FitColumns& c = data.columns;
+  const bool of_speed = !c.v.empty();
+  const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
+  std::size_t w = 1;
+  for (;; ++w) {
+    // Deviation of the bend of a parabola through 2 w + 1 even samples with noise of one.
+    const double m = 2.0 * static_cast<double>(w) + 1.0;
+    const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0)));
+    left = mass * noise * bend / (dt * dt);
+    if (w == widest || left <= 0.01 * data.force_scale) break;
+  }
+  std::vector<double> result;
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    const std::vector<double> t = slice(c.t, begin, end);
+    append(result,
+           of_speed ? slope_of(t, slice(c.v, begin, end), 2, 1) : slope_of(t, slice(x, begin, end), w, 2));
+  });
+  return result;
+}
+
+/// What drives the body also accelerates it, and the sensor shows both.
+void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
+  const std::size_t n = data.samples();
+  double most = 0.0, left = 0.0;
+  for (std::size_t axis = 0; axis < places.size(); ++axis) {
+    const std::vector<double> a = acceleration(data, places[axis], mass, left);
+    for (std::size_t i = 0; i < n; ++i) {
+      data.force[axis * n + i] -= mass * a[i];
+      most = std::max(most, std::fabs(mass * a[i]));
+    }
+  }
+  data.columns.understood.push_back(fmt::format(
+      "inertia of {:.4g} kg taken off the force: up to {:.3g} N{}", mass, most,
+      left > 0.02 * data.force_scale ? fmt::format(", of which {:.2g} N may be noise of the position", left)
+                                     : ""));
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
 }  // namespace
 
-FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load) {
+FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load, double mass) {
   FitData data;
   data.columns = std::move(columns);
   const FitColumns& c = data.columns;
   refuse_hopeless(c);
   settle_load(data, load);
+  if (load) data.columns.understood.push_back(fmt::format("load of {:.4g} N throughout, as given", *load));
   data.axes = c.planar() ? 2 : 1;
 
-  data.sample_time = quantile_of(differences(c.t), 0.5);
+  data.sample_time = quantile_of(differences(c, c.t), 0.5);
   std::vector<std::vector<double>> places, velocities;
   double square_range = 0.0;
   for (const Axis& axis : axes_of(c)) {
-    const double quantum = c.has_x ? find_quantum(axis.x) : 0.0;
-    places.push_back(quantum > 0.0 ? smooth_creep(c.t, axis.x, quantum) : axis.x);
-    const std::vector<double>& x = places.back();
-    const double noise = c.has_x ? position_noise(x, quantum) : 0.0;
-    const auto [low, high] = std::minmax_element(x.begin(), x.end());
-    square_range += (*high - *low) * (*high - *low);
-    velocities.push_back(c.v.empty() ? find_velocity(c.t, x, noise) : c.v);
+    const double quantum = c.has_x ? find_quantum(c, axis.x) : 0.0;
+    std::vector<double> place, velocity;
+    double noise = 0.0, longest = 0.0;
+    for_parts(c, [&](std::size_t begin, std::size_t end) {
+      const std::vector<double> t = slice(c.t, begin, end);
+      std::vector<double> x = slice(axis.x, begin, end);
+      if (quantum > 0.0) x = smooth_creep(t, x, quantum);
+      if (c.has_x) noise = std::max(noise, position_noise(x, quantum));
+      const auto [low, high] = std::minmax_element(x.begin(), x.end());
+      longest = std::max(longest, *high - *low);
+      append(place, x);
+    });
+    for_parts(c, [&](std::size_t begin, std::size_t end) {
+      append(velocity, c.v.empty() ? find_velocity(slice(c.t, begin, end), slice(place, begin, end), noise)
+                                   : slice(c.v, begin, end));
+    });
+    places.push_back(std::move(place));
+    velocities.push_back(std::move(velocity));
+    square_range += longest * longest;
     data.quantum = std::max(data.quantum, quantum);
     data.position_noise = std::max(data.position_noise, noise);
   }
   data.range = std::sqrt(square_range);
+  if (data.range == 0.0) refuse(c, "no motion: the position never changes within a file");
   if (data.range < 4.0 * data.quantum) {
     refuse(c, fmt::format("no motion to speak of: the position takes {:.0f} steps of its encoder ({:.3g} m)",
                           data.range / data.quantum, data.quantum));
@@ -491,16 +614,27 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   const double noise = data.position_noise;
   const double slack = std::max(5.0 * std::min(noise, 0.01 * data.range), 2.0 * data.quantum);
   for (std::size_t axis = 0; axis < places.size(); ++axis) {
-    data.velocity.insert(data.velocity.end(), velocities[axis].begin(), velocities[axis].end());
-    data.reversals = std::max(data.reversals, count_reversals(places[axis], slack));
+    append(data.velocity, velocities[axis]);
+    int reversals = 0;
+    for_parts(c, [&](std::size_t begin, std::size_t end) {
+      reversals += count_reversals(slice(places[axis], begin, end), slack);
+    });
+    data.reversals = std::max(data.reversals, reversals);
   }
-  data.path = data.axes == 1 ? make_path(c.t, places[0], data.load, noise)
-                             : make_planar_path(c.t, places[0], places[1], data.load);
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    const std::vector<double> t = slice(c.t, begin, end), of_load = slice(data.load, begin, end),
+                              x = slice(places[0], begin, end);
+    std::vector<PathPoint> path = data.axes == 1
+                                      ? make_path(t, x, of_load, noise)
+                                      : make_planar_path(t, x, slice(places[1], begin, end), of_load);
+    path.front().begins = begin > 0;
+    data.path.insert(data.path.end(), path.begin(), path.end());
+  });
   data.longest_rest = longest_rest(data.path, rest_slack(data));
 
   std::vector<double> speed, moves;
   for (std::size_t i = 0; i < c.t.size(); ++i) {
-    const auto by = [&](const std::vector<double>& x) { return i > 0 ? x[i] - x[i - 1] : 0.0; };
+    const auto by = [&](const std::vector<double>& x) { return c.follows(i) ? x[i] - x[i - 1] : 0.0; };
     const double across = data.axes == 2 ? by(places[1]) : 0.0;
     const double move = std::hypot(by(places[0]), across);
     data.travelled += move;
@@ -510,9 +644,11 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   describe_motion(data, speed);
   data.finest_move = moves.empty() ? data.quantum : quantile_of(moves, 0.1);
   settle_sign(data, sign);
-  double squares = 0.0;
-  for (const double f : data.force) squares += f * f;
-  data.force_scale = std::sqrt(squares / static_cast<double>(data.force.size()));
+  data.force_scale = root_mean_square(data.force);
+  if (mass > 0.0) {
+    take_off_inertia(data, places, mass);
+    data.force_scale = root_mean_square(data.force);
+  }
   return data;
 }
 

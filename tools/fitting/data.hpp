@@ -2,9 +2,11 @@
 // and slow sampling do to the path, and refuses what nothing can be learnt from. Format: tools/README.md.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/fitting/path_force.hpp"
@@ -13,6 +15,23 @@ namespace cli {
 
 /// Whose force the column holds. On the body it opposes the motion, by the body it points along.
 enum class ForceSign : unsigned char { automatic, on_body, by_body };
+
+/// What a file does not say, or says in words of its own. Names of columns are those of tools/README.md
+/// (t, x, v, load, force, y, fx, fy, angle, torque).
+struct FitReading {
+  std::vector<std::pair<std::string, std::string>> columns;  ///< ours, the file's header or place from 1
+  std::vector<std::pair<std::string, std::string>> units;    ///< ours, the unit
+  std::optional<double> speed;                               ///< m/s, of a motion that no column has
+  std::optional<double> radius;                              ///< m, at which angle and torque act
+  double clip_load = 0.0;                                    ///< N: loads from -clip_load to 0 count as 0
+  bool automatic() const { return columns.empty() && units.empty() && !speed && !radius && clip_load == 0.0; }
+};
+
+/// A column of the file, before anything was done to it.
+struct WrittenColumn {
+  std::string header;  ///< with its unit
+  std::vector<double> values;
+};
 
 struct FitColumns {
   std::string name;  ///< of the file
@@ -23,6 +42,11 @@ struct FitColumns {
   bool planar() const { return !y.empty(); }
   bool replayable = false;  ///< `run` can read it as a motion file
   std::vector<std::string> ignored_columns;
+  std::vector<std::size_t> parts;       ///< first rows of the second file and of those after it
+  std::vector<std::string> understood;  ///< how the file was read, a sentence each
+  std::vector<WrittenColumn> written;   ///< time, way, load and force, where a file has them
+  /// Whether row i follows the row before in one motion.
+  bool follows(std::size_t i) const { return i > 0 && !std::binary_search(parts.begin(), parts.end(), i); }
 };
 
 struct FitData {
@@ -51,14 +75,21 @@ struct FitData {
 };
 
 /// Throws UserError naming file, line and column.
-FitColumns parse_fit_columns(std::string_view text, const std::string& name);
+FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
+
+/// One record of several: their clocks are joined where they start anew, and what the contact remembers is
+/// not carried from one to the next. Throws UserError where their columns differ.
+FitColumns join_fit_columns(std::vector<FitColumns> records);
+/// Reads and joins.
+FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading);
 
 /// The same checks for t, x, force and, unless empty, load that are in memory: errors name a row, from 0.
 /// Throws UserError.
 void check_fit_columns(const FitColumns& columns);
 
-/// `load`: in place of the file's column. Throws UserError on data that nothing can be learnt from.
-FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load);
+/// `load`: in place of the file's column. `mass` (kg) moves with the force sensor: its inertia is taken off.
+/// Throws UserError on data that nothing can be learnt from.
+FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load, double mass = 0.0);
 
 /// A record without most samples of its rests, in which nothing new happens: they thin out as they grow old.
 FitData without_rests(const FitData& data);

@@ -20,6 +20,9 @@ constexpr double widest_offset = 0.25;    // deviation over the rms of the force
 constexpr double nearly_alike =
     5.0;  // widened by so much, two terms differ by no more than their laws are good for
 constexpr double widest_asymmetry = 0.1;
+constexpr double no_sliding = 4.0;        // range over presliding length below which a record may not slide
+constexpr double longer = 3.0;            // tried in its place
+constexpr double clearly_worse = 8.0;     // loss in the likelihood (twice its logarithm)
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 
 /// How many samples a parameter rests on: those with weight in its estimate, a column of J (J'J)^-1, counted
@@ -32,6 +35,19 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
   const Eigen::ArrayXd weight = (scaled * normal.completeOrthogonalDecomposition().solve(unit)).array();
   const double fourth = weight.square().square().sum();
   return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
+}
+
+/// A motion that is short beside the presliding length bends the force a little or not at all: far longer
+/// bristles with the same stiffness may do as well, which no derivative at this point shows.
+bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
+  if (!contains(point.free, fit_kinetic) || !contains(point.free, fit_length)) return true;
+  if (model.data().range > no_sliding * point.values[fit_length]) return true;
+  FitPoint other = point;
+  other.values[fit_length] = std::min(longer * point.values[fit_length], model.highest(fit_length));
+  other.values[fit_kinetic] *= other.values[fit_length] / point.values[fit_length];
+  take_out(other.free, fit_kinetic);
+  other = minimise(model, other);
+  return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
 }  // namespace
@@ -53,6 +69,12 @@ std::string Fitter::lacking(FitParameter p) const {
     case fit_drift_y:
     case fit_asymmetry:
       return "cannot be separated from friction";
+    case fit_compliance:
+      return several_loads() ? "not seen beside the bristles' own"
+                             : "under one load the stage's and the bristles' are one number in sticking; "
+                               "loads that differ tell them apart";
+    case fit_delay:
+      return "not seen: shorter than the motion between samples shows";
     case fit_ageing_time:
       return "any shorter time does as well";
     case fit_strengthening_speed:
@@ -68,8 +90,8 @@ bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strength
 
 /// Parameters that ran to an end of their range stay there.
 bool Fitter::at_an_edge(FitPoint& point) {
-  for (const FitParameter p :
-       {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time, fit_strengthening_speed}) {
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing_time,
+                               fit_strengthening_speed, fit_compliance, fit_delay}) {
     if (!contains(point.free, p)) continue;
     const double low = model_.lowest(p), high = model_.highest(p);
     const double place = FitModel::is_logarithmic(p) ? std::log(point.values[p] / low) / std::log(high / low)
@@ -77,6 +99,11 @@ bool Fitter::at_an_edge(FitPoint& point) {
     if (place > 0.01 && place < 0.99) continue;
     take_out(point.free, p);
     point.values[p] = place < 0.5 ? low : high;
+    if (p == fit_compliance || p == fit_delay) {
+      point.values[p] = 0.0;
+      why_[p] = lacking(p);
+      return true;
+    }
     if (is_scale(p)) {
       why_[p] = place < 0.5            ? lacking(p)
                 : p == fit_ageing_time ? "longer than the record: ageing in proportion to time"
@@ -119,7 +146,13 @@ void Fitter::leave(FitPoint& point, FitParameter p, const std::string& why) {
     why_[p] = why;
     return;
   }
+  const double before = point.values[p];
   drop(p);
+  if (p == fit_kinetic) {  // the stiffness stays
+    double& length = point.values[fit_length];
+    length =
+        std::clamp(length * point.values[p] / before, model_.lowest(fit_length), model_.highest(fit_length));
+  }
   if (p == fit_damping) drop(fit_stribeck);
   if (p == fit_stribeck) drop(fit_damping);
   if (p == fit_ageing) drop(fit_ageing_time);
@@ -164,9 +197,9 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
                               : with_bristles ? covariance(j, r, correlated, bristle_error(point, j, r))
                                               : covariance(j, r, correlated);
   for (const FitParameter p :
-       {fit_drift, fit_drift_y, fit_offset, fit_offset_y, fit_asymmetry, fit_ageing_time,
-        fit_strengthening_speed, fit_damping, fit_stribeck, fit_strengthening, fit_ageing, fit_viscous,
-        fit_renewal, fit_residual, fit_spread, fit_kinetic, fit_length}) {
+       {fit_drift, fit_drift_y, fit_offset, fit_offset_y, fit_asymmetry, fit_delay, fit_compliance,
+        fit_ageing_time, fit_strengthening_speed, fit_damping, fit_stribeck, fit_strengthening, fit_ageing,
+        fit_viscous, fit_renewal, fit_residual, fit_spread, fit_kinetic, fit_length}) {
     const auto at = std::find(point.free.begin(), point.free.end(), p);
     if (at == point.free.end()) continue;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
@@ -183,13 +216,7 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
     }
-    const double before = point.values[p];
     leave(point, p, lacking(p));
-    if (p == fit_kinetic) {  // the stiffness stays
-      double& length = point.values[fit_length];
-      length = std::clamp(length * point.values[p] / before, model_.lowest(fit_length),
-                          model_.highest(fit_length));
-    }
     return true;
   }
   return false;
@@ -247,6 +274,10 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   if (two_ways() && options_.no_drift) why_[fit_drift] = why_[fit_drift_y] = "held";
   if (options_.law == SnapLaw::exponential) why_[fit_spread] = "the exponential law has none to choose";
   if (options_.for_prediction) return point;
+  if (!point.free.empty() && !shows_sliding(model_, point, samples_that_count(point))) {
+    leave(point, fit_kinetic, lacking(fit_kinetic));
+    point = minimise(model_, point);
+  }
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
   // With the error of the bristles themselves some are not determined after all.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);

@@ -169,6 +169,15 @@ void Fitter::note(const FitPoint& point, FitResult& result) const {
       result.notes.push_back(
           fmt::format("the contact had rested for some {:.3g} s before the first sample", point.past.rested));
   }
+  if (!stage_note_.empty() && (contains(point.free, fit_delay) || contains(point.free, fit_compliance)))
+    result.notes.push_back(stage_note_);
+  if (point.values[fit_delay] > 0.0)
+    result.notes.push_back(
+        "the delay is that of a first-order low-pass; a dead time of the same length looks much like it");
+  if (point.values[fit_compliance] > 0.0)
+    result.notes.push_back(
+        "the presliding length is the bristles' own; a replay moves the contact by the measured position, "
+        "without the stage's bending");
   if (data_.axes == 2)
     result.notes.push_back("two axes: both forces fitted as one isotropic contact that moves in the plane");
   const FitEstimate& offset = result.estimates[fit_offset];
@@ -255,6 +264,7 @@ std::vector<double> curve_at(const FitData& data, const FitOptions& options, con
   model.set_frame(result.frame);
   FitValues values{};
   for (std::size_t p = 0; p < fit_parameters; ++p) values[p] = result.estimates[p].value;
+  if (values[fit_compliance] > 0.0) model.set_stage_force(model.force_on_stage(values));
   const Eigen::VectorXd curve = model.force(values);
   return {curve.begin(), curve.end()};
 }

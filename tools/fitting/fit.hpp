@@ -18,25 +18,29 @@ inline constexpr double widest_residual = 0.95;  ///< share of the presliding le
 inline constexpr double most_renewed = 8.0;
 
 struct FitOptions {
-  std::string data;            ///< measured friction, CSV
-  std::optional<double> load;  ///< N, in place of a column
+  std::vector<std::string> data;  ///< measured friction, CSV; several files are one record
+  FitReading reading;             ///< what the files do not say
+  std::optional<double> load;     ///< N, in place of a column
+  double mass = 0.0;              ///< kg, that the force sensor accelerates with the body
   ForceSign sign = ForceSign::automatic;
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
-  std::optional<double> residual;  ///< share of the presliding length; held there. keep: 0
-  std::optional<double> renewal;   ///< held there. keep: 0
-  bool rivals = false;             ///< fit them too, to a part of the record, and judge all on the rest
+  std::optional<double> residual;    ///< share of the presliding length; held there. keep: 0
+  std::optional<double> renewal;     ///< held there. keep: 0
+  std::optional<double> compliance;  ///< m/N, of the stage; held there
+  std::optional<double> delay;       ///< s, of the force sensor; held there
+  bool rivals = false;               ///< fit them too, to a part of the record, and judge all on the rest
   std::optional<double>
       fit_until;  ///< s after the first sample, end of that part; none: a third of the record
-  std::string json, csv, write, plot;  ///< files; empty: none
+  std::string json, csv, write, plot, html;  ///< files; empty: none
   bool for_prediction = false;  ///< takes what lessens the residuals, and takes nothing out for its interval
   bool no_drift = false;        ///< the sensor's is held at 0
   bool no_time = false;         ///< neither ageing nor strengthening with speed is looked for
   bool quiet = false;           ///< no progress on a terminal
 };
 
-/// What is fitted: twelve numbers of the material, one that no material has, and those of the force sensor.
+/// What is fitted: twelve numbers of the material, one that no material has, and those of stage and sensor.
 enum FitParameter : unsigned {
   fit_kinetic,        ///< dry friction over load in sliding; with ageing or strengthening at FitFrame::speed
   fit_length,         ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
@@ -51,6 +55,8 @@ enum FitParameter : unsigned {
   fit_viscous,              ///< N s/m
   fit_damping,              ///< s/m, per newton of load
   fit_stribeck,             ///< m/s
+  fit_compliance,           ///< m/N, of what is between the measured position and the contact
+  fit_delay,                ///< s, of a first-order low-pass between the friction and the force column
   fit_asymmetry,            ///< friction towards +x is larger by this share, towards -x smaller
   fit_offset,               ///< N, of the sensor, in the middle of the record
   fit_drift,                ///< N/s
@@ -61,8 +67,8 @@ enum FitParameter : unsigned {
 using FitValues = std::array<double, fit_parameters>;
 
 /// Where a parameter stays when the data do not determine it.
-inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3,  0.0, 0.0, 0.0, 1.0, 0.0, 1e-6,
-                                           0.0,  0.0,   1e-3, 0.0, 0.0, 0.0, 0.0, 0.0};
+inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-6, 0.0,
+                                           0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
 
 /// At which speed and age numbers are given that change with them: in the middle of the record, so that the
 /// data determine them as well as they can.
@@ -111,8 +117,13 @@ FitResult fit_material(const FitData& data, const FitOptions& options);
 std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& result);
 std::string fit_json(const FitData& data, const FitOptions& options, const FitResult& result);
 std::string fit_csv(const FitData& data, const FitResult& result);
+/// The motion that was understood, as a motion file: t,x,load (t,x,y,load).
+std::string fit_motion(const FitData& data);
 /// A scene with the material that replays the measured motion: `bristle run` takes it.
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
+
+/// One page for people: what was read, data and fit, residuals, parameters, what is not determined.
+std::string fit_html(const FitData& data, const FitOptions& options, const FitResult& result);
 
 /// The subcommand: reads, fits, reports. Throws UserError.
 void fit_command(const FitOptions& options);

@@ -33,6 +33,7 @@ inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squar
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
+  std::string stage_note;
 };
 
 /// Finds the best point of a record, or takes away from one what the record does not determine.
@@ -43,11 +44,13 @@ class Fitter {
 
   Found search() {
     const FitPoint point = choose();
-    return {point, why_};
+    return {point, why_, stage_note_};
   }
   FitResult finish(const Found& found) {
     why_ = found.why;
+    stage_note_ = found.stage_note;
     FitPoint point = found.point.free.empty() ? found.point : minimise(model_, found.point);
+    if (point.values[fit_compliance] > 0.0) point = minimise_bent(point);
     if (options_.rule == bristle::SnapRule::keep) point = polish(point);
     refuse_without_friction(point);
     return report(keep_determined(point));
@@ -68,6 +71,7 @@ class Fitter {
   FitPoint search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending, double progress);
   std::vector<FitValues> rubbed_shapes() const;
   FitPoint try_starts(FitPoint best);
+  FitPoint try_later_starts(FitPoint point);
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
   FitFrame time_frame(const FitPoint& core) const;
@@ -76,6 +80,13 @@ class Fitter {
   FitPoint try_rests(FitPoint point);
   FitPoint try_saturating(FitPoint point);
   FitPoint add_asymmetry(const FitPoint& point);
+  FitPoint add_stage_terms(const FitPoint& core);
+  FitPoint minimise_bent(FitPoint point);
+  std::string alike(const FitPoint& taken, const FitPoint& other) const;
+  void hold_stage(FitValues& values) const {
+    values[fit_compliance] = options_.compliance.value_or(0.0);
+    values[fit_delay] = options_.delay.value_or(0.0);
+  }
   bool several_speeds() const { return data_.fast >= one_speed * data_.slow; }
   bool several_loads() const { return data_.most_load >= several * data_.least_load; }
   FitPoint keep_determined(FitPoint point);
@@ -120,6 +131,7 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
+  std::string stage_note_;       // which of delay and compliance the record does not tell from the other
   Eigen::MatrixXd scale_error_;  // of the free parameters, as covariance(); empty: none
   Progress& progress_;
 };

@@ -379,8 +379,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   if (columns.planar()) {
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
   }
-  const FitData train = prepare_fit_data(part, options.sign, options.load);
-  const FitData whole = prepare_fit_data(columns, train.sign, options.load);
+  const FitData train = prepare_fit_data(part, options.sign, options.load, options.mass);
+  const FitData whole = prepare_fit_data(columns, train.sign, options.load, options.mass);
   Progress progress("rivals", options.quiet);
   progress.update(0.0);
 

@@ -118,15 +118,24 @@ std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushSh
   const SnapLength law = make_snap_length(shape.law, length, shape.spread);
   double most = 0.0;
   for (const PathPoint& point : path) most = std::max(most, point.load);
-  KeptBristles brush(law, detail == Detail::search ? 512 : 2048, most, past.memory);
-  if (past.start != StartState::straight) {
-    brush.set_load(path.front().load);
-    brush.slide(past.start == StartState::forward ? 1.0 : -1.0);
-  }
+  const KeptBristles fresh(law, detail == Detail::search ? 512 : 2048, most, past.memory);
+  KeptBristles brush = fresh;
+  const auto begin = [&](StartState start, const PathPoint& at) {
+    brush = fresh;
+    if (start == StartState::straight) return;
+    brush.set_load(at.load);
+    brush.slide(start == StartState::forward ? 1.0 : -1.0);
+  };
+  begin(past.start, path.front());
   std::vector<double> forces;
   forces.reserve(path.size());
   double x = path.front().x;
+  std::size_t part = 0;
   for (const PathPoint& point : path) {
+    if (point.begins) {
+      begin(past.of_part(++part), point);
+      x = point.x;
+    }
     brush.set_load(point.load);
     brush.move((point.x - x) / length);
     x = point.x;

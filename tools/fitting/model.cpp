@@ -19,7 +19,13 @@ double growth(const bristle::Ageing& ageing, double age) {
 }  // namespace
 
 FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail)
-    : data_(data), options_(options), detail_(detail), brush_(data.path, data.axes) {
+    : data_(data),
+      options_(options),
+      detail_(detail),
+      stage_force_(
+          Eigen::Map<const Eigen::VectorXd>(data.force.data(), static_cast<Eigen::Index>(data.force.size()))),
+      bent_path_(data.path),
+      brush_(bent_path_, data.axes) {
   const std::size_t n = data.samples();
   for (std::size_t k = 0; k < n; ++k) {
     speed_.push_back(data.axes == 1 ? std::fabs(data.velocity[k])
@@ -52,6 +58,7 @@ Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
   ++evaluations_;
   Past past = past_;
   past.speed = frame_.speed;
+  bent_path_ = p[fit_compliance] > 0.0 ? contact_path(p) : data_.path;
   const std::vector<double> forces = brush_.find(shape(p), p[fit_length], past, detail_, frame_.speed);
   return Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size()));
 }
@@ -59,6 +66,7 @@ Eigen::VectorXd FitModel::elastic_at(const FitValues& p) {
 const Eigen::VectorXd& FitModel::elastic(const FitValues& p) {
   bool same = true;
   for (unsigned q = fit_length; q <= fit_ageing_time; ++q) same = same && p[q] == known_values_[q];
+  same = same && p[fit_compliance] == known_values_[fit_compliance];
   if (!same) {
     known_ = elastic_at(p);
     known_values_ = p;
@@ -99,7 +107,52 @@ double FitModel::strengthening(std::size_t row, double speed_scale) const {
   return std::asinh(speed_[k] / (2.0 * speed_scale)) * data_.velocity[row] / speed_[k];
 }
 
-Eigen::VectorXd FitModel::force(const FitValues& p) {
+/// The stage is pulled back by the friction: x - c F. Between two samples the force is straight in time.
+std::vector<PathPoint> FitModel::contact_path(const FitValues& p) const {
+  std::vector<PathPoint> path = data_.path;
+  const double c = p[fit_compliance];
+  const std::size_t n = data_.samples();
+  const std::vector<double>& t = data_.columns.t;
+  std::size_t next = 0;  // sample at or behind the point
+  for (PathPoint& point : path) {
+    const std::size_t k = std::min(next, n - 1);
+    double share = 0.0;  // of the sample before
+    if (!point.wanted && k > 0 && t[k] > t[k - 1])
+      share = std::clamp((t[k] - point.t) / (t[k] - t[k - 1]), 0.0, 1.0);
+    const auto at = [&](std::size_t axis) {
+      const auto row = static_cast<Eigen::Index>(axis * n + k);
+      return stage_force_[row] + (share > 0.0 ? share * (stage_force_[row - 1] - stage_force_[row]) : 0.0);
+    };
+    point.x -= c * at(0);
+    if (data_.axes == 2) point.y -= c * at(1);
+    if (point.wanted) ++next;
+  }
+  return path;
+}
+
+Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
+  if (!(time > 0.0)) return force;
+  const std::vector<double>& t = data_.columns.t;
+  const std::size_t n = data_.samples();
+  for (std::size_t axis = 0; axis < data_.axes; ++axis) {
+    double before = 0.0, seen = 0.0;  // of the sample before: the force, and what the sensor shows
+    for (std::size_t k = 0; k < n; ++k) {
+      double& f = force[static_cast<Eigen::Index>(axis * n + k)];
+      const double now = f;
+      if (!data_.columns.follows(k)) {
+        seen = now;
+      } else {
+        const double dt = t[k] - t[k - 1], lag = (now - before) / dt * time;
+        seen = now - lag + (seen - before + lag) * std::exp(-dt / time);
+      }
+      before = now;
+      f = seen;
+    }
+  }
+  return force;
+}
+
+Eigen::VectorXd FitModel::before_sensor(const FitValues& p) {
   Eigen::VectorXd f = elastic_coefficient(p) * elastic(p);
   const std::size_t n = data_.samples();
   if (p[fit_strengthening] != 0.0) {
@@ -109,15 +162,26 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
     }
   }
   f = skewed(std::move(f), p[fit_asymmetry]);
-  const double middle = data_.start() + 0.5 * data_.length();
   for (Eigen::Index i = 0; i < f.size(); ++i) {
     const auto row = static_cast<std::size_t>(i);
     const std::size_t k = row % n;
     const double v = data_.velocity[row], load = data_.load[k];
     if (load > 0.0) f[i] += v * (p[fit_viscous] + load * p[fit_damping] * decay(speed_[k], p[fit_stribeck]));
+  }
+  return f;
+}
+
+Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) { return before_sensor(p); }
+
+Eigen::VectorXd FitModel::force(const FitValues& p) {
+  Eigen::VectorXd f = low_passed(before_sensor(p), p[fit_delay]);
+  const std::size_t n = data_.samples();
+  const double middle = data_.start() + 0.5 * data_.length();
+  for (Eigen::Index i = 0; i < f.size(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
     const FitParameter offset = row < n ? fit_offset : fit_offset_y,
                        drift = row < n ? fit_drift : fit_drift_y;
-    f[i] += p[offset] + p[drift] * (data_.columns.t[k] - middle);
+    f[i] += p[offset] + p[drift] * (data_.columns.t[row % n] - middle);
   }
   return f;
 }
@@ -150,15 +214,25 @@ Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter param
 }
 
 Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter, bool central) {
+  if (parameter == fit_delay) {
+    constexpr double step = 0.02;
+    const Eigen::VectorXd f = before_sensor(p);
+    return (low_passed(f, p[fit_delay] * std::exp(step)) - low_passed(f, p[fit_delay] * std::exp(-step))) /
+           (2.0 * step);
+  }
+  Eigen::VectorXd d = derivative_before_sensor(p, parameter, central);
+  return parameter >= fit_offset ? d : low_passed(std::move(d), p[fit_delay]);
+}
+
+Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParameter parameter, bool central) {
   const std::size_t n = data_.samples();
   const double unit = scale(p, parameter);
   if (parameter == fit_kinetic) return skewed(unit * elastic(p), p[fit_asymmetry]);
-  if (bends(parameter)) return bent_derivative(p, parameter, central);
+  if (bends(parameter) || parameter == fit_compliance) return bent_derivative(p, parameter, central);
   if (parameter == fit_asymmetry) {
     FitValues dry = p;
-    for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping, fit_offset, fit_drift})
-      dry[q] = 0.0;
-    return unit * force(dry).cwiseAbs();
+    for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping}) dry[q] = 0.0;
+    return unit * before_sensor(dry).cwiseAbs();
   }
   Eigen::VectorXd d = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data_.force.size()));
   const double middle = data_.start() + 0.5 * data_.length();
@@ -242,6 +316,10 @@ double FitModel::lowest(FitParameter parameter) const {
       return std::clamp(1e-3 * data_.slow, 1e-12, 1.0);
     case fit_stribeck:
       return std::max(0.1 * data_.slow, 1e-9);
+    case fit_compliance:
+      return 1e-5 * highest(fit_compliance);
+    case fit_delay:
+      return 0.02 * data_.sample_time;
     case fit_kinetic:
       return 1e-5 * data_.force_scale / data_.mean_load;
     default:
@@ -267,6 +345,10 @@ double FitModel::highest(FitParameter parameter) const {
       return std::max(data_.fast, 10.0 * lowest(fit_strengthening_speed));
     case fit_stribeck:
       return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
+    case fit_compliance:  // the stage bends by the whole motion
+      return data_.range / data_.force_scale;
+    case fit_delay:
+      return std::max(std::min(200.0 * data_.sample_time, 0.05 * data_.length()), data_.sample_time);
     case fit_kinetic:
       return 1e4 * data_.force_scale / data_.mean_load;
     default:

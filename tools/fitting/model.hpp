@@ -25,6 +25,15 @@ class FitModel {
 
   /// N, by the body, at the samples.
   Eigen::VectorXd force(const FitValues& values);
+  /// Before the sensor has delayed and shifted it: what bends a compliant stage.
+  Eigen::VectorXd force_on_stage(const FitValues& values);
+  /// The force that bends a compliant stage, N, by the body, at the samples; at first the measured one.
+  void set_stage_force(Eigen::VectorXd force) {
+    stage_force_ = std::move(force);
+    known_values_ = {};
+  }
+  /// Where the contact is when the stage bends.
+  std::vector<PathPoint> contact_path(const FitValues& values) const;
   /// dF/dp times scale(p). What bends the brush by differences: central ones, or one-sided ones at half the
   /// cost.
   Eigen::VectorXd derivative(const FitValues& values, FitParameter parameter, bool central = true);
@@ -33,7 +42,7 @@ class FitModel {
   double scale(const FitValues& values, FitParameter parameter) const;
   static bool is_logarithmic(FitParameter p) {
     return p == fit_kinetic || p == fit_length || p == fit_spread || p == fit_stribeck ||
-           p == fit_ageing_time || p == fit_strengthening_speed;
+           p == fit_ageing_time || p == fit_strengthening_speed || p == fit_compliance || p == fit_delay;
   }
   /// A number that shapes the elastic force, which is the same for all others.
   static bool bends(FitParameter p) { return p >= fit_length && p <= fit_ageing_time; }
@@ -57,6 +66,10 @@ class FitModel {
 
  private:
   double decay(double speed, double stribeck) const;
+  Eigen::VectorXd derivative_before_sensor(const FitValues& values, FitParameter parameter, bool central);
+  Eigen::VectorXd before_sensor(const FitValues& values);
+  /// What a first-order low-pass makes of a force that is straight between the samples.
+  Eigen::VectorXd low_passed(Eigen::VectorXd force, double time) const;
   BrushShape shape(const FitValues& values) const;
   Eigen::VectorXd elastic_at(const FitValues& values);
   Eigen::VectorXd bent_derivative(const FitValues& values, FitParameter parameter, bool central);
@@ -68,6 +81,8 @@ class FitModel {
   const FitData& data_;
   const FitOptions& options_;
   Detail detail_;
+  Eigen::VectorXd stage_force_;
+  std::vector<PathPoint> bent_path_;  // what brush_ steps along
   PathForce brush_;
   Past past_;
   FitFrame frame_;

@@ -115,19 +115,28 @@ std::vector<double> PathForce::find(const BrushShape& shape, double length, Past
   const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * scale)
                                              : brush.material.kinetic_coefficient();
   const PathPoint& first = path_.front();
-  if (past.start != StartState::straight) {
-    const Direction e = first_direction(path_, axes_);
-    const double way = past.start == StartState::forward ? long_slide : -long_slide;
-    const double seconds = past.speed > 0.0 ? long_slide * length / past.speed : 0.0;
-    brush.step(way * unit_length * e.x, way * unit_length * e.y, first.load, seconds);
-  } else if (past.rested > 0.0) {
-    brush.step(0.0, 0.0, first.load, 0.0);
-    brush.step(0.0, 0.0, first.load, past.rested);
-  }
+  const auto begin = [&](StartState start, const PathPoint& at) {
+    if (start != StartState::straight) {
+      const Direction e = first_direction(path_, axes_);
+      const double way = start == StartState::forward ? long_slide : -long_slide;
+      const double seconds = past.speed > 0.0 ? long_slide * length / past.speed : 0.0;
+      brush.step(way * unit_length * e.x, way * unit_length * e.y, at.load, seconds);
+    } else if (past.rested > 0.0) {
+      brush.step(0.0, 0.0, at.load, 0.0);
+      brush.step(0.0, 0.0, at.load, past.rested);
+    }
+  };
+  begin(past.start, first);
   std::vector<double> forces, across;
   forces.reserve(axes_ * path_.size());
   PathPoint at = first;
+  std::size_t part = 0;
   for (const PathPoint& point : path_) {
+    if (point.begins) {
+      brush.batch.reset(brush.patch);
+      begin(past.of_part(++part), point);
+      at = point;
+    }
     const Infinite::Force force =
         brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
     at = point;

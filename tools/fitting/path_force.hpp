@@ -13,11 +13,12 @@ namespace cli {
 
 /// A place of the path. Between points the motion is straight; the load of a point acts on the way to it.
 struct PathPoint {
-  double x = 0.0;      ///< m
-  double load = 0.0;   ///< N
-  bool wanted = true;  ///< the force here is wanted; else a place passed on the way (a turning point)
-  double t = 0.0;      ///< s, for contacts that age
-  double y = 0.0;      ///< m, of a record in the plane
+  double x = 0.0;       ///< m
+  double load = 0.0;    ///< N
+  bool wanted = true;   ///< the force here is wanted; else a place passed on the way (a turning point)
+  double t = 0.0;       ///< s, for contacts that age
+  double y = 0.0;       ///< m, of a record in the plane
+  bool begins = false;  ///< a new record: nothing is remembered of what was before
 };
 
 /// How the bristles stand at the first point.
@@ -37,8 +38,12 @@ enum class Memory : unsigned char {
 struct Past {
   StartState start = StartState::straight;
   Memory memory = Memory::forgotten;
-  double rested = 0.0;  ///< s, of straight bristles that age
-  double speed = 0.0;   ///< m/s, of the slide before; 0: so fast that nothing ages
+  double rested = 0.0;                 ///< s, of straight bristles that age
+  double speed = 0.0;                  ///< m/s, of the slide before; 0: so fast that nothing ages
+  std::vector<StartState> later = {};  ///< of the second record and of those after it; none: straight
+  StartState of_part(std::size_t part) const {
+    return part == 0 ? start : part <= later.size() ? later[part - 1] : StartState::straight;
+  }
   friend bool operator==(const Past&, const Past&) = default;
 };
 

@@ -42,20 +42,29 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
     batch.step(std::max(dt, 1e-9), {motions.data(), brushes}, {responses.data(), brushes});
   };
   const PathPoint& first = data.path.front();
-  if (point.past.start != StartState::straight) {
-    const double way = (point.past.start == StartState::forward ? 1.0 : -1.0) * point.values[fit_length];
-    const double speed = point.frame.speed,
-                 seconds = speed > 0.0 ? widest_slide * std::fabs(way) / speed : 0.0;
-    for (int i = 0; i < 2; ++i) step(0.5 * widest_slide * way, 0.0, first.load, 0.5 * seconds);
-  } else if (point.past.rested > 0.0) {
-    step(0.0, 0.0, first.load, 0.0);
-    step(0.0, 0.0, first.load, point.past.rested);
-  }
+  const auto begin = [&](StartState start, const PathPoint& at) {
+    if (start != StartState::straight) {
+      const double way = (start == StartState::forward ? 1.0 : -1.0) * point.values[fit_length];
+      const double speed = point.frame.speed,
+                   seconds = speed > 0.0 ? widest_slide * std::fabs(way) / speed : 0.0;
+      for (int i = 0; i < 2; ++i) step(0.5 * widest_slide * way, 0.0, at.load, 0.5 * seconds);
+    } else if (point.past.rested > 0.0) {
+      step(0.0, 0.0, at.load, 0.0);
+      step(0.0, 0.0, at.load, point.past.rested);
+    }
+  };
+  begin(point.past.start, first);
   const double scale = model.elastic_coefficient(point.values) / model.kinetic_deflection(point.values);
   Eigen::MatrixXd force(static_cast<Eigen::Index>(data.force.size()), static_cast<Eigen::Index>(brushes));
   Eigen::Index sample = 0;
   PathPoint at = first;
+  std::size_t record = 0;
   for (const PathPoint& place : data.path) {
+    if (place.begins) {
+      for (const bristle::Motion& motion : motions) batch.reset(motion.id);
+      begin(point.past.of_part(++record), place);
+      at = place;
+    }
     step(place.x - at.x, place.y - at.y, place.load, place.t - at.t);
     at = place;
     if (!place.wanted) continue;
@@ -78,7 +87,9 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
                                  const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  double usual_bristles) {
   std::vector<std::size_t> kept;
-  const FitData data = thinned(model.data(), most_samples, &kept);
+  FitData whole = model.data();
+  if (point.values[fit_compliance] > 0.0) whole.path = model.contact_path(point.values);
+  const FitData data = thinned(whole, most_samples, &kept);
   const std::size_t all = model.data().samples(), part = kept.size();
   const auto samples = static_cast<Eigen::Index>(part * data.axes);
   Eigen::MatrixXd j(samples, jacobian.cols());

@@ -18,6 +18,7 @@
 #include "tools/fitting/judge.hpp"
 #include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
+#include "tools/reports/fit_page.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/table.hpp"
 
@@ -44,6 +45,8 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0},
                                        {"viscous_friction", "N s/m", 1.0},
                                        {"damping_per_newton", "s/m", 1.0},
                                        {"stribeck_velocity", "mm/s", 1e3},
+                                       {"stage compliance", "um/N", 1e6},
+                                       {"sensor delay", "ms", 1e3},
                                        {"asymmetry", "", 1.0},
                                        {"sensor offset", "N", 1.0},
                                        {"sensor drift", "N/s", 1.0},
@@ -136,6 +139,8 @@ const std::array<const char*, fit_report_rows> fit_names = {"kinetic",
                                                             "viscous_friction",
                                                             "damping_per_newton",
                                                             "stribeck_velocity",
+                                                            "stage_compliance",
+                                                            "sensor_delay",
                                                             "asymmetry",
                                                             "sensor_offset",
                                                             "sensor_drift",
@@ -162,6 +167,8 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
       fmt::format("            {:.3g} to {:.3g} mm/s, load {:.4g} N{}{}\n", 1e3 * data.slow, 1e3 * data.fast,
                   data.mean_load, data.steady_load ? " (taken as constant)" : " on average",
                   data.quantum > 0.0 ? fmt::format(", encoder of {:.3g} um", 1e6 * data.quantum) : "");
+  for (std::size_t i = 0; i < data.columns.understood.size(); ++i)
+    text += wrapped(i == 0 ? "read" : "", data.columns.understood[i]);
   text +=
       fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
                   data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
@@ -198,6 +205,53 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   return text;
 }
 
+namespace {
+
+constexpr std::size_t most_drawn = 1500;  // samples of a curve in a report
+
+/// Every so many samples, the first and the last of each file among them.
+std::vector<std::size_t> drawn(const FitColumns& c) {
+  const std::size_t n = c.t.size(), every = (n + most_drawn - 1) / most_drawn;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < n; ++i)
+    if (i % every == 0 || i + 1 == n || !c.follows(i) || !c.follows(i + 1)) places.push_back(i);
+  return places;
+}
+
+Json taken(const std::vector<double>& values, const std::vector<std::size_t>& places, std::size_t from = 0) {
+  Json out = Json::array();
+  for (const std::size_t i : places) out.push_back(values[from + i]);
+  return out;
+}
+
+/// Data as understood, and the fit.
+Json curves(const FitData& data, const FitResult& r) {
+  const std::vector<std::size_t> places = drawn(data.columns);
+  const std::size_t n = data.samples();
+  Json out = {{"t_s", taken(data.columns.t, places)},
+              {"x_m", taken(data.columns.x, places)},
+              {"load_n", taken(data.load, places)},
+              {"force_n", taken(data.force, places)},
+              {"fit_n", taken(r.curve, places)}};
+  if (data.axes == 2) {
+    out["y_m"] = taken(data.columns.y, places);
+    out["force_y_n"] = taken(data.force, places, n);
+    out["fit_y_n"] = taken(r.curve, places, n);
+  }
+  return out;
+}
+
+/// The columns before anything was done to them.
+Json as_written(const FitData& data) {
+  const std::vector<std::size_t> places = drawn(data.columns);
+  Json out = Json::array();
+  for (const WrittenColumn& column : data.columns.written)
+    out.push_back({{"header", column.header}, {"values", taken(column.values, places)}});
+  return out;
+}
+
+}  // namespace
+
 std::string fit_json(const FitData& data, const FitOptions& options, const FitResult& r) {
   Json report;
   report["schema"] = "bristle-fit-1";
@@ -218,7 +272,9 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
                     {"steady_load", data.steady_load},
                     {"sign", sign_text(data.sign)},
                     {"sign_found", data.sign_found},
-                    {"ignored_columns", data.columns.ignored_columns}};
+                    {"ignored_columns", data.columns.ignored_columns},
+                    {"understood", data.columns.understood},
+                    {"files", data.columns.parts.size() + 1}};
   report["law"] = bristle::to_string(options.law);
   report["rule"] = options.rule == bristle::SnapRule::keep ? "keep" : "redraw";
   report["start"] = start_text(r.past.start);
@@ -253,7 +309,14 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
                          {"smallest_singular_value", r.smallest_singular_value},
                          {"least_bristles_per_newton", r.fluctuating_bristles}};
   report["evaluations"] = r.evaluations;
+  report["curves"] = curves(data, r);
+  report["as_written"] = as_written(data);
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string fit_html(const FitData& data, const FitOptions& options, const FitResult& r) {
+  const Json report = Json::parse(fit_json(data, options, r));
+  return fit_report_page(report, std::filesystem::path(data.columns.name).filename().string());
 }
 
 std::string fit_csv(const FitData& data, const FitResult& r) {
@@ -276,6 +339,34 @@ std::string fit_csv(const FitData& data, const FitResult& r) {
     }
   }
   return fmt::to_string(out);
+}
+
+namespace {
+
+/// Beside the scene, where the data are no motion file themselves; empty where there is no scene on disk.
+std::string motion_file(const FitOptions& options) {
+  if (options.write.empty() || options.write == "-") return {};
+  return std::filesystem::path(options.write).replace_extension().string() + "_motion.csv";
+}
+
+}  // namespace
+
+std::string fit_motion(const FitData& data) {
+  const FitColumns& c = data.columns;
+  const bool planar = c.planar(), with_load = c.has_load;
+  std::string text = fmt::format("t,x{}{}\n", planar ? ",y" : "", with_load ? ",load" : "");
+  double jump_x = 0.0, jump_y = 0.0;  // another file begins elsewhere: the body has not slid there
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    if (i > 0 && !c.follows(i)) {
+      jump_x += c.x[i] - c.x[i - 1];
+      if (planar) jump_y += c.y[i] - c.y[i - 1];
+    }
+    text += fmt::format("{:.12g},{:.12g}", c.t[i], c.x[i] - jump_x);
+    if (planar) text += fmt::format(",{:.12g}", c.y[i] - jump_y);
+    if (with_load) text += fmt::format(",{:.12g}", c.load[i]);
+    text += '\n';
+  }
+  return text;
 }
 
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& r) {
@@ -308,7 +399,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
           : fmt::format("mean = {}, cv = {}", law.first_parameter(), law.second_parameter());
   // Of the motion that is replayed: the fit may have taken a load that wobbles as constant.
   double most_load = data.mean_load;
-  if (data.columns.replayable && data.columns.has_load && !options.load)
+  if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
   text += fmt::format(
       "\n[[material]]\nname = \"fitted\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\n"
@@ -329,21 +420,24 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", m.speed_strengthening,
                         m.strengthening_speed);
   }
+  const bool own_file = !data.columns.replayable && motion_file(options) != "";
+  const bool replays = data.columns.replayable || own_file;
   text += fmt::format(
       "\n[scene]\nname = \"fitted\"\ndt = {}  # s\n{}\n[[patch]]\nname = \"body\"\nmaterial = \"fitted\"\n"
       "max_normal_load = {}  # N\naxes = {}\n\n[[motion]]\npatch = \"body\"\n",
-      replay_dt(data), data.columns.replayable ? "" : fmt::format("duration = {}  # s\n", data.length()),
-      1.001 * most_load, data.axes);
-  if (data.columns.replayable) {
+      replay_dt(data), replays ? "" : fmt::format("duration = {}  # s\n", data.length()), 1.001 * most_load,
+      data.axes);
+  if (replays) {
     namespace fs = std::filesystem;
     std::error_code error;
     const fs::path folder = options.write == "-" ? fs::path(".") : fs::path(options.write).parent_path();
-    const fs::path file = fs::proximate(data.columns.name, folder.empty() ? fs::path(".") : folder, error);
-    text += fmt::format("type = \"trace\"\nfile = '{}'\n", error ? data.columns.name : file.string());
+    const std::string motion = own_file ? motion_file(options) : data.columns.name;
+    const fs::path file = fs::proximate(motion, folder.empty() ? fs::path(".") : folder, error);
+    text += fmt::format("type = \"trace\"\nfile = '{}'\n", error ? motion : file.string());
   } else {
     text += fmt::format("type = \"ramp\"\nvelocity = {}  # m/s\n", data.fast);
   }
-  if (!data.columns.replayable || !data.columns.has_load || options.load)
+  if (!replays || !data.columns.has_load || options.load)
     text += fmt::format("load = {}  # N\n", data.mean_load);
   return text;
 }
@@ -351,14 +445,15 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
 namespace {
 
 void rivals_command(const FitOptions& options) {
-  if (!options.csv.empty() || !options.write.empty() || !options.plot.empty()) {
-    throw UserError("--rivals: writes a table and --json only; leave out --csv, --write and --plot");
+  if (!options.csv.empty() || !options.write.empty() || !options.plot.empty() || !options.html.empty()) {
+    throw UserError("--rivals: writes a table and --json only; leave out --csv, --write, --html and --plot");
   }
   if (options.rule == bristle::SnapRule::keep)
     throw UserError("--rivals: the brush is one with --rule redraw");
   const bool on_stdout = takes_stdout({{"--json", options.json}});
-  const FitColumns columns = parse_fit_columns(read_text_file(options.data), options.data);
-  if (columns.t.empty()) throw UserError(options.data + ": no data rows");
+  if (options.data.size() > 1) throw UserError("--rivals: one file only");
+  const FitColumns columns = read_fit_columns(options.data, options.reading);
+  if (columns.t.empty()) throw UserError(columns.name + ": no data rows");
   const double third = (columns.t.back() - columns.t.front()) / 3.0;
   const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
   if (!options.json.empty()) OutputFile(options.json).write(judgement_json(columns, judgements));
@@ -370,20 +465,24 @@ void rivals_command(const FitOptions& options) {
 void fit_command(const FitOptions& options) {
   if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
   if (options.rivals) return rivals_command(options);
-  const bool on_stdout =
-      takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
-  const FitData data = prepare_fit_data(parse_fit_columns(read_text_file(options.data), options.data),
-                                        options.sign, options.load);
+  const bool on_stdout = takes_stdout({{"--json", options.json},
+                                       {"--csv", options.csv},
+                                       {"--write", options.write},
+                                       {"--html", options.html}});
+  const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
+                                        options.load, options.mass);
   const FitResult result = fit_material(data, options);
   const auto write = [](const std::string& path, const std::string& text) {
     if (!path.empty()) OutputFile(path).write(text);
   };
   write(options.write, fit_toml(data, options, result));
+  if (!data.columns.replayable && motion_file(options) != "") write(motion_file(options), fit_motion(data));
   write(options.csv, fit_csv(data, result));
   if (!options.plot.empty() && data.axes == 2)
     throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
   if (!options.plot.empty()) draw(data, result, options.plot);
   write(options.json, fit_json(data, options, result));
+  if (!options.html.empty()) write(options.html, fit_html(data, options, result));
   if (!on_stdout) fmt::print("{}", fit_table(data, options, result));
 }
 

@@ -21,10 +21,18 @@ constexpr double least_back = 0.02;  // of the travel, for an offset
 /// Share of the travel that goes the way that it goes less; in the plane of the travel that does not lead
 /// away.
 double share_back(const std::vector<PathPoint>& path) {
-  double travel = 0.0;
-  for (std::size_t i = 1; i < path.size(); ++i)
-    travel += std::hypot(path[i].x - path[i - 1].x, path[i].y - path[i - 1].y);
-  const double away = std::hypot(path.back().x - path.front().x, path.back().y - path.front().y);
+  double travel = 0.0, away = 0.0;
+  std::size_t begin = 0;
+  const auto far = [](const PathPoint& a, const PathPoint& b) { return std::hypot(b.x - a.x, b.y - a.y); };
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (path[i].begins) {
+      away += far(path[begin], path[i - 1]);
+      begin = i;
+    } else {
+      travel += far(path[i - 1], path[i]);
+    }
+  }
+  away += far(path[begin], path.back());
   return 0.5 * (1.0 - away / std::max(travel, 1e-300));
 }
 
@@ -65,7 +73,7 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   point.past = model_.past();
   point.frame = model_.frame();
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing, fit_ageing_time,
-                               fit_strengthening_speed, fit_stribeck}) {
+                               fit_strengthening_speed, fit_stribeck, fit_compliance, fit_delay}) {
     point.values[p] = bent[p];
   }
   point.values[fit_kinetic] = 1.0;  // so that its derivative is the unit force
@@ -156,6 +164,7 @@ std::vector<FitValues> Fitter::rubbed_shapes() const {
     shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : 0.4;
     shape[fit_residual] = options_.residual.value_or(residual);
     shape[fit_renewal] = options_.renewal.value_or(renewal);
+    hold_stage(shape);
     const bool there = std::any_of(shapes.begin(), shapes.end(), [&](const FitValues& other) {
       return other[fit_residual] == shape[fit_residual] && other[fit_renewal] == shape[fit_renewal];
     });
@@ -175,6 +184,7 @@ FitPoint Fitter::search_plain() {
     shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : spread;
     shape[fit_residual] = options_.residual.value_or(0.0);
     shape[fit_renewal] = options_.renewal.value_or(0.0);
+    hold_stage(shape);
     shapes.push_back(shape);
     if (options_.law == SnapLaw::exponential) break;
   }
@@ -220,6 +230,7 @@ FitPoint Fitter::polish(const FitPoint& point) {
   FitParameterSet linear;
   for (const FitParameter p : point.free) {
     if (p == fit_asymmetry) return point;
+    if (p == fit_compliance || p == fit_delay) return point;
     if (!FitModel::bends(p) && p != fit_stribeck && p != fit_strengthening_speed) linear.push_back(p);
   }
   if (!contains(point.free, fit_length) || !contains(linear, fit_kinetic)) return point;
@@ -270,15 +281,18 @@ FitPoint Fitter::choose() {
   struct Brush {
     FitPoint core, whole;
     std::array<std::string, fit_parameters> why;
+    std::string stage_note;
   };
   const auto completed = [&](const FitPoint& found, double progress) {
-    Brush brush{found, found, {}};
+    Brush brush{found, found, {}, {}};
     if (found.free.empty()) return brush;
     why_ = {};
-    brush.core = try_starts(found);
+    stage_note_.clear();
+    brush.core = add_stage_terms(try_starts(found));
     progress_.update(progress);
     brush.whole = add_speed_terms(brush.core);
     brush.why = why_;
+    brush.stage_note = stage_note_;
     return brush;
   };
   Brush of_plain = completed(plain, 0.70), of_rubbed = completed(rubbed, 0.75);
@@ -303,6 +317,7 @@ FitPoint Fitter::choose() {
     takes_rubbed = prefers_rubbed();
   }
   why_ = takes_rubbed ? of_rubbed.why : of_plain.why;
+  stage_note_ = takes_rubbed ? of_rubbed.stage_note : of_plain.stage_note;
   for (const FitParameter p : {fit_residual, fit_renewal}) {
     const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
     if (held)
@@ -326,7 +341,28 @@ FitPoint Fitter::try_starts(FitPoint best) {
     const double gain = count * std::log(straight.sum_of_squares / std::max(point.sum_of_squares, 1e-300));
     if (gain > 10.0 && point.sum_of_squares < best.sum_of_squares) best = point;
   }
-  return best;
+  return try_later_starts(best);
+}
+
+/// The same for each later record of several, all else as it is; then once more all together.
+FitPoint Fitter::try_later_starts(FitPoint point) {
+  if (data_.columns.parts.empty()) return point;
+  bool changed = false;
+  point.past.later.assign(data_.columns.parts.size(), StartState::straight);
+  for (std::size_t k = 0; k < point.past.later.size(); ++k) {
+    double least = residuals(point).squaredNorm();
+    const double count = samples_that_count(point);
+    for (const StartState start : {StartState::forward, StartState::backward}) {
+      FitPoint other = point;
+      other.past.later[k] = start;
+      const double squares = residuals(other).squaredNorm();
+      if (count * std::log(least / std::max(squares, 1e-300)) <= 10.0) continue;
+      least = squares;
+      point = other;
+      changed = true;
+    }
+  }
+  return changed ? minimise(model_, point) : point;
 }
 
 /// With the lubricant, the damper, or both; all that bends the brush as in `core`, so that nothing need be
@@ -334,7 +370,8 @@ FitPoint Fitter::try_starts(FitPoint best) {
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   const FitParameterSet all = core.free;
   FitPoint rigid = core;
-  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal}) take_out(rigid.free, p);
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_compliance, fit_delay})
+    take_out(rigid.free, p);
   std::vector<FitPoint> candidates;
   const auto add = [&](const FitPoint& start) {
     FitPoint point = minimise(model_, start);

@@ -65,7 +65,8 @@ class Coordinates {
 
  private:
   static bool ranged(FitParameter p) {
-    return FitModel::bends(p) || p == fit_stribeck || p == fit_strengthening_speed;
+    return FitModel::bends(p) || p == fit_stribeck || p == fit_strengthening_speed || p == fit_compliance ||
+           p == fit_delay;
   }
   static double scaled(FitParameter p, double value) {
     return FitModel::is_logarithmic(p) ? std::log(value) : value;

@@ -1,16 +1,17 @@
 // fit: what `bristle fit` does, of a file or of arrays.
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include "tools/files/csv_columns.hpp"
-#include "tools/files/text_file.hpp"
 #include "tools/fitting/fit.hpp"
 #include "tools/python/material_names.hpp"
 #include "tools/python/tools.hpp"
@@ -71,20 +72,74 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
+/// What the data do not say themselves, and what is held between the contact and the sensors.
+struct Between {
+  std::optional<double> speed, radius, compliance, delay;
+  double mass = 0.0, clip_load = 0.0;
+};
+
+void require_between(const char* name, double value, double low, double high, const char* unit) {
+  if (value >= low && value <= high) return;
+  const auto text = [](double number) { return py::cast<std::string>(py::repr(py::float_(number))); };
+  throw bristle::Error(std::string(name) + " is " + text(value) + "; allowed: " + text(low) + " to " +
+                       text(high) + " " + unit);
+}
+
+void set_between(cli::FitOptions& options, const Between& b) {
+  if (b.speed) require_between("speed", *b.speed, -1e3, 1e3, "m/s");
+  if (b.radius) require_between("radius", *b.radius, 1e-9, 1e3, "m");
+  if (b.compliance) require_between("compliance", *b.compliance, 0.0, 1.0, "m/N");
+  if (b.delay) require_between("delay", *b.delay, 0.0, 1e3, "s");
+  require_between("mass", b.mass, 0.0, 1e6, "kg");
+  require_between("clip_load", b.clip_load, 0.0, 1e9, "N");
+  options.reading.speed = b.speed;
+  options.reading.radius = b.radius;
+  options.reading.clip_load = b.clip_load;
+  options.compliance = b.compliance;
+  options.delay = b.delay;
+  options.mass = b.mass;
+}
+
+using Words = std::map<std::string, std::string>;
+
+/// Names, or places as numbers.
+Words words_of(const std::map<std::string, std::variant<std::size_t, std::string>>& given) {
+  Words words;
+  for (const auto& [ours, theirs] : given)
+    words[ours] = std::holds_alternative<std::string>(theirs) ? std::get<std::string>(theirs)
+                                                              : std::to_string(std::get<std::size_t>(theirs));
+  return words;
+}
+
 /// Without the interpreter's lock: a long record takes seconds.
 Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
-  cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load);
+  cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load, options.mass);
   cli::FitResult result = cli::fit_material(data, options);
   return {std::move(options), std::move(data), std::move(result)};
 }
 
-Fit fit_file(const std::filesystem::path& file, const std::optional<double>& load, const std::string& sign,
-             const std::string& law, const std::string& rule, const std::string& damper_decay,
-             const std::optional<double>& residual, const std::optional<double>& renewal) {
+using Files = std::variant<std::filesystem::path, std::vector<std::filesystem::path>>;
+using ColumnNames = std::map<std::string, std::variant<std::size_t, std::string>>;
+
+Fit fit_files(const Files& files, const std::optional<double>& load, const std::string& sign,
+              const std::string& law, const std::string& rule, const std::string& damper_decay,
+              const std::optional<double>& residual, const std::optional<double>& renewal,
+              const ColumnNames& columns, const Words& units, const std::optional<double>& speed,
+              double clip_load, const std::optional<double>& radius, double mass,
+              const std::optional<double>& compliance, const std::optional<double>& delay) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
-  options.data = file.string();
+  set_between(options, {speed, radius, compliance, delay, mass, clip_load});
+  if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
+    options.data = {one->string()};
+  } else {
+    for (const auto& file : std::get<std::vector<std::filesystem::path>>(files))
+      options.data.push_back(file.string());
+    if (options.data.empty()) throw bristle::Error("file is an empty list; allowed: one file or several");
+  }
+  for (const auto& word : words_of(columns)) options.reading.columns.push_back(word);
+  for (const auto& word : units) options.reading.units.push_back(word);
   const py::gil_scoped_release release;
-  return fit_columns(cli::parse_fit_columns(cli::read_text_file(options.data), options.data), options);
+  return fit_columns(cli::read_fit_columns(options.data, options.reading), options);
 }
 
 std::vector<double> column_of(const Doubles& array, const char* name) {
@@ -95,7 +150,8 @@ std::vector<double> column_of(const Doubles& array, const char* name) {
 Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const Doubles& load,
                const std::string& sign, const std::string& law, const std::string& rule,
                const std::string& damper_decay, const std::optional<double>& residual,
-               const std::optional<double>& renewal) {
+               const std::optional<double>& renewal, double mass, const std::optional<double>& compliance,
+               const std::optional<double>& delay) {
   cli::FitColumns columns;
   columns.name = "bristle.fit";
   columns.t = column_of(t, "t");
@@ -104,9 +160,10 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   columns.has_x = true;
   columns.has_load = load.ndim() > 0;
   if (columns.has_load) columns.load = column_of(load, "load");
-  const cli::FitOptions options = make_options(
+  cli::FitOptions options = make_options(
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
+  set_between(options, {{}, {}, compliance, delay, mass, 0.0});
   const py::gil_scoped_release release;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
@@ -172,7 +229,8 @@ void define_result(py::module_& module) {
           "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
           "ageing, ageing_time (s), speed_strengthening, strengthening_speed (m/s), viscous_friction (N "
           "s/m), "
-          "damping_per_newton (s/m), stribeck_velocity (m/s), asymmetry, sensor_offset (N), sensor_drift "
+          "damping_per_newton (s/m), stribeck_velocity (m/s), stage_compliance (m/N), sensor_delay (s), "
+          "asymmetry, sensor_offset (N), sensor_drift "
           "(N/s), the same of "
           "a second axis, and what follows from them: peak, stiffness_per_newton (1/m), kinetic_forward, "
           "kinetic_backward. With ageing or strengthening report[\"holds_at\"] says at which speed and age.")
@@ -200,6 +258,12 @@ void define_result(py::module_& module) {
           "report",
           [](const Fit& fit) { return report_of(cli::fit_json(fit.data, fit.options, fit.result)); },
           "All of it but the samples: a dict as `bristle fit --json` writes it.")
+      .def_property_readonly(
+          "understood", [](const Fit& fit) { return fit.data.columns.understood; },
+          "How the data were read, a sentence each.")
+      .def_property_readonly(
+          "html", [](const Fit& fit) { return cli::fit_html(fit.data, fit.options, fit.result); },
+          "A page to read: what was read, data and fit, residuals, parameters, what is not determined.")
       .def("__str__", [](const Fit& fit) { return cli::fit_table(fit.data, fit.options, fit.result); })
       .def("__repr__", [](const Fit& fit) {
         return "<bristle.FitResult of " + std::to_string(fit.data.force.size()) + " samples>";
@@ -212,14 +276,21 @@ void define_fitting(py::module_& module) {
   define_estimate(module);
   define_result(module);
   module.def(
-      "fit", &fit_file, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
+      "fit", &fit_files, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
-      py::arg("renewal") = py::none(),
+      py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
+      py::arg("speed") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
+      py::arg("mass") = 0.0, py::arg("compliance") = py::none(), py::arg("delay") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
-      "(tools/README.md). load: N, in place of a column. sign: whose force, \"on\" the body or \"by\" it; "
+      "(tools/README.md), or in several that are one record. load: N, in place of a column. columns: the "
+      "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
+      "\"um\"}). speed: m/s, where no column has the motion. clip_load: N, loads from minus this to 0 count "
+      "as 0. radius: m, at which columns angle and torque act. mass: kg that the force sensor accelerates. "
+      "sign: whose force, \"on\" the body or \"by\" it; "
       "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\" or \"exponential\". residual (a "
-      "share of the presliding length, 0 to 0.95) and renewal (0 to 8) hold these two; None fits them, "
+      "share of the presliding length, 0 to 0.95), renewal (0 to 8), compliance of the stage (m/N) and delay "
+      "of the force sensor (s) hold these; None fits them, "
       "residual=0, renewal=0 is the paper's brush. rule \"keep\" has neither. Takes seconds "
       "and lets go of the interpreter's lock. Raises bristle.Error on data that nothing can be learnt "
       "from.");
@@ -227,7 +298,8 @@ void define_fitting(py::module_& module) {
       "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "redraw",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
-      py::arg("renewal") = py::none(),
+      py::arg("renewal") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
+      py::arg("delay") = py::none(),
       "The same of arrays: times (s), positions (m), forces and loads (N; one number or one a sample).");
 }
 

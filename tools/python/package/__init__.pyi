@@ -421,10 +421,14 @@ class FitResult:
     def curve(self) -> NDArray[np.float64]: ...
     @property
     def report(self) -> dict[str, Any]: ...
+    @property
+    def understood(self) -> list[str]: ...
+    @property
+    def html(self) -> str: ...
 
 @overload
 def fit(
-    file: Union[str, os.PathLike[str]],
+    file: Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]]],
     *,
     load: Optional[float] = ...,
     sign: str = ...,
@@ -433,6 +437,14 @@ def fit(
     damper_decay: str = ...,
     residual: Optional[float] = ...,
     renewal: Optional[float] = ...,
+    columns: Mapping[str, Union[str, int]] = ...,
+    units: Mapping[str, str] = ...,
+    speed: Optional[float] = ...,
+    clip_load: float = ...,
+    radius: Optional[float] = ...,
+    mass: float = ...,
+    compliance: Optional[float] = ...,
+    delay: Optional[float] = ...,
 ) -> FitResult: ...
 @overload
 def fit(
@@ -447,6 +459,9 @@ def fit(
     damper_decay: str = ...,
     residual: Optional[float] = ...,
     renewal: Optional[float] = ...,
+    mass: float = ...,
+    compliance: Optional[float] = ...,
+    delay: Optional[float] = ...,
 ) -> FitResult: ...
 
 class SceneRun:

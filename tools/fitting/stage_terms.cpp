@@ -1,0 +1,114 @@
+// Between the friction and the file: a stage that bends between the measured position and the contact, and a
+// low-pass of the force sensor. Both shift the force behind the position.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "tools/fitting/fitter.hpp"
+
+namespace cli {
+namespace {
+
+constexpr double told_apart = 12.0;  // gain in the likelihood, twice its logarithm
+constexpr int rounds = 2;  // of the force that bends the stage: first the measured one, then the fit
+
+}  // namespace
+
+/// The measured force has noise, which would move the contact; that of the fit has none.
+FitPoint Fitter::minimise_bent(FitPoint point) {
+  for (int i = 0; i < rounds; ++i) {
+    assume(model_, point);
+    model_.set_stage_force(model_.force_on_stage(point.values));
+    point = minimise(model_, point);
+  }
+  return point;
+}
+
+/// What is to be said where `other` is as close to the record as `taken`.
+std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
+  const auto text = [](const FitPoint& p) {
+    const double delay = p.values[fit_delay], compliance = p.values[fit_compliance];
+    return contains(p.free, fit_delay) ? fmt::format("a delay of the force of {:.3g} ms", 1e3 * delay)
+                                       : fmt::format("a stage that bends by {:.3g} um/N", 1e6 * compliance);
+  };
+  return fmt::format(
+      "the record hardly tells {} from {} (presliding length then {:.3g} um instead of {:.3g} um): the first "
+      "is taken; other speeds tell a delay, other loads a stage",
+      text(taken), text(other), 1e6 * other.values[fit_length], 1e6 * taken.values[fit_length]);
+}
+
+/// Delay, compliance, or both, where they pay for their parameters.
+FitPoint Fitter::add_stage_terms(const FitPoint& core) {
+  const auto explain = [&](FitParameter p, const std::string& why) { why_[p] = why; };
+  if (options_.delay) explain(fit_delay, "held");
+  if (options_.compliance) explain(fit_compliance, "held");
+  if (options_.rule == bristle::SnapRule::keep || options_.for_prediction) {
+    for (const FitParameter p : {fit_delay, fit_compliance})
+      if (why_[p].empty())
+        explain(p, options_.for_prediction ? "not looked for" : "not looked for with the rule keep");
+    return core;
+  }
+  const Eigen::VectorXd measured = Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples());
+  const auto start_with = [&](FitPoint from, bool delayed, double share) {
+    if (delayed) {
+      from.free.push_back(fit_delay);
+      from.values[fit_delay] = std::clamp(share * data_.sample_time, 1.1 * model_.lowest(fit_delay),
+                                          0.9 * model_.highest(fit_delay));
+    } else {
+      // The whole bends as before: a share of it in the stage.
+      const double whole = from.values[fit_length] / (from.values[fit_kinetic] * data_.mean_load);
+      from.free.push_back(fit_compliance);
+      from.values[fit_compliance] = std::clamp(0.5 * share * whole, 1.1 * model_.lowest(fit_compliance),
+                                               0.9 * model_.highest(fit_compliance));
+      from.values[fit_length] = std::max((1.0 - share) * from.values[fit_length], model_.lowest(fit_length));
+    }
+    return from;
+  };
+  const auto minimum = [&](const FitPoint& start) {
+    assume(model_, start);
+    const bool bent = contains(start.free, fit_compliance);
+    if (bent) model_.set_stage_force(measured);
+    const FitPoint point = minimise(model_, start);
+    return bent ? minimise_bent(point) : point;
+  };
+  const auto best_of = [&](const FitPoint& from, bool delayed) {
+    FitPoint best;
+    best.sum_of_squares = std::numeric_limits<double>::infinity();
+    for (const double share : delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5}) {
+      const FitPoint point = minimum(start_with(from, delayed, share));
+      if (better(point, best)) best = point;
+    }
+    return best;
+  };
+  const bool may_delay = !options_.delay && two_ways(),
+             may_bend = !options_.compliance && contains(core.free, fit_length);
+  std::vector<FitPoint> candidates;
+  if (may_delay) candidates.push_back(best_of(core, true));
+  if (may_bend) candidates.push_back(best_of(core, false));
+  if (may_delay && may_bend)
+    candidates.push_back(best_of(better(candidates[0], candidates[1]) ? candidates[0] : candidates[1],
+                                 !better(candidates[0], candidates[1])));
+  FitPoint best = core;
+  for (const FitPoint& candidate : candidates) {
+    const double count = samples_that_count(candidate);
+    if (criterion(candidate, count) < criterion(best, count)) best = candidate;
+  }
+  // The other alone, where it pays as well and is as close.
+  const bool one = contains(best.free, fit_delay) != contains(best.free, fit_compliance);
+  if (one && candidates.size() == 3) {
+    const FitPoint& other = candidates[contains(best.free, fit_delay) ? 1 : 0];
+    const double count = samples_that_count(best);
+    const double gain = count * std::log(other.sum_of_squares / std::max(best.sum_of_squares, 1e-300));
+    if (gain < told_apart && criterion(other, count) < criterion(core, count))
+      stage_note_ = alike(best, other);
+  }
+  for (const FitParameter p : {fit_delay, fit_compliance}) {
+    if (!contains(best.free, p) && why_[p].empty())
+      explain(p, p == fit_delay && !two_ways() ? "the motion has one direction only" : lacking(p));
+  }
+  return best;
+}
+
+}  // namespace cli
