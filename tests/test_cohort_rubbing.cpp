@@ -177,6 +177,31 @@ Errors load_errors(double resolution) { return errors_of_load(resolution, "F_dou
 
 }  // namespace
 
+TEST_CASE("After a reversal nothing snaps before the patch has come back by twice a large residual",
+          "[cohorts][rubbing]") {
+  // All were left at 20 and bent on by less than 1.5: they are straight at 20 to 21.5 and snap from 40.5 on.
+  const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+  for (const double renewal : {0.0, 1.0, 8.0}) {
+    INFO("renewal " << renewal);
+    const Rubbing rubbing{20.0, renewal};
+    const Steady sliding = steady(law, rubbing);
+    Brush brush(rubbed(law, rubbing), infinite_options());
+    for (int i = 0; i < 20; ++i) brush.step(10.0);
+    CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
+    const double slid = brush.x();
+    for (const double way : {10.0, 20.0, 30.0, 40.0}) {
+      brush.step(-10.0);
+      CHECK(brush.x() == Approx(slid - way).margin(1e-5));
+      CHECK(brush.response.dissipated == 0.0);
+    }
+    for (int i = 0; i < 5; ++i) {
+      brush.step(-10.0);
+      CHECK(brush.response.dissipated > 0.0);
+    }
+    CHECK(brush.x() == Approx(-sliding.deflection).epsilon(2e-3));
+  }
+}
+
 TEST_CASE("A rubbed infinite brush follows the tables with second order", "[cohorts][rubbing][physics]") {
   const auto check = [](const char* what, Errors (*errors)(double)) {
     const Errors at[] = {errors(8.0), errors(16.0), errors(32.0)};

@@ -179,7 +179,9 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  made.law.forget = table.forget;
+  // Bristles that a slide the other way has bent come by the residual twice before they snap.
+  const double reversed = 2.0 * material->residual;
+  made.law.forget = table.forget + reversed;
   // Two points for a pair are worth it only between corners (1.33 is what an even slide needs).
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
@@ -187,7 +189,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.snap_rate = material->snap_rate;
   // Renewal takes what one slide leaves behind in the next ones: nothing adds up.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
-  made.follow = renewed ? table.forget : table.follow;
+  made.follow = (renewed ? table.forget : table.follow) + reversed;
   // Means of steady sliding without renewal, which shortens them: good enough to say what is long.
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
