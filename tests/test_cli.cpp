@@ -676,8 +676,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
                 {folder.at("none/state") + ": cannot be written"});
   check_refused(folder, "run " + scene + " --budget nan", {"--budget: Value nan not in range"});
   check_refused(folder, "run " + scene + " --budget 1e-4", {"--budget: Value 1e-4 not in range 0.001 to"});
-  check_refused(folder, "fit data.csv --load nan", {"--load: Value nan not in range"});
-  check_refused(folder, "fit data.csv --load 2N", {"--load: Value 2N not in range"});
+  check_refused(folder, "fit data.csv --load nan", {"--load is 'nan'"});
+  check_refused(folder, "fit data.csv --load 2m", {"--load is '2m'", "mN"});
   check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: Value -nan not in range"});
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
@@ -740,8 +740,8 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
   }
   if (!BRISTLE_MINIMAL) {
-    // At rest, in tremor, in four straight slides and four in zigzag; one patch and ten thousand.
-    REQUIRE(report["infinite"].size() == 2 * (2 + 4 + 4));
+    // At rest, in tremor, in seven straight slides and seven in zigzag; one patch and ten thousand.
+    REQUIRE(report["infinite"].size() == 2 * (2 + 7 + 7));
     for (const json& row : report["infinite"]) {
       CHECK(row["resolution"] == 8);
       CHECK((row["patches"] == 1 || row["patches"] == 10'000));

@@ -197,7 +197,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
                                 SnapLength::exponential(dbar), SnapLength::lognormal(dbar, 1.0)})
     for (double residual : {0.0, 0.4})
       for (double turn : {0.0, 1.2, 2.0, 3.1}) {
-        const double length = law.cv() > 0.9 ? 90.0 : 17.0;
+        const double length = law.cv() > 0.9 ? 90.0 : 18.0;
         Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
         for (Brush* brush : {&far, &near}) {
           for (int i = 0; i < 300; ++i) brush->step(0.05);  // then some of it back: two ages of cohorts

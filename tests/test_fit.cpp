@@ -229,7 +229,8 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   const Fitted plain = fit(csv, paper);
   CHECK(plain[cli::fit_residual].value == 0.0);
   CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
-  CHECK(plain.result.residual_rms > 2.0 * fitted.result.residual_rms);
+  // (A stage that bends explains some of what rubbing does.)
+  CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
   CHECK(fit(csv, half)[cli::fit_renewal].value == 1.5);

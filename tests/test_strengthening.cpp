@@ -195,7 +195,7 @@ TEST_CASE("A plate on four patches that strengthen holds a slope, and slides whe
     std::array<bristle::BodyContact<6>, 4> feet;
     for (std::size_t i = 0; i < 4; ++i) {
       motions[i].id = batch.add(Material{}.with_speed_strengthening(a, slow),
-                                PatchOptions{}.with_max_normal_load(weight).with_bristles(200).with_seed(
+                                PatchOptions{}.with_max_normal_load(weight).with_bristles(2000).with_seed(
                                     static_cast<std::uint32_t>(i + 1)));
       motions[i].normal_load = weight / 4.0;
       feet[i] = bristle::rigid_contact(i, {i & 1 ? 0.05 : -0.05, i & 2 ? 0.03 : -0.03, 0.0},
