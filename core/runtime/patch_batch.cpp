@@ -135,17 +135,24 @@ struct PatchBatch::Impl {
   };
   Trial trial;
 
-  /// A piece of a step: a range of blocks of one large patch, or a range of motions.
-  struct Task {
-    int split = -1;
+  struct Range {
     std::uint32_t first = 0, last = 0;
-    int next_split = 0;  ///< of a range of motions: the first of the splits that may lie in it
-    Totals totals;
+    int next_split = 0;  ///< of motions: the first of the splits that may lie among them
+  };
+  /// What became of a range of motions.
+  struct Outcome {
     std::uint64_t visited = 0;
-    const void* thread = nullptr;  ///< who did it
-    double end = 0.0;              ///< when it was done, s
     std::uint32_t stepped = 0;
     Status status = Status::ok;
+  };
+  /// A piece of a shared step: a range of blocks of one large patch, or a range of motions.
+  struct Task {
+    int split = -1;
+    Range range;
+    Totals totals;
+    Outcome outcome;
+    const void* thread = nullptr;  ///< who did it
+    double end = 0.0;              ///< when it was done, s
   };
   struct Split {
     Patch* patch = nullptr;
@@ -331,40 +338,40 @@ struct PatchBatch::Impl {
   }
 
   /// One motion, start to end, on one thread.
-  void step_one(Patch& p, std::size_t i, Task& task) noexcept {
-    task.visited += step_patch(p, in[i], dt, out[i]);
-    task.status = task.status | out[i].status;
-    ++task.stepped;
+  void step_one(Patch& p, std::size_t i, Outcome& outcome) noexcept {
+    outcome.visited += step_patch(p, in[i], dt, out[i]);
+    outcome.status = outcome.status | out[i].status;
+    ++outcome.stepped;
   }
 
   /// The motions of a range, one after another. What rests is answered at once: it costs no more than asking.
-  void step_range(Task& task) noexcept {
+  void step_range(const Range& range, Outcome& outcome) noexcept {
     const bool notes = workers.count() > 1;
-    int next_split = task.next_split;
-    std::size_t fetch_until = task.first;
-    for (std::size_t i = task.first; i < task.last; ++i) {
+    int next_split = range.next_split;
+    std::size_t fetch_until = range.first;
+    for (std::size_t i = range.first; i < range.last; ++i) {
       if (next_split < split_count && splits[static_cast<std::size_t>(next_split)].motion == i) {
         ++next_split;
         continue;
       }
       // A long row of resting patches is read as fast without asking.
-      if (i < fetch_until) fetch_ahead(i, task.last);
+      if (i < fetch_until) fetch_ahead(i, range.last);
       Patch* p = pool.find(in[i].id);
       if (p != nullptr && p->last_step != step_number && stays_at_rest(*p, in[i])) {
         p->last_step = step_number;
         out[i].id = in[i].id;
         answer_at_rest(*p, out[i]);
-        task.status = task.status | out[i].status;
-        ++task.stepped;
+        outcome.status = outcome.status | out[i].status;
+        ++outcome.stepped;
         continue;
       }
       p = admit(p, i);
       if (p == nullptr) {
-        task.status = task.status | out[i].status;
+        outcome.status = outcome.status | out[i].status;
         continue;
       }
       fetch_until = i + resting_row;
-      step_one(*p, i, task);
+      step_one(*p, i, outcome);
       if (notes) note_outlook(*p, slot_of(in[i].id));
     }
   }
@@ -382,9 +389,9 @@ struct PatchBatch::Impl {
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
-      split.patch->model->run(*split.patch, split.step, task.first, task.last, task.totals);
+      split.patch->model->run(*split.patch, split.step, task.range.first, task.range.last, task.totals);
     } else {
-      impl.step_range(task);
+      impl.step_range(task.range, task.outcome);
     }
     task.end = DeadlineMonitor::wall_now();
   }
@@ -428,19 +435,18 @@ struct PatchBatch::Impl {
     if (shared) {
       split_and_run(cost, report);
     } else {
-      Task alone{};
-      alone.last = static_cast<std::uint32_t>(in.size());
-      step_range(alone);
-      add_to(report, alone);
+      Outcome outcome;
+      step_range({0, static_cast<std::uint32_t>(in.size())}, outcome);
+      add_to(report, outcome);
     }
     if (sizable) last_sizable_step = DeadlineMonitor::wall_now();
     return report;
   }
 
-  static void add_to(StepReport& report, const Task& task) noexcept {
-    report.status = report.status | task.status;
-    report.patches_stepped += task.stepped;
-    report.bristles_visited += task.visited;
+  static void add_to(StepReport& report, const Outcome& outcome) noexcept {
+    report.status = report.status | outcome.status;
+    report.patches_stepped += outcome.stepped;
+    report.bristles_visited += outcome.visited;
   }
 
   /// The step proper; the caller took the commands, so that the table stays as it is.
@@ -494,8 +500,8 @@ struct PatchBatch::Impl {
       for (std::uint32_t k = 0; k < parts; ++k) {
         Task& task = tasks[static_cast<std::size_t>(task_count++)] = Task{};
         task.split = split_count;
-        task.first = groups * k / parts * blocks_per_range;
-        task.last = std::min(groups * (k + 1) / parts * blocks_per_range, blocks);
+        task.range.first = groups * k / parts * blocks_per_range;
+        task.range.last = std::min(groups * (k + 1) / parts * blocks_per_range, blocks);
       }
       split.task_count = static_cast<int>(parts);
     }
@@ -528,7 +534,7 @@ struct PatchBatch::Impl {
     const std::uint64_t piece = std::max<std::uint64_t>(
         cost / (static_cast<std::uint64_t>(workers.count()) * 4), sharing.smallest_piece);
     int task_count = 0;
-    Task group{};
+    Range group;
     std::uint64_t group_cost = 0;
     std::uint32_t group_size = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -542,7 +548,8 @@ struct PatchBatch::Impl {
       group.last = i + 1;
       const bool is_full = group_cost >= piece && task_count < max_tasks - 1;
       if (group_size == 0 || (i + 1 < n && !is_full)) continue;
-      tasks[static_cast<std::size_t>(task_count++)] = group;
+      Task& task = tasks[static_cast<std::size_t>(task_count++)] = Task{};
+      task.range = group;
       group.first = i + 1;
       group.next_split = split_count;
       group_cost = 0;
@@ -554,7 +561,7 @@ struct PatchBatch::Impl {
     for (int t = 0; t < task_count; ++t) {
       const Task& task = tasks[static_cast<std::size_t>(t)];
       if (task.thread == &this_thread) own_end = std::max(own_end, task.end);
-      add_to(report, task);
+      add_to(report, task.outcome);
     }
     retreat.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
     for (int s = 0; s < split_count; ++s) finish_split(splits[static_cast<std::size_t>(s)], report);
