@@ -55,9 +55,9 @@ enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_expone
 /// Law of the snap length in scaled lengths, for redraw. Built by core/materials/kernel_law.cpp.
 struct KernelLaw {
   std::int32_t kind;
-  double location;   ///< uniform: low. exponential: mean. (normal, lognormal: see `table`)
-  double scale;      ///< uniform: span
-  double cut_share;  ///< not used
+  double location;           ///< uniform: low. exponential: mean. (normal, lognormal: see `table`)
+  double scale;              ///< uniform: span
+  double cut_share;          ///< not used
   double shortest, longest;  ///< every draw is clamped to [shortest, longest]
 
   // Length-biased law for stationary jumps. uniform: a^2, b^2 - a^2. exponential: mean.

@@ -429,10 +429,11 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     };
     OnePatch alone = make(1), shared = make(2 * cores + 2);
     const Rivals rivals(cores, Rivals::Work::spin);
-    std::uint32_t most_threads = 0;
+    std::uint32_t most_threads = 0, most_tasks = 0;
     const auto step_shared = [&](int) {
       shared.step(8.0 * dbar, 5.0 * dbar, n);
       most_threads = std::max(most_threads, shared.report.threads);
+      most_tasks = std::max(most_tasks, shared.report.tasks);
     };
     const auto step_alone = [&](int) { alone.step(8.0 * dbar, 5.0 * dbar, n); };
     const auto [crowded, single] = times_in_turns(step_shared, step_alone, 4, 2);
@@ -441,7 +442,7 @@ TEST_CASE("Workers that are preempted neither stop a step nor change its bits", 
     for (; more < 200 && most_threads < 2; ++more) step_shared(more);
     for (int k = 0; k < more; ++k) step_alone(k);
     CHECK(shared.hash() == alone.hash());
-    if (n > 200000) CHECK(shared.report.tasks > 1);
+    if (n > 200000) CHECK(most_tasks > 1);  // of some: a caller that was held up steps alone for a while
     CHECK(most_threads > 1);
     // Waiting for a worker that was taken off its core may spin, though not for long.
     std::printf("%d threads and %d that spin on %d cores, %u took part: ", 2 * cores + 2, cores, cores,

@@ -6,9 +6,8 @@ namespace bristle_python {
 void define_tools(py::module_& module) {
   // Python calls it for a name that the module does not have.
   module.def("__getattr__", [](const std::string& name) -> py::object {
-    for (const char* absent :
-         {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment",
-          "sweep", "SweepTable"}) {
+    for (const char* absent : {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit",
+                               "experiment", "sweep", "SweepTable"}) {
       if (name == absent) {
         throw py::attribute_error("bristle." + name +
                                   " is not in this build of the module: build it with BRISTLE_BUILD_TOOLS=ON "

@@ -160,8 +160,8 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
       const bristle::Material& has = p == tool_patch ? tool_material_ : material_;
       if (wants != has && made_.ids[p]) batch_.set_material(made_.ids[p], wants);
     }
-    // While the haptic thread steps it: this reads what of the pad never changes (weights, ids), and the batch
-    // takes materials from another thread.
+    // While the haptic thread steps it: this reads what of the pad never changes (weights, ids), and the
+    // batch takes materials from another thread.
     if (of_tool != tool_material_ && made_.pad) made_.pad->set_material(made_.pad_id, of_tool);
   }
   material_ = material;
