@@ -51,6 +51,41 @@ struct CPatch {
 
 }  // namespace
 
+TEST_CASE("A program of an older header gets the law of then, or is refused, never another one", "[c]") {
+  constexpr std::size_t old_coefficients = offsetof(bristle_coefficients, residual_share);
+  constexpr std::size_t old_material = offsetof(bristle_material, residual_length);
+  const auto kinetic_of = [](const bristle_material& material) {
+    bristle_material_facts facts;
+    bristle_init_material_facts(&facts, sizeof facts);
+    REQUIRE(bristle_material_find_facts(&material, &facts) == BRISTLE_OK);
+    return facts.kinetic_coefficient;
+  };
+  bristle_coefficients coefficients;
+  bristle_material material;
+  bristle_init_coefficients(&coefficients, old_coefficients);
+  bristle_init_material(&material, old_material);
+  REQUIRE(bristle_material_from_coefficients(&coefficients, &material) == BRISTLE_OK);
+  CHECK(kinetic_of(material) == Approx(0.4).epsilon(1e-9));
+  CHECK(material.struct_size == old_material);
+
+  // The same into a struct of today: still the law of then.
+  bristle_init_material(&material, sizeof material);
+  REQUIRE(bristle_material_from_coefficients(&coefficients, &material) == BRISTLE_OK);
+  CHECK(material.residual_length == 0.0);
+  CHECK(material.shared_renewal == 0.0);
+
+  // Coefficients of today do not fit into a material of then, unless they say the law of then.
+  bristle_init_coefficients(&coefficients, sizeof coefficients);
+  bristle_init_material(&material, old_material);
+  const bristle_material before = material;
+  CHECK(bristle_material_from_coefficients(&coefficients, &material) == BRISTLE_BAD_ARGUMENT);
+  CHECK(std::string(bristle_last_error()).find("older header") != std::string::npos);
+  CHECK(std::memcmp(&material, &before, old_material) == 0);
+  coefficients.residual_share = coefficients.shared_renewal = 0.0;
+  REQUIRE(bristle_material_from_coefficients(&coefficients, &material) == BRISTLE_OK);
+  CHECK(kinetic_of(material) == Approx(0.4).epsilon(1e-9));
+}
+
 TEST_CASE("Any has_velocity but 0 says that the velocity is given", "[c]") {
   for (const unsigned value : {1u, 2u, 64u, 128u, 254u, 255u}) {
     CPatch one(200, 1e-2), other(200, 1e-2);

@@ -672,6 +672,16 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   CHECK_FALSE(pads.set_scale(pad, NAN));
   CHECK_FALSE(pads.set_scale(PatchId{}, 1.0));
 
+  // The largest number as the load of an outline that grows with its load.
+  Outline growing = Outline::disc(1e-3, Pressure::uniform, 2);
+  growing.full_size_load = 1e-3;
+  ExtendedMotion huge = good;
+  huge.id = pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), growing);
+  huge.normal_load = std::numeric_limits<double>::max();
+  pads.step(tick, {&huge, 1}, {&response, 1});
+  CHECK(response.status == Status::bad_input);
+  CHECK(response.end[2] == 0.0);
+
   // Named twice: the first counts, and the outline turns once.
   const ExtendedMotion twice[] = {good, good};
   ExtendedResponse two[2];

@@ -421,6 +421,26 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
+/// Those of a program whose header had no rubbing mean the law of then: nothing is left, nobody is renewed.
+Coefficients read_coefficients(const bristle_coefficients* from) {
+  Coefficients c = read_cpp(from, "coefficients");
+  if (from->struct_size <= offsetof(bristle_coefficients, residual_share))
+    c.residual_share = c.shared_renewal = 0.0;
+  return c;
+}
+
+/// Refuses a struct of an older header, which would lose some of the material without a word.
+void check_holds(const Material& made, const bristle_material* to) {
+  need(to, "material");
+  bristle_material kept = to_c<bristle_material>(Material{});
+  const bristle_material all = to_c<bristle_material>(made);
+  std::memcpy(&kept, &all, size_of(*to, "material"));
+  if (to_cpp(kept) != made)
+    throw BadArgument{"material: struct_size = " + std::to_string(to->struct_size) +
+                      " is that of an older header, without fields that these coefficients ask for: build "
+                      "against this one, or give coefficients of that header"};
+}
+
 // A motion needs its load, a response its end force; what later fields a caller does not have is left out.
 constexpr std::size_t least_motion = offsetof(bristle_motion, has_velocity);
 constexpr std::size_t least_response = offsetof(bristle_response, elastic);
@@ -566,8 +586,9 @@ bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t
 bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                   bristle_material* material) {
   return guarded([&] {
-    write_struct(to_c<bristle_material>(Material::from_coefficients(read_cpp(coefficients, "coefficients"))),
-                 material, "material");
+    const Material made = Material::from_coefficients(read_coefficients(coefficients));
+    check_holds(made, material);
+    write_struct(to_c<bristle_material>(made), material, "material");
   });
 }
 

@@ -92,7 +92,8 @@ struct ExtendedPatch {
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    return pose.scale * detail::exp(detail::log(load / full_size_load) / 3.0);
+    const double known = std::min(load, detail::highest_load);  // more is refused, and has a size all the same
+    return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
 
