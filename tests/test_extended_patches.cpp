@@ -735,6 +735,21 @@ TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") 
   }
 }
 
+TEST_CASE("A creep far below the resolution of a position counts in full for an outline too", "[extended]") {
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  ExtendedMotion motion;
+  motion.id =
+      pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0).with_outputs(Outputs::end),
+               Outline::disc(1e-3, Pressure::uniform, 2));
+  motion.displacement[0] = 1e-15 * dbar;
+  motion.normal_load = load_n;
+  ExtendedResponse response;
+  for (int k = 0; k < 20000; ++k) pads.step(tick, {&motion, 1}, {&response, 1});
+  // One bristle a newton, of 1 N/m; the sum of each cell is rounded by a third of a per cent.
+  CHECK(response.elastic[0] == Approx(-load_n * 20000 * 1e-15 * dbar).epsilon(0.01));
+}
+
 TEST_CASE("An outline grows with the cube root of the load where that is asked", "[extended]") {
   Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
           Outline::disc(1e-3, Pressure::hertz, 2).grow_with_load(125.0), load_n);

@@ -251,7 +251,7 @@ bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2
   std::int64_t fixed[2], to[2];
   for (int axis = 0; axis < 2; ++axis) {
     const double d = displacement[axis] * p.lengths_per_metre;
-    if (!(std::abs(d) <= far_length)) return false;
+    if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
     fixed[axis] = std::llrint(d * fixed_per_length);
     to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
                                          static_cast<std::uint64_t>(fixed[axis]));
