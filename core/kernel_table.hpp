@@ -57,7 +57,6 @@ struct KernelLaw {
   std::int32_t kind;
   double location;           ///< uniform: low. exponential: mean. (normal, lognormal: see `table`)
   double scale;              ///< uniform: span
-  double cut_share;          ///< not used
   double shortest, longest;  ///< every draw is clamped to [shortest, longest]
 
   // Length-biased law for stationary jumps. uniform: a^2, b^2 - a^2. exponential: mean.

@@ -22,12 +22,16 @@
 #include <bristle/patch_batch.hpp>
 #include <bristle/version.hpp>
 
+#include "command_line.hpp"
 #include "temporary_folder.hpp"
 #include "tools/capacity/capacity.hpp"
 #include "tools/run/overload.hpp"
 #include "tools/scene/scene_stepper.hpp"
 #include "tools/scene/waveform.hpp"
 
+using bristle_test::Outcome;
+using bristle_test::read_file;
+using bristle_test::run_cli;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 using nlohmann::json;
@@ -35,31 +39,6 @@ using nlohmann::json;
 namespace {
 
 using Folder = bristle_test::TemporaryFolder;
-
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome run_cli(const Folder& folder, const std::string& arguments) {
-  const std::string command =
-      std::string("'" BRISTLE_CLI "' ") + arguments + " 2> '" + folder.at("stderr") + "'";
-  Outcome outcome;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::array<char, 4096> block;
-  while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
-    outcome.out.append(block.data(), got);
-  const int status = pclose(pipe);
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  outcome.err = read_file(folder.at("stderr"));
-  return outcome;
-}
 
 json run_report(const Folder& folder, const std::string& arguments) {
   const Outcome outcome = run_cli(folder, arguments + " --json -");

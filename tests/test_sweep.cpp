@@ -30,6 +30,7 @@
 
 #include <bristle/patch_batch.hpp>
 
+#include "command_line.hpp"
 #include "temporary_folder.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
@@ -37,6 +38,9 @@
 #include "tools/sweep/sweep.hpp"
 #include "tools/sweep/table_file.hpp"
 
+using bristle_test::Outcome;
+using bristle_test::read_file;
+using bristle_test::run_cli;
 using Catch::Matchers::Contains;
 using cli::SweepValue;
 using cli::UserError;
@@ -70,31 +74,6 @@ type = "ramp"
 velocity = 1e-3
 load = 0.8
 )";
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-Outcome run_cli(const Folder& folder, const std::string& arguments, const std::string& environment = "") {
-  const std::string command =
-      environment + " '" BRISTLE_CLI "' " + arguments + " 2> '" + folder.at("stderr") + "'";
-  Outcome outcome;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::array<char, 4096> block;
-  while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
-    outcome.out.append(block.data(), got);
-  const int status = pclose(pipe);
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  outcome.err = read_file(folder.at("stderr"));
-  return outcome;
-}
 
 /// A table, and the command that made it went well.
 std::string table_of(const Folder& folder, const std::string& arguments,

@@ -127,7 +127,7 @@ class CellTable {
     for (int k = 1; k <= 2; ++k)
       lack[k] = (law.moment(k) - law.partial_moment(k, from)) * (k == 1 ? scale : scale * scale) / step;
     for (int n = 0; n < shares; ++n) {
-      const double length = line_at((n + 0.5) * step).a + line_at((n + 0.5) * step).b * (n + 0.5) * step;
+      const double length = length_at((n + 0.5) * step);
       lack[1] -= length;
       lack[2] -= length * length;
       if (n > 0) sum[n < outer ? 0 : 1] += length;
@@ -139,7 +139,7 @@ class CellTable {
       more[0] = (squares * count[1] - lack[1] * sum[1]) / (sum[0] * count[1] - sum[1] * count[0]);
       more[1] = (lack[1] - count[0] * more[0]) / count[1];
     }
-    const double room = longest - (line_at(1.5 * step).a + line_at(1.5 * step).b * 1.5 * step);
+    const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
       return;  // too wide a law
@@ -150,12 +150,12 @@ class CellTable {
     }
   }
   /// Of the upper half.
-  const Line& line_at(double w) const {
+  double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // [1/2, 1)
     const int cell =
         (exponent + octaves) * per_octave + static_cast<int>((2.0 * mantissa - 1.0) * per_octave);
-    return lines[half + cell];
+    return lines[half + cell].a + lines[half + cell].b * w;
   }
 };
 

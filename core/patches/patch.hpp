@@ -113,6 +113,10 @@ inline double time_of(const Patch& p) noexcept {
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
+/// Where a fixed-point way leads from a position.
+inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + static_cast<std::uint64_t>(way));
+}
 inline double to_lengths(std::int64_t fixed) noexcept {
   return static_cast<double>(fixed) * length_per_fixed;
 }

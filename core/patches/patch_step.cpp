@@ -110,8 +110,7 @@ void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) 
   double moved[2];
   for (int axis = 0; axis < 2; ++axis) {
     const std::int64_t fixed = step.units[axis] = find_units(p, d[axis], axis, step);
-    a.to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
-                                           static_cast<std::uint64_t>(fixed));
+    a.to[axis] = sum_of(p.position[axis], fixed);
     moved[axis] = to_lengths(fixed);
   }
   step.moves = moved[0] != 0.0 || moved[1] != 0.0;
@@ -253,8 +252,7 @@ bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2
     const double d = displacement[axis] * p.lengths_per_metre;
     if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
     fixed[axis] = std::llrint(d * fixed_per_length);
-    to[axis] = static_cast<std::int64_t>(static_cast<std::uint64_t>(p.position[axis]) +
-                                         static_cast<std::uint64_t>(fixed[axis]));
+    to[axis] = sum_of(p.position[axis], fixed[axis]);
   }
   bool holds = (fixed[0] | fixed[1]) == 0;
   if (!holds && p.bound.reach >= 0.0) {

@@ -2,6 +2,7 @@
 // one that visits every bristle.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "brushes.hpp"
@@ -150,6 +151,21 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
   }
   twins.check_alike();
   twins.remove();
+}
+
+/// A brush of this kind, from the first of the input. `infinite`: where nothing is said the input says it.
+inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool> infinite) {
+  Input input(bytes);
+  bristle::Material material;
+  bristle::PatchOptions options;
+  try {
+    material = any_brush(input, brush);
+    options = any_brush_options(input, 600, infinite ? *infinite : input.flag());
+    leave_out_known(material, options);
+  } catch (const bristle::Error&) {  // a law that is refused
+    return;
+  }
+  walk(twins, input, material, options, brush);
 }
 
 }  // namespace fuzz

@@ -60,10 +60,6 @@ struct Turned {
   }
 };
 
-std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-}
-
 void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
   double z[2];
   for (int axis = 0; axis < 2; ++axis) z[axis] = place(p, r, axis) - r.moment[axis] / r.mass;

@@ -14,10 +14,6 @@ constexpr double straight = 0x1p-12;    // sine of the angle within which a slid
 constexpr double longest_step = 1e16;   // s: no clock runs farther
 constexpr double same_speed = 0x1p-8;   // share by which the speed of a slide may differ, with ageing
 
-std::int64_t sum_of(std::int64_t a, std::int64_t b) noexcept {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-}
-
 /// Half way of a step: a ball about it holds both of its ends, so that a tremor stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);

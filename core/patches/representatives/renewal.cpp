@@ -14,11 +14,6 @@ namespace {
 constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
 constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
 
-std::int64_t moved_by(std::int64_t from, double way) noexcept {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) +
-                                   static_cast<std::uint64_t>(std::llrint(way * fixed_per_length)));
-}
-
 /// Draws per bristle that a piece makes when `snaps` of a bristle would reach their snap in it, were there no
 /// renewals. Some of those are renewed before: at y draws, s (1 - exp(-y)) / y of them snap. Of bristles that
 /// began anew, by snap or renewal, a share `again` snaps within the piece too. All snaps together cause y.
@@ -214,7 +209,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     const bool arrives = way >= whole.length;
     for (int axis = 0; axis < 2; ++axis) {
       a.from[axis] = a.to[axis];
-      a.to[axis] = arrives ? whole.to[axis] : moved_by(whole.from[axis], whole.direction[axis] * way);
+      a.to[axis] =
+          arrives ? whole.to[axis]
+                  : sum_of(whole.from[axis], std::llrint(whole.direction[axis] * way * fixed_per_length));
     }
     a.duration = whole.duration * ((way - before) / whole.length);
     find_direction(a);

@@ -1,0 +1,45 @@
+// Runs the command line as a shell does.
+#pragma once
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <sys/wait.h>
+
+#include "temporary_folder.hpp"
+
+namespace bristle_test {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+inline std::string read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// `environment`: settings before the command, as a shell takes them.
+inline Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments,
+                       const std::string& environment = "") {
+  const std::string command =
+      environment + " '" BRISTLE_CLI "' " + arguments + " 2> '" + folder.at("stderr") + "'";
+  Outcome outcome;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> block;
+  while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
+    outcome.out.append(block.data(), got);
+  const int status = pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  outcome.err = read_file(folder.at("stderr"));
+  return outcome;
+}
+
+}  // namespace bristle_test
