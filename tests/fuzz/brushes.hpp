@@ -99,19 +99,10 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   return o;
 }
 
-/// A fault that waits for its mend: an infinite brush carries a slide as it stands after the path that
-/// straight bristles take to forget how they began; bristles bent the other way come by the residual twice
-/// before that. With a residual of more than half a mean length forces after a reversal are wrong, and
-/// energies and snaps may be negative.
-inline void leave_out_known(bristle::Material& m, const bristle::PatchOptions& o) {
-  if (o.population == bristle::Population::infinite)
-    m.residual_length = std::fmin(m.residual_length, 0.12 * m.snap_length.mean());
-}
-
-/// The others are states that are saved and then refused. Bristles that are renewed before they snap are
-/// written down where they are, but their block's place stays: with few of them in contact the patch goes on
-/// so without end. And times of less than 50 ns since a patch that ages came are rounded by more than the
-/// check allows.
+/// Faults that wait for their mend: states that are saved and then refused. Bristles that are renewed before
+/// they snap are written down where they are, but their block's place stays: with few of them in contact the
+/// patch goes on so without end. And times of less than 50 ns since a patch that ages came are rounded by
+/// more than the check allows.
 inline void check_known(const bristle::Error& error) {
   const auto names = [&error](const char* what) { return std::strstr(error.what(), what) != nullptr; };
   check(names("displacement") || names("deflection") || names("(time)"), error.what());

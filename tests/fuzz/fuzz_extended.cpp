@@ -119,7 +119,6 @@ void extended(Bytes bytes) {
     material = any_brush(input, brush);
     options = any_brush_options(input, 400, input.flag());
     if (input.choice(16) != 15) options.axes = 2;
-    leave_out_known(material, options);
     outline = any_outline(input);
     trace(material, options);
     for (const auto& twin : twins) ids.push_back(twin->patches.add(material, options, outline));

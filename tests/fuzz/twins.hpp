@@ -118,7 +118,6 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
         const unsigned way = input.choice(5);
         if (input.flag()) rub(input, other, way);
         if (input.flag() && brush == Brush::aged) let_age(input, other, way);
-        leave_out_known(other, options);
         trace(other, options);
         changed = twins.set_material(other) || changed;
         continue;
@@ -161,7 +160,6 @@ inline void walk_any(Twins& twins, Bytes bytes, Brush brush, std::optional<bool>
   try {
     material = any_brush(input, brush);
     options = any_brush_options(input, 600, infinite ? *infinite : input.flag());
-    leave_out_known(material, options);
   } catch (const bristle::Error&) {  // a law that is refused
     return;
   }
