@@ -25,6 +25,7 @@
 #include "scenes.hpp"
 #include "shared_core.hpp"
 #include "temporary_folder.hpp"
+#include "test_paths.hpp"
 #include "tools/run/paced_clock.hpp"
 #include "tools/run/realtime.hpp"
 #include "tools/run/run.hpp"
@@ -236,6 +237,14 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["bristle"]["step_time"]["p50_s"] == report["step_time"]["p50_s"]);
 }
 
+TEST_CASE("run --realtime gives the bare sleep loop the share of ticks it is asked for", "[realtime][cli]") {
+  const TemporaryFolder folder;
+  const json realtime =
+      paced_report(folder, "--rate 2000 --bristles 100 --steps 200 --bare-share 0.1")["realtime"];
+  CHECK(realtime["bristle"]["ticks"] == 200);
+  CHECK(realtime["bare_sleep"]["ticks"] == 20);  // four turns of 50, a tenth each
+}
+
 #if BRISTLE_WITH_TBB
 TEST_CASE("Where workers have no core but the servo thread's, it is no SCHED_FIFO", "[realtime][cli]") {
   const TemporaryFolder folder;
@@ -338,6 +347,8 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
       {"--realtime --rate 0.5", "--rate: Value 0.5 not in range"},
       {"--realtime --rate nan", "--rate: Value nan not in range"},
       {"--realtime --busy-wait nan", "--busy-wait: Value nan not in range"},
+      {"--realtime --bare-share 0", "--bare-share: Value 0 not in range"},
+      {"--bare-share 0.1", "--bare-share requires --realtime"},
       {"--realtime --fifo 100", "--fifo: Value 100 not in range"},
       {"--realtime --fifo 5 --threads 2", "--fifo with more than one thread needs --core"},
       {"--realtime --histograms - --json -", "only one can have stdout"},

@@ -18,6 +18,7 @@ namespace cli {
 struct RealtimeOptions {
   std::optional<double> rate_hz;  ///< ticks per second; none: one over the scene's dt
   double busy_wait_s = 0.0;
+  double bare_share = 1.0;  ///< ticks of the bare sleep loop for each of ours, above 0 and at most 1
   RealtimeThreadOptions thread;
   std::string histograms;  ///< CSV file; empty: none
 };
