@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 
 #include "temporary_folder.hpp"
+#include "test_paths.hpp"
 
 namespace bristle_test {
 

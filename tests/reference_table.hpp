@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "test_paths.hpp"
+
 namespace bristle_test {
 
 using Row = std::map<std::string, std::string>;

@@ -13,6 +13,7 @@
 #include "experiment_runs.hpp"
 #include "reference_table.hpp"
 #include "statistics.hpp"
+#include "test_paths.hpp"
 #include "tools/experiments/command.hpp"
 #include "tools/files/user_error.hpp"
 

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "test_paths.hpp"
 #include "tests/brute_rubbing.hpp"
 #include "tests/fit_helpers.hpp"
 #include "tests/reference_table.hpp"

@@ -16,6 +16,7 @@
 
 #include "expect.hpp"
 #include "temporary_folder.hpp"
+#include "test_paths.hpp"
 #include "tools/files/one_line.hpp"
 
 using bristle_test::TemporaryFolder;

@@ -11,6 +11,7 @@
 
 #include "expect.hpp"
 #include "infinite_brush.hpp"
+#include "test_paths.hpp"
 
 using namespace bristle_test;
 

@@ -10,6 +10,7 @@
 #include <bristle/state_file.hpp>
 
 #include "temporary_folder.hpp"
+#include "test_paths.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/run/run.hpp"
 

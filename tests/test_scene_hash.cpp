@@ -14,6 +14,7 @@
 
 #include "reference_table.hpp"
 #include "scenes.hpp"
+#include "test_paths.hpp"
 #include "tools/run/run.hpp"
 #include "tools/scene/scene.hpp"
 

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "temporary_folder.hpp"
+#include "test_paths.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
