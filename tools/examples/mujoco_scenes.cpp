@@ -82,7 +82,7 @@ class Stepper {
   double timestep() const { return model_->opt.timestep; }
   void finish() {
     const Sample& end = result.samples.back();
-    const Sample& from = result.samples[result.samples.size() * 3 / 4];
+    const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];  // a quarter, to the sample
     result.creep = (end.travel - from.travel) / (end.t - from.t);
     result.contacts = contacts_ / static_cast<double>(steps_);
     std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
