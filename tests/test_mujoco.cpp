@@ -20,15 +20,21 @@ class World {
  public:
   explicit World(const std::string& xml,
                  const bristle::Coefficients& law =
-                     bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6))
+                     bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6),
+                 std::uint32_t contacts = 16)
       : model(load(xml)), data(make_data(*model)) {
     const ContactDims dims = remove_friction(*model);
     FrictionOptions options;
     options.patch = bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000);
-    options.contacts = 16;
+    options.contacts = contacts;
     friction = std::make_unique<BristleFriction>(*model, dims, law, options);
   }
-  explicit World(const Scene& scene) : World(scene.xml) { drive = scene.drive; }
+  explicit World(const Scene& scene, std::uint32_t contacts = 16)
+      : World(scene.xml,
+              bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6),
+              contacts) {
+    drive = scene.drive;
+  }
 
   void run(double seconds) {
     const double end = data->time + seconds - 0.5 * model->opt.timestep;
@@ -202,6 +208,61 @@ TEST_CASE(
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
+}
+
+TEST_CASE(
+    "In MuJoCo a book pushed stop and go creeps with stock friction in the stops, and rests with bristles",
+    "[mujoco]") {
+  const std::vector<Run> runs = run(pushed_book(), {Friction::stock, Friction::bristle});
+  CHECK(runs[0].creep > 10e-6);
+  CHECK(std::fabs(runs[1].creep) < 1e-12);
+  // Each push: (go - 1) mu g for a while, then (1 - stop) mu g until it rests.
+  const double ahead = (book_go - 1.0) * book_coefficient * gravity,
+               back = (1.0 - book_stop) * book_coefficient * gravity;
+  const double way = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);
+  CHECK(runs[1].samples.back().travel == Approx(3.0 * way).epsilon(0.02));
+  CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
+}
+
+TEST_CASE("In MuJoCo a box held by three fingertips stays in a hand that rests and in one that shakes",
+          "[mujoco]") {
+  for (const bool shaken : {false, true}) {
+    const Scene scene = fingertips(shaken);
+    INFO(scene.title);
+    const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+    CHECK(runs[0].creep > 30e-6);
+    CHECK(std::fabs(runs[1].creep) < 0.01e-6);  // over whole periods of the shaking
+    CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
+    // The box goes with the hand: 28 mm up and down.
+    double highest = -1.0, lowest = 1.0;
+    for (std::size_t i = runs[1].samples.size() / 2; i < runs[1].samples.size(); ++i) {
+      highest = std::max(highest, runs[1].samples[i].travel);
+      lowest = std::min(lowest, runs[1].samples[i].travel);
+    }
+    const double stroke = shaken ? 2.0 * 10.0 / (36.0 * M_PI * M_PI) : 0.0;
+    CHECK(highest - lowest == Approx(stroke).epsilon(0.1).margin(1e-9));
+  }
+}
+
+TEST_CASE(
+    "In MuJoCo ten blocks on forty contacts stay on their slope, each held by friction of its own weight",
+    "[mujoco]") {
+  Scene scene = ten_blocks();
+  scene.seconds = 1.0;
+  const std::vector<Run> runs = run(scene, {Friction::stock, Friction::bristle});
+  CHECK(runs[1].contacts == Approx(40.0).epsilon(0.02));
+  CHECK(runs[0].creep > 10e-6);
+  CHECK(std::fabs(runs[1].creep) < 0.01e-6);
+
+  World world(scene, 64);
+  world.run(1.0);
+  double force[10] = {};
+  for (const auto& c : world.friction->contacts()) {
+    REQUIRE(c.bodies[1] >= 1);
+    force[c.bodies[1] - 1] += c.force[0] * c.frame.along()[0] + c.force[1] * c.frame.aside()[0];
+  }
+  for (const double f : force)
+    CHECK(f == Approx(-0.2 * gravity * std::sin(15.0 * M_PI / 180.0)).epsilon(1e-3));
 }
 
 TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coefficient times weight",

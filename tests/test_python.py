@@ -427,6 +427,26 @@ class Environments(unittest.TestCase):
         # Kinetic friction is 0.4 of the weight: what is left accelerates.
         self.assertAlmostEqual((blocks.velocity[1, 1] - speed) / 0.4 / 9.81, -0.4, delta=0.01)
 
+    def test_a_thousand_environments_of_sixty_four_contacts_go_side_by_side(self):
+        blocks = self.module.PushedBlocks()
+        self.assertEqual(blocks.force.shape, (1000, 64, 2))
+        weight = blocks.mass * 9.81
+        ratio = np.linspace(0.1, 0.9, 1000)  # of the push to the weight, along x or along y
+        push = np.zeros((1000, 3))
+        push[::2, 0], push[1::2, 1] = ratio[::2] * weight, ratio[1::2] * weight
+        for _ in range(15):
+            blocks.step(push)
+        before = blocks.velocity.copy()
+        for _ in range(5):
+            blocks.step(push)
+        self.assertLess(np.abs(blocks.pose[ratio < 0.35, :2]).max(), 25e-6)
+        self.assertLess(np.abs(blocks.pose[::2, 1]).max() + np.abs(blocks.pose[1::2, 0]).max(), 1e-9)
+        # Kinetic friction is 0.4 of the weight once all presliding is done.
+        gained = (blocks.velocity - before)[:, :2].sum(1) / 5e-3 / 9.81
+        slides = ratio > 0.75
+        np.testing.assert_allclose(gained[slides], ratio[slides] - 0.4, atol=0.01)
+        np.testing.assert_allclose(blocks.observe()[slides, 6:8].sum(1), -0.4 * weight, rtol=0.03)
+
     def test_a_torque_turns_a_block_where_friction_no_longer_holds_it(self):
         blocks = self.make(2, contacts=8)
         # Friction of all contacts around the middle: the highest torque that holds.
@@ -859,7 +879,7 @@ class Interface(unittest.TestCase):
         self.assertIn(bristle.PatchBatch().isa, bristle.instruction_sets())
 
     def test_everything_public_has_a_docstring_and_a_line_in_the_stubs(self):
-        stub = REPOSITORY / "tools" / "python" / "package" / "__init__.pyi"
+        stub = pathlib.Path(bristle.__file__).with_name("__init__.pyi")
         stubbed = {}
         for node in ast.parse(stub.read_text()).body:
             if isinstance(node, ast.ClassDef):

@@ -1,4 +1,4 @@
-"""A program over the Python module as a type checker sees it: mypy --strict (tools/check_packages)."""
+"""A program over the Python module as a type checker sees it: mypy --strict (check_types)."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -16,6 +16,7 @@ foreach(file bullet_friction.hpp bullet_friction.cpp)
   configure_file(examples/${file} bullet_adapter/${file} COPYONLY)
 endforeach()
 bristle_compile_flags(bristle_bullet_friction)
+set_target_properties(bristle_bullet_friction PROPERTIES INCLUDE_DIRECTORIES "")
 target_compile_definitions(bristle_bullet_friction PUBLIC BT_USE_DOUBLE_PRECISION)
 target_include_directories(bristle_bullet_friction SYSTEM PUBLIC ${BULLET_INCLUDE_DIRS})
 target_link_libraries(bristle_bullet_friction

@@ -11,11 +11,17 @@ set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "$
 if(BRISTLE_MINIMAL)
   return() # two axes, redraw
 endif()
-add_library(bristle_mujoco_parts STATIC examples/mujoco_friction.cpp examples/mujoco_scenes.cpp)
+# The adapter is compiled from a copy, without this tree among its include folders: it can be copied out.
+add_library(bristle_mujoco_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_friction.cpp)
+foreach(file mujoco_friction.hpp mujoco_friction.cpp)
+  configure_file(examples/${file} mujoco_adapter/${file} COPYONLY)
+endforeach()
+bristle_compile_flags(bristle_mujoco_friction)
+set_target_properties(bristle_mujoco_friction PROPERTIES INCLUDE_DIRECTORIES "")
+target_link_libraries(bristle_mujoco_friction PUBLIC bristle bristle::eigen mujoco::mujoco)
+add_library(bristle_mujoco_parts STATIC examples/mujoco_scenes.cpp)
 bristle_compile_flags(bristle_mujoco_parts)
-target_link_libraries(bristle_mujoco_parts
-  PUBLIC bristle bristle::eigen mujoco::mujoco
-  PRIVATE fmt::fmt)
+target_link_libraries(bristle_mujoco_parts PUBLIC bristle_mujoco_friction PRIVATE fmt::fmt)
 
 add_executable(bristle_mujoco examples/mujoco_main.cpp)
 bristle_compile_flags(bristle_mujoco)

@@ -1,4 +1,4 @@
-#include "tools/examples/mujoco_friction.hpp"
+#include "mujoco_friction.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -82,7 +82,7 @@ class Stepper {
   double timestep() const { return model_->opt.timestep; }
   void finish() {
     const Sample& end = result.samples.back();
-    const Sample& from = result.samples[result.samples.size() * 3 / 4];
+    const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];  // a quarter, to the sample
     result.creep = (end.travel - from.travel) / (end.t - from.t);
     result.contacts = contacts_ / static_cast<double>(steps_);
     std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
@@ -265,9 +265,79 @@ Scene held_off_centre(double grip_n) {
   return scene;
 }
 
+Scene fingertips(bool shaken) {
+  Scene scene;
+  scene.name = shaken ? "shaken_hand" : "fingertips";
+  scene.title = shaken ? "box held by three fingertips, the hand is shaken" : "box held by three fingertips";
+  scene.direction[0] = -1.0;
+  scene.direction[2] = 0.0;
+  const auto finger = [](const char* name, double y, double z) {
+    return fmt::format(R"(
+    <body pos="0 {} {}"><joint name="{}" type="slide" axis="0 0 {}" damping="20"/>
+      <geom type="sphere" size="0.008" mass="0.05"/></body>)",
+                       y, z, name, z < 0.0 ? 1 : -1);
+  };
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="0.005 1" friction="0.7 0.005 0.0001"/></default>
+<worldbody>
+  <body><joint name="hand" type="slide" axis="1 0 0"/>
+    <geom type="box" size="0.02 0.02 0.02" pos="0.15 0 0" mass="1" contype="0" conaffinity="0"/>{}{}{}
+  </body>
+  <body name="body"><freejoint/><geom type="box" size="0.03 0.04 0.02" mass="0.2"/></body>
+</worldbody>
+<actuator>
+  <motor joint="thumb"/><motor joint="left"/><motor joint="right"/>
+  <position joint="hand" kp="20000"/><velocity joint="hand" kv="400"/>
+</actuator></mujoco>)",
+                          fmt::format(option, R"(gravity="-9.81 0 0")"), finger("thumb", 0.0, -0.0281),
+                          finger("left", 0.02, 0.0281), finger("right", -0.02, 0.0281));
+  constexpr double rate = 2.0 * pi * 3.0;
+  const double reach = shaken ? 10.0 / (rate * rate) : 0.0;
+  scene.drive = [reach](const mjModel&, mjData& data) {
+    const double since = std::max(data.time - 0.25, 0.0);  // the fingers have closed
+    data.ctrl[0] = 12.0;
+    data.ctrl[1] = data.ctrl[2] = 6.0;
+    data.ctrl[3] = reach * std::sin(rate * since);
+    data.ctrl[4] = reach * rate * (since > 0.0 ? std::cos(rate * since) : 0.0);
+  };
+  return scene;
+}
+
+Scene pushed_book() {
+  Scene scene;
+  scene.name = "pushed_book";
+  scene.title = "book on a table, pushed stop and go";
+  scene.direction[0] = 1.0;
+  scene.direction[2] = 0.0;
+  constexpr double mass = 0.8;
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="0.01 1" friction="{} 0.005 0.0001"/></default>
+<worldbody>
+  <geom type="plane" size="5 5 1"/>
+  <body name="body" pos="0 0 0.01"><freejoint/><geom type="box" size="0.1 0.13 0.01" mass="{}"/></body>
+</worldbody></mujoco>)",
+                          fmt::format(option, ""), book_coefficient, mass);
+  scene.drive = [](const mjModel& model, mjData& data) {
+    const double in_second = data.time - std::floor(data.time) - 0.2;
+    const bool go = data.time < 3.0 && in_second >= -1e-9 && in_second < book_go_s - 1e-9;
+    data.xfrc_applied[6 * mj_name2id(&model, mjOBJ_BODY, "body")] =
+        (go ? book_go : book_stop) * book_coefficient * mass * 9.81;
+  };
+  return scene;
+}
+
 std::vector<Scene> all_scenes() {
-  return {pinch(5.9, 0.0, "0.02 1"), pinch(12.0),    pinch(30.0),  pinch(60.0),
-          pinch(36.0, 24.0),         tapped_block(), pushed_box(), ten_blocks(),
+  return {pinch(5.9, 0.0, "0.02 1"),
+          pinch(12.0),
+          pinch(30.0),
+          pinch(60.0),
+          pinch(36.0, 24.0),
+          tapped_block(),
+          pushed_box(),
+          ten_blocks(),
+          pushed_book(),
+          fingertips(false),
+          fingertips(true),
           held_off_centre()};
 }
 

@@ -38,6 +38,13 @@ Scene ten_blocks();
 /// A box of 200 g between two round fingertips 20 mm off its centre of mass, contacts of condim 4; the hand
 /// that holds it with grip_n is shaken with 10 m/s^2 up and down and 5 across.
 Scene held_off_centre(double grip_n = 30.0);
+/// A box of 200 g between a thumb and two fingers, 12 N on either side, contacts of condim 3. The hand rests,
+/// or it goes up and down, 28 mm at 3 Hz: 10 m/s^2.
+Scene fingertips(bool shaken);
+/// A book on a table, pushed with book_go times its friction for book_go_s in each of the first three
+/// seconds, and with book_stop times it for the rest of the time.
+Scene pushed_book();
+inline constexpr double book_coefficient = 0.4, book_go = 1.5, book_go_s = 0.2, book_stop = 0.5;
 std::vector<Scene> all_scenes();
 
 struct Sample {

@@ -138,7 +138,29 @@ class Material:
     def from_coefficients(coefficients: Coefficients) -> Material: ...
     @overload
     @staticmethod
-    def from_coefficients(**coefficients: Union[float, str]) -> Material: ...
+    def from_coefficients(
+        *,
+        kinetic: float = ...,
+        peak: float = ...,
+        presliding_length: float = ...,
+        bristles_per_newton: float = ...,
+        law: str = ...,
+        rule: str = ...,
+        damping_per_newton: float = ...,
+        viscous_friction: float = ...,
+        stribeck_velocity: float = ...,
+        damper_decay: str = ...,
+        residual_share: float = ...,
+        shared_renewal: float = ...,
+        kinetic_speed: float = ...,
+        fall_per_decade: float = ...,
+        growth_per_decade: float = ...,
+        ageing_time: float = ...,
+        ageing_form: str = ...,
+        speed_strengthening: float = ...,
+        strengthening_speed: float = ...,
+        spread: float = ...,
+    ) -> Material: ...
     def coefficients(self, kinetic_speed: float = ...) -> Coefficients: ...
     def validate(self) -> None: ...
     def bristles_in_contact(self, normal_load: float) -> float: ...

@@ -1,0 +1,8 @@
+"""Builds for pip in the top folder (pyproject.toml there): setuptools, from this folder."""
+
+import os
+import pathlib
+
+os.chdir(pathlib.Path(__file__).resolve().parent)
+
+from setuptools.build_meta import *  # noqa: E402, F401, F403  the hooks that pip calls
