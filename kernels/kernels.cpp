@@ -15,6 +15,7 @@ namespace {
 /// Snap lengths of draw states.
 template <class T>
 struct FreshLengths {
+  static constexpr bool by_columns = Lanes<float>::size == lane_count;
   static void fill(const KernelLaw& law, const std::uint32_t* states, std::uint32_t count, T* lengths) {
     alignas(64) T shares[draws_together] = {};
     for (std::uint32_t k = 0; k < draws_together; ++k)

@@ -1,10 +1,10 @@
 // Redraw: what bristles do after their first snap in a step, when each snap brings a fresh length.
 //
-// A bristle that has path left draws a length and either ends on it or snaps again. Uniform lengths of a
-// step in which many snap once or twice are drawn vector by vector in registers (walk_uniform). Else the
-// bristles of a block go round by round, eight vectors at once, so that the latencies of their draws
-// overlap and no branch depends on a single bristle; vectors in which no bristle is still moving are left
-// out. Long ways are jumped in law (core/MODEL.md, "Jumps").
+// A bristle that has path left draws a length and either ends on it or snaps again. Uniform, normal and
+// lognormal lengths of a step in which many snap once or twice are drawn vector by vector in registers
+// (walk_in_registers). Else the bristles of a block go round by round, eight vectors at once, so that the
+// latencies of their draws overlap and no branch depends on a single bristle; vectors in which no bristle is
+// still moving are left out. Long ways are jumped in law (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "ageing.hpp"
@@ -239,21 +239,54 @@ struct Walker {
   AfterSnaps<T> land;
 };
 
+/// Snap lengths of a walk in registers, from shares.
+template <class T>
+struct UniformLengths {
+  static constexpr bool ahead = false;
+  Lanes<T> low, span;
+
+  explicit UniformLengths(const KernelLaw& law)
+      : low(static_cast<T>(law.location)), span(static_cast<T>(law.scale)) {}
+  Lanes<T> length(Lanes<T> share) const { return low + span * share; }
+};
+/// Of normal and lognormal laws: those of all vectors before the first is used, out of line. A look-up is
+/// long, and its loads go on while others wait.
+template <class T>
+struct CellLengths {
+  static constexpr bool ahead = true;
+  const double* table;
+
+  explicit CellLengths(const KernelLaw& law) : table(law.table) {}
+  template <std::uint32_t together>
+  [[gnu::noinline]] static void fill(const double* table, Lanes<T> (&shares)[together]) {
+#pragma GCC unroll 8
+    for (Lanes<T>& x : shares) x = length_of_cell<T>(table, x);
+  }
+};
+
 /// Walks some vectors side by side, for a law whose draw is short: one chain of draws would wait for itself.
 /// The first `rounds` draws are made whether needed or not: a branch that cannot be foreseen costs more.
-template <class T, std::uint32_t together>
-[[gnu::always_inline]] inline void walk_uniform(const KernelLaw& law, std::uint32_t rounds,
-                                                Walker<T> (&walkers)[together]) {
+template <class T, std::uint32_t together, class Lengths>
+[[gnu::always_inline]] inline void walk_in_registers(const Lengths& lengths, std::uint32_t rounds,
+                                                     Walker<T> (&walkers)[together]) {
   const Lanes<T> none(T(0));
-  const Lanes<T> low(static_cast<T>(law.location));
-  const Lanes<T> span(static_cast<T>(law.scale));
   bool more = true;
   for (std::uint32_t n = 0; n < rounds || more; ++n) {
+    [[maybe_unused]] Lanes<T> drawn_ahead[together];
+    if constexpr (Lengths::ahead) {
+#pragma GCC unroll 8
+      for (std::uint32_t k = 0; k < together; ++k) drawn_ahead[k] = walkers[k].states.next(walkers[k].open);
+      Lengths::fill(lengths.table, drawn_ahead);
+    }
     Mask<T> any = walkers[0].open;
 #pragma GCC unroll 8
     for (std::uint32_t k = 0; k < together; ++k) {
       Walker<T>& w = walkers[k];
-      const Lanes<T> drawn = low + span * w.states.next(w.open);
+      Lanes<T> drawn;
+      if constexpr (Lengths::ahead)
+        drawn = drawn_ahead[k];
+      else
+        drawn = lengths.length(w.states.next(w.open));
       w.land.deflection = select_lanes(w.open, w.rest, w.land.deflection);
       w.delta = select_lanes(w.open, drawn, w.delta);
       w.rest = w.rest - drawn;

@@ -417,6 +417,7 @@ struct ForeseeOf {
 /// Snap lengths of draw states.
 template <class T>
 struct FreshLengths {
+  static constexpr bool by_columns = false;
   static void fill(const KernelLaw& law, const std::uint32_t* states, std::uint32_t count, T* lengths) {
     for (std::uint32_t k = 0; k < count; ++k) lengths[k] = length_at<T>(law, share_of<T>(mix(states[k])));
   }

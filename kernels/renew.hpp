@@ -5,7 +5,8 @@
 // (redraw); any other draw is spent. It is written down as if it had come from (residual - way) e: the
 // kernels carry it on from there, with all others, and what they count before that place is put right here.
 // One text for the reference and every instruction set: they differ in `Lengths`, which turns draw states
-// into snap lengths.
+// into snap lengths and says whether draws are taken in columns, for the widest vectors, or one by one. Both
+// have the same bits.
 #pragma once
 
 #include "ageing.hpp"
@@ -17,7 +18,8 @@
 namespace bristle::detail {
 namespace {
 
-constexpr std::uint32_t draws_together = 64;  ///< so that snap lengths are drawn in vectors
+constexpr std::uint32_t draws_together = 64;  ///< column by column, so that vectors serve
+constexpr std::uint32_t marks = 8192;         ///< a power of two: bristles drawn twice are found by them
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
@@ -33,13 +35,22 @@ class Renewer {
 
   void run() {
     BRISTLE_ASSERT(in_contact > 0 || renewal.draws == 0);
+    clear_marks();
+    Draws draws[2];
+    draw(0, draws[0]);
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
       const std::uint64_t rest = renewal.draws - k;
-      renew(k, rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
+      Draws& now = draws[k / draws_together % 2];
+      // Memory of the next is asked for ahead of time.
+      if (rest > draws_together) draw(k + draws_together, draws[(k / draws_together + 1) % 2]);
+      renew(now, rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
     }
   }
 
  private:
+  /// Vectors of two or four doubles gain nothing over one draw after the other.
+  static constexpr bool by_columns = Lengths::by_columns && !ages;
+
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
@@ -47,10 +58,34 @@ class Renewer {
   const double part;  ///< of the piece, for each draw
   const std::uint32_t in_contact;
   const AgeingLaw<double> ageing;
+  std::uint8_t marked[by_columns ? marks : 1];  ///< by the bristle's last digits: `mark` when it was drawn
+  std::uint8_t mark = 0;
 
-  struct Drawn {
-    std::uint32_t bristle;
-    double way;  ///< path from the start of the piece to the place where it slips
+  struct Draws {
+    alignas(64) std::uint32_t bristle[draws_together];
+    alignas(64) double way[draws_together];  ///< path from the start of the piece to the place of the draw
+  };
+  /// What draws add to the totals; 0 of one that is spent. Added in their order.
+  struct Gains {
+    alignas(64) double twice_integral[axes][draws_together];
+    alignas(64) double squares[draws_together];
+  };
+  /// Draws whose bristles bend to their places, or are spent there.
+  struct Columns {
+    alignas(64) double shift[axes][draws_together];  ///< displacement since its block's last rewrite
+    alignas(64) T stored[axes][draws_together];
+    alignas(64) T limit[draws_together];
+    alignas(64) T now[axes][draws_together];          ///< what becomes of `stored`
+    alignas(64) double change[axes][draws_together];  ///< of that, in fixed-point units
+    alignas(64) std::uint64_t slips[draws_together];
+    alignas(64) std::uint64_t snaps[draws_together];
+    alignas(64) std::uint32_t state[draws_together];  ///< redraw: of its next draw
+    alignas(64) T length[draws_together];             ///< what that draws
+    std::uint8_t alone[draws_together];               ///< 1: to be taken one by one
+  };
+  struct List {
+    std::uint32_t k[draws_together];
+    std::uint32_t size = 0;
   };
   /// Where a bristle is at the start of the piece.
   struct Start {
@@ -69,12 +104,29 @@ class Renewer {
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// The k-th. Each has its part of the piece to itself: so they come in the order of their places.
-  Drawn draw(std::uint64_t k) const {
-    const std::uint64_t random = mix64(renewal.key + (renewal.first_draw + k) * 0x9E3779B97F4A7C15u);
-    const double share = (static_cast<double>((random & 0xFFFFFFFFu) >> 8) + 0.5) * 0x1p-24;
-    return {static_cast<std::uint32_t>((random >> 32) * in_contact >> 32),
-            (static_cast<double>(k) + share) * part};
+  /// Those from the first on. Each has its part of the piece to itself: so they come in the order of their
+  /// places.
+  void draw(std::uint64_t first, Draws& draws) const {
+    alignas(64) std::uint32_t low[draws_together];
+    const std::uint64_t seed = renewal.key + (renewal.first_draw + first) * 0x9E3779B97F4A7C15u;
+    const std::uint64_t count = in_contact;
+    for (std::uint32_t k = 0; k < draws_together; ++k) {
+      const std::uint64_t random = mix64(seed + k * 0x9E3779B97F4A7C15u);
+      low[k] = static_cast<std::uint32_t>(random) >> 8;
+      draws.bristle[k] = static_cast<std::uint32_t>((random >> 32) * count >> 32);
+    }
+    const double before = static_cast<double>(first);
+    const double each = part;
+    for (std::uint32_t k = 0; k < draws_together; ++k) {
+      const double share = (static_cast<double>(static_cast<std::int32_t>(low[k])) + 0.5) * 0x1p-24;
+      draws.way[k] = ((before + static_cast<double>(static_cast<std::int32_t>(k))) + share) * each;
+    }
+    for (const std::uint32_t i : draws.bristle) {
+      __builtin_prefetch(patch.zx + i);
+      if constexpr (axes == 2) __builtin_prefetch(patch.zy + i);
+      __builtin_prefetch(patch.delta + i);
+      if constexpr (redraw) __builtin_prefetch(patch.draw + i);
+    }
   }
 
   Start find_start(std::uint32_t i) const {
@@ -110,50 +162,180 @@ class Renewer {
     return true;
   }
 
-  void renew(std::uint64_t first, std::uint32_t count) {
-    Drawn drawn[draws_together];
-    for (std::uint32_t k = 0; k < count; ++k) {
-      drawn[k] = draw(first + k);
-      __builtin_prefetch(patch.zx + drawn[k].bristle);
-      if constexpr (axes == 2) __builtin_prefetch(patch.zy + drawn[k].bristle);
-      if constexpr (redraw) __builtin_prefetch(patch.draw + drawn[k].bristle);
-    }
-    alignas(64) std::uint32_t states[draws_together];
-    alignas(64) T lengths[draws_together];
+  void renew(const Draws& draws, std::uint32_t count) {
+    Columns columns;
+    Gains gains;
     if constexpr (redraw) {
-      for (std::uint32_t k = 0; k < count; ++k) states[k] = patch.draw[drawn[k].bristle] + draw_stride;
-      Lengths::fill(*patch.law, states, count, lengths);
+      for (std::uint32_t k = 0; k < draws_together; ++k)
+        columns.state[k] = patch.draw[draws.bristle[k]] + draw_stride;
+      Lengths::fill(*patch.law, columns.state, count, columns.length);
     }
-    for (std::uint32_t k = 0; k < count; ++k)
-      slip(drawn[k], redraw ? states[k] : 0u, redraw ? lengths[k] : T(0));
+    if constexpr (!by_columns) {
+      for (std::uint32_t k = 0; k < count; ++k) slip(draws, k, columns, gains);
+    } else {
+      read(draws, count, columns);
+      bend_all(draws, columns, gains);
+      List list, rest;
+      sort(count, columns, list, rest);
+      write(draws, columns, list);
+      for (std::uint32_t n = 0; n < rest.size; ++n) slip(draws, rest.k[n], columns, gains);
+    }
+    double sum[3] = {totals.twice_integral[0], totals.twice_integral[1], totals.squares};
+    for (std::uint32_t k = 0; k < count; ++k) {
+      for (int axis = 0; axis < axes; ++axis) sum[axis] += gains.twice_integral[axis][k];
+      sum[2] += gains.squares[k];
+    }
+    for (int axis = 0; axis < axes; ++axis) totals.twice_integral[axis] = sum[axis];
+    totals.squares = sum[2];
   }
 
-  /// `length` is that of the draw state `state`, which is the bristle's next unless it was drawn twice.
-  void slip(const Drawn& drawn, std::uint32_t state, T length) {
-    const std::uint32_t i = drawn.bristle;
+  void clear_marks() {
+    if constexpr (by_columns) std::memset(marked, 0, in_contact < marks ? in_contact : marks);
+    mark = 0;
+  }
+
+  /// `alone` become bristles that may have been drawn before, and the one that counts in part.
+  void read(const Draws& draws, std::uint32_t count, Columns& columns) {
+    if (mark == 255) clear_marks();
+    const std::uint8_t now = ++mark;
+    // Copies: bytes are written, which could be any of these.
+    const T* const z[2] = {patch.zx, patch.zy};
+    const T* const limit = patch.delta;
+    const Block* const blocks = patch.blocks;
+    const std::int64_t from[2] = {renewal.from[0], renewal.from[1]};
+    const std::uint32_t part_counted = patch.whole;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t i = draws.bristle[k];
+      const Block& block = blocks[i / block_size];
+      std::uint8_t& last = marked[i % marks];
+      columns.alone[k] = (last == now) | (i == part_counted) | (block.zero != 0);
+      last = now;
+      for (int axis = 0; axis < axes; ++axis) {
+        columns.shift[axis][k] = displacement(from[axis], block.position[axis]);
+        columns.stored[axis][k] = z[axis][i];
+      }
+      columns.limit[k] = limit[i];
+    }
+    for (std::uint32_t k = count; k < draws_together; ++k) {
+      for (int axis = 0; axis < axes; ++axis) columns.shift[axis][k] = columns.stored[axis][k] = 0;
+      columns.limit[k] = 0;
+    }
+  }
+
+  /// What `slip` does with a bristle that does not snap, in vectors.
+  void bend_all(const Draws& draws, Columns& columns, Gains& gains) const {
+    const double e[2] = {renewal.direction[0], renewal.direction[1]};
+    const double residual = left;
+    for (std::uint32_t k = 0; k < draws_together; ++k) {
+      const double way = draws.way[k];
+      double z[axes], bent[axes];
+      double along = 0.0, bent2 = 0.0;
+      for (int axis = 0; axis < axes; ++axis) {
+        z[axis] = static_cast<double>(columns.stored[axis][k]) + columns.shift[axis][k];
+        along += z[axis] * e[axis];
+        bent[axis] = z[axis] + way * e[axis];
+        bent2 += bent[axis] * bent[axis];
+      }
+      const double limit = static_cast<double>(columns.limit[k]);
+      double chord2 = limit * limit;
+      if constexpr (axes == 2) {
+        const double aside = z[0] * e[1] - z[1] * e[0];
+        chord2 -= aside * aside;
+      }
+      const double end = along + way;
+      const bool snaps = (end > 0.0) & (chord2 <= end * end);
+      const bool slips = end > residual;
+      columns.snaps[k] = snaps ? 1u : 0u;
+      columns.slips[k] = slips ? 1u : 0u;
+      const double written = (2.0 * residual - way) * way;
+      for (int axis = 0; axis < axes; ++axis) {
+        const double gain = (z[axis] + bent[axis]) * way - e[axis] * written;
+        gains.twice_integral[axis][k] = slips ? gain : 0.0;
+        const T now = static_cast<T>((residual - way) * e[axis] - columns.shift[axis][k]);
+        columns.now[axis][k] = now;
+        columns.change[axis][k] =
+            (static_cast<double>(now) - static_cast<double>(columns.stored[axis][k])) * fixed_per_length;
+      }
+      gains.squares[k] = slips ? bent2 - residual * residual : 0.0;
+    }
+  }
+
+  /// Draws that slip without a snap, and those that are taken one by one. Without a branch: which is which
+  /// cannot be foreseen. A bristle that is drawn twice is among the first only with its first draw: so all of
+  /// those may go ahead.
+  void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
+      slipping.k[slipping.size] = k;
+      rest.k[rest.size] = k;
+      rest.size += alone ? 1u : 0u;
+      slipping.size += (columns.slips[k] != 0) & !alone ? 1u : 0u;
+    }
+  }
+
+  void write(const Draws& draws, const Columns& columns, const List& list) const {
+    T* const z[2] = {patch.zx, patch.zy};
+    T* const limit = patch.delta;
+    std::uint32_t* const state = patch.draw;
+    Block* const blocks = patch.blocks;
+    const T residual = static_cast<T>(left);
+    const std::uint32_t full_blocks = patch.whole / block_size;
+    Int128 sum[2] = {0, 0};
+    std::uint32_t full = 0;
+    for (std::uint32_t n = 0; n < list.size; ++n) {
+      const std::uint32_t k = list.k[n];
+      const std::uint32_t i = draws.bristle[k];
+      const std::uint32_t b = i / block_size;
+      Block& block = blocks[b];
+      const std::int64_t counts = b < full_blocks ? -1 : 0;
+      for (int axis = 0; axis < axes; ++axis) {
+        const std::int64_t more = to_integer(columns.change[axis][k]);
+        z[axis][i] = columns.now[axis][k];
+        block.stored[axis] += more;
+        sum[axis] += more & counts;
+      }
+      if constexpr (redraw) {
+        state[i] = columns.state[k];
+        limit[i] = residual + columns.length[k];
+      }
+      full += static_cast<std::uint32_t>(-counts);
+      block.reach = -1.0f;
+      patch.groups[b / blocks_per_group].reach = -1.0;
+    }
+    for (int axis = 0; axis < axes; ++axis) totals.stored[axis] += sum[axis];
+    totals.tail_changed |= full < list.size ? 1u : 0u;
+    totals.renewed += list.size;
+  }
+
+  /// One bristle. What was drawn ahead of time is its next length unless it was drawn twice.
+  void slip(const Draws& draws, std::uint32_t k, const Columns& columns, Gains& gains) {
+    const std::uint32_t i = draws.bristle[k];
+    const double way = draws.way[k];
+    for (int axis = 0; axis < axes; ++axis) gains.twice_integral[axis][k] = 0.0;
+    gains.squares[k] = 0.0;
     Block& block = patch.blocks[i / block_size];
     Start start = find_start(i);
-    const double end = start.along + drawn.way;
-    const bool snaps = ages ? snaps_within(i, drawn.way, start) : end > 0.0 && start.chord2 <= end * end;
+    const double end = start.along + way;
+    const bool snaps = ages ? snaps_within(i, way, start) : end > 0.0 && start.chord2 <= end * end;
     if (!snaps && !(end > left)) return;  // the draw is spent
     if (block.zero) write_down(block, i / block_size * block_size);
     if constexpr (ages) age_block(i / block_size);
     T fresh{};
     const auto draw_length = [&] {
       const std::uint32_t next = patch.draw[i] += draw_stride;
-      fresh = next == state ? length : length_at<T>(*patch.law, share_of<T>(mix(next)));
+      fresh = next == columns.state[k] ? columns.length[k] : length_at<T>(*patch.law, share_of<T>(mix(next)));
     };
     Passed passed;
     if (snaps)
-      snap(start, drawn.way, draw_length, fresh, passed);
+      snap(start, way, draw_length, fresh, passed);
     else
-      bend(start, drawn.way, passed);
+      bend(start, way, passed);
     if constexpr (redraw) {
       draw_length();
       patch.delta[i] = static_cast<T>(left) + fresh;
     }
-    if constexpr (ages) patch.age[i] = static_cast<T>(-(ageing.per_length * drawn.way));
-    book(block, i, start, drawn.way, passed);
+    if constexpr (ages) patch.age[i] = static_cast<T>(-(ageing.per_length * way));
+    book(block, i, start, way, passed, k, gains);
   }
 
   /// Ages of a block written down at the start of the piece: those of young bristles among old ones keep
@@ -213,14 +395,15 @@ class Renewer {
   }
 
   /// Writes the bristle down so that it is bent by the residual at `way`, and sums what changed.
-  void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed) {
+  void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
+            std::uint32_t k, Gains& gains) {
     const double weight = i < patch.whole ? 1.0 : static_cast<double>(patch.fraction);
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
     const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
-      totals.twice_integral[axis] += weight * (passed.twice_integral[axis] - e * written);
+      gains.twice_integral[axis][k] = weight * (passed.twice_integral[axis] - e * written);
       T& stored = columns[axis][i];
       const T now = static_cast<T>((left - way) * e - start.shift[axis]);
       const std::int64_t more =
@@ -229,7 +412,7 @@ class Renewer {
       block.stored[axis] += more;
       if (!tail) totals.stored[axis] += more;
     }
-    totals.squares += weight * ((passed.bent2 - left * left) + passed.squares);
+    gains.squares[k] = weight * ((passed.bent2 - left * left) + passed.squares);
     totals.tail_changed |= tail ? 1u : 0u;
     ++totals.renewed;
     block.reach = -1.0f;

@@ -230,13 +230,14 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   put_snapped<T, axes, mean, energy>(motion, output, i, pass.path, pass.snaps, land, weights, sums);
 }
 
-/// Redraw with uniform lengths, where most vectors hold a bristle that snaps: advances the vectors at i,
-/// i + 16 and so on.
-template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together>
-[[gnu::always_inline]] inline void advance_uniform(const BlockMotion<T, axes, residual>& motion,
-                                                   const BlockOutput<T>& output, std::uint32_t i,
-                                                   const T* row_weights, const KernelLaw& law,
-                                                   std::uint32_t rounds, RowSums<T>& sums) {
+/// Redraw with few draws, where most vectors hold a bristle that snaps: advances the vectors at i, i + 16 and
+/// so on.
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
+          class Lengths>
+[[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,
+                                                        const BlockOutput<T>& output, std::uint32_t i,
+                                                        const T* row_weights, const Lengths& lengths,
+                                                        std::uint32_t rounds, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
   Lanes<T> path[together];
@@ -251,7 +252,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
     walkers[k] = {
         pass.snaps, motion.length - pass.path, delta, DrawStates<T>(motion.draw + at), {none, none, none}};
   }
-  walk_uniform(law, rounds, walkers);
+  walk_in_registers<T>(lengths, rounds, walkers);
 #pragma GCC unroll 8
   for (std::uint32_t k = 0; k < together; ++k) {
     const std::uint32_t at = i + k * lane_count;

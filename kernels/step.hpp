@@ -68,6 +68,12 @@ class Stepper {
   /// Redraw: below this share of bristles that snap in a step most vectors are left out.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
+  // The same for lengths that are looked up, by the length of the step in mean snap lengths. With vectors
+  // narrower than a row it pays to leave out those in which none snaps.
+  static constexpr bool looks_up_in_registers = width == lane_count;
+  static constexpr double few_looked_up = 0.04;
+  static constexpr double two_looked_up = 1.0;  ///< from here two draws, else one, are made in any case
+  static constexpr double most_looked_up = 2.5;
 
   template <bool is>
   struct Flag {
@@ -337,10 +343,16 @@ class Stepper {
       }
     } else if (rounds > 0) {
       for (std::uint32_t part = 0; part < parts; ++part) {
+        if constexpr (looks_up_in_registers) {
+          if (patch.law->kind != law_uniform) {
+            walk_side_by_side<4, CellLengths<T>>(motion, output, extent, part * width, sums[part]);
+            continue;
+          }
+        }
         if (rounds > 2)
-          walk_side_by_side<8>(motion, output, extent, part * width, sums[part]);
+          walk_side_by_side<8, UniformLengths<T>>(motion, output, extent, part * width, sums[part]);
         else
-          walk_side_by_side<4>(motion, output, extent, part * width, sums[part]);
+          walk_side_by_side<4, UniformLengths<T>>(motion, output, extent, part * width, sums[part]);
       }
     } else {
       noise = rewrite_by_rounds(motion, output, extent, sums);
@@ -418,29 +430,35 @@ class Stepper {
     return jump_noise(tree_sum(squares), tree_sum(variance), key);
   }
 
-  template <std::uint32_t together>
+  template <std::uint32_t together, class Lengths>
   void walk_side_by_side(const BlockMotion<T, axes, residual>& block_motion, const BlockOutput<T>& output,
                          const Extent& extent, std::uint32_t k, RowSums<T>& sums) {
     const BlockMotion<T, axes, residual> motion = block_motion;
+    const Lengths lengths(*patch.law);
     RowSums<T> sum;
     const std::uint32_t at = extent.start + k;
     std::uint32_t row = 0;
     for (; row + together <= extent.full_rows; row += together)
-      advance_uniform<T, axes, mean, energy, residual, false, together>(motion, output, at + row * lane_count,
-                                                                        nullptr, *patch.law, rounds, sum);
+      advance_in_registers<T, axes, mean, energy, residual, false, together>(
+          motion, output, at + row * lane_count, nullptr, lengths, rounds, sum);
     for (; row < extent.full_rows; ++row)
-      advance_uniform<T, axes, mean, energy, residual, false, 1>(motion, output, at + row * lane_count,
-                                                                 nullptr, *patch.law, rounds, sum);
+      advance_in_registers<T, axes, mean, energy, residual, false, 1>(motion, output, at + row * lane_count,
+                                                                      nullptr, lengths, rounds, sum);
     if (extent.partial)
-      advance_uniform<T, axes, mean, energy, residual, true, 1>(motion, output, at + row * lane_count,
-                                                                extent.weights + k, *patch.law, rounds, sum);
+      advance_in_registers<T, axes, mean, energy, residual, true, 1>(
+          motion, output, at + row * lane_count, extent.weights + k, lengths, rounds, sum);
     sums = sum;
   }
 
   std::uint32_t foreseen_rounds() const {
     if constexpr (!redraw || literal) return 0;
     const KernelLaw& law = *patch.law;
-    if (law.kind != law_uniform || !(advance.length < law.jump_from)) return 0;
+    if (!(advance.length < law.jump_from)) return 0;
+    if (looks_up_in_registers && (law.kind == law_normal || law.kind == law_lognormal)) {
+      const double lengths = advance.length * law.inverse_mean;
+      return lengths < few_looked_up || lengths > most_looked_up ? 0 : lengths < two_looked_up ? 1 : 2;
+    }
+    if (law.kind != law_uniform) return 0;
     if (advance.length < few_snap * law.mean) return 0;
     const double draws = advance.length / law.location;
     return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;

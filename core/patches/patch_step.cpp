@@ -81,6 +81,18 @@ std::int64_t find_units(const Patch& p, double scaled, int axis, PatchStep& step
   return moved;
 }
 
+/// Advance{}, field by field: g++ clears the whole with an instruction that takes longer to begin than these.
+void clear(Advance& a) noexcept {
+  a.from[0] = a.from[1] = a.to[0] = a.to[1] = 0;
+  a.direction[0] = a.direction[1] = 0.0;
+  a.length = a.residual = a.start = a.duration = a.energy_unit = 0.0;
+  a.phase_key = 0;
+  a.snaps_all = a.in_double = a.skips_blocks = a.renews_bounds = a.commit = 0;
+  a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
+  a.ageing_form = 0;
+  static_assert(sizeof(Advance) == 152, "a new field of Advance: clear it above");
+}
+
 /// Where the motion leads, in scaled lengths.
 void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) noexcept {
   Advance& a = step.advance;
@@ -141,7 +153,8 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
 }
 
 PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool commit) noexcept {
-  PatchStep step{};
+  PatchStep step;
+  clear(step.advance);
   for (int axis = 0; axis < 2; ++axis) {
     step.displacement[axis] = motion.displacement[axis];
     // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
@@ -222,7 +235,98 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   if (p.ages) note_slide(p, step, growth);
 }
 
+namespace {
+
+/// Where a displacement of usual size leads: in position units, and the position there.
+bool find_end(const Patch& p, const double (&displacement)[2], std::int64_t (&fixed)[2],
+              std::int64_t (&to)[2]) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    const double d = displacement[axis] * p.lengths_per_metre;
+    if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
+    fixed[axis] = std::llrint(d * fixed_per_length);
+    to[axis] = sum_of(p.position[axis], fixed[axis]);
+  }
+  return true;
+}
+
+/// Whether nothing can snap on the way there.
+bool holds_at(const Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2]) noexcept {
+  if ((fixed[0] | fixed[1]) == 0) return true;
+  if (p.bound.reach < 0.0) return false;
+  const double x = to_lengths(difference(to[0], p.bound.anchor[0]));
+  const double y = to_lengths(difference(to[1], p.bound.anchor[1]));
+  return std::sqrt(x * x + y * y) < p.bound.reach;
+}
+
+/// Carries all bristles along. `end` becomes the sum of their deflections, `twice_mean` that over the step.
+template <bool mean>
+void carry_along(Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2], double (&end)[2],
+                 double (&twice_mean)[2]) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    Int128 sum = p.sum[axis] + Int128{p.whole} * fixed[axis];
+    Int128 twice = p.sum[axis] + sum;
+    const std::int64_t from = p.position[axis];
+    p.sum[axis] = sum;
+    p.position[axis] = to[axis];
+    if (p.part > 0.0) {
+      const Int128 after = weighted(p.part, difference(to[axis], p.part_position[axis]));
+      sum += p.part_sum[axis] + after;
+      if (mean)
+        twice += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                 weighted(p.part, difference(from, p.part_position[axis])) + after;
+    }
+    end[axis] = to_double(sum);
+    if (mean) twice_mean[axis] = to_double(twice);
+  }
+}
+
+/// What write_response notes of a step in which nothing damps or ages.
+void note_light_step(Patch& p, bool held, const double (&end)[2]) noexcept {
+  p.held = held;
+  p.rests = true;
+  p.pending_dissipated = p.pending_loss = 0.0;
+  p.pending_snaps = 0;
+  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
+}
+
+/// A patch that held in its last step, under the load of then, and in which nothing damps or ages.
+bool may_stick_on(const Patch& p, const Motion& motion) noexcept {
+  return p.held && motion.normal_load == p.normal_load && !motion.has_velocity && !p.damps &&
+         p.rest_damping == 0.0 && p.skips && !p.ages && !p.literal;
+}
+
+/// The usual step of such a patch: it holds on. Returns false if it does not: nothing has changed. Numbers as
+/// find_way, holds_still, hold and write_response find them; most of a step costs less than asking all that
+/// they ask.
+bool stick_on(Patch& p, const double (&displacement)[2], Response& out) noexcept {
+  std::int64_t fixed[2], to[2];
+  if (!find_end(p, displacement, fixed, to) || !holds_at(p, fixed, to)) return false;
+  double end[2], twice_mean[2];
+  const bool mean = has(p.outputs, Outputs::mean);
+  if (mean)
+    carry_along<true>(p, fixed, to, end, twice_mean);
+  else
+    carry_along<false>(p, fixed, to, end, twice_mean);
+  const double dissipated = p.pending_dissipated;
+  const double loss = p.pending_loss;
+  const std::uint64_t snaps = p.pending_snaps;
+  note_light_step(p, true, end);
+  answer_at_rest(p, out);
+  if (mean)
+    for (int axis = 0; axis < 2; ++axis)
+      out.mean[axis] = 0.0 - 0.5 * p.newtons_per_unit * twice_mean[axis] + 0.0;
+  if (has(p.outputs, Outputs::energy)) {
+    out.dissipated = dissipated;
+    out.contact_loss = loss;
+    out.snaps = snaps;
+  }
+  return true;
+}
+
+}  // namespace
+
 std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {
+  if (may_stick_on(p, motion) && stick_on(p, motion.displacement, out)) return 0;
   double contact_loss = 0.0;
   if (motion.normal_load != p.normal_load) contact_loss = p.model->apply_load(p, motion.normal_load);
   PatchStep step = read_motion(p, motion, dt_s, true);
@@ -246,20 +350,9 @@ bool can_step_lightly(const Patch& p) noexcept {
 }
 
 bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2]) noexcept {
-  // Numbers as find_way, find_direction, holds_still and hold find them.
   std::int64_t fixed[2], to[2];
-  for (int axis = 0; axis < 2; ++axis) {
-    const double d = displacement[axis] * p.lengths_per_metre;
-    if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
-    fixed[axis] = std::llrint(d * fixed_per_length);
-    to[axis] = sum_of(p.position[axis], fixed[axis]);
-  }
-  bool holds = (fixed[0] | fixed[1]) == 0;
-  if (!holds && p.bound.reach >= 0.0) {
-    const double x = to_lengths(difference(to[0], p.bound.anchor[0]));
-    const double y = to_lengths(difference(to[1], p.bound.anchor[1]));
-    holds = std::sqrt(x * x + y * y) < p.bound.reach;
-  }
+  if (!find_end(p, displacement, fixed, to)) return false;
+  bool holds = holds_at(p, fixed, to);
   double end[2] = {0.0, 0.0};
   if (!holds) {
     if (p.model->step_lightly == nullptr) return false;
@@ -270,21 +363,11 @@ bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2
     if (light == LightStep::none) return false;
     holds = light == LightStep::holds;
   }
-  if (holds) {
-    for (int axis = 0; axis < 2; ++axis) {
-      p.sum[axis] += Int128{p.whole} * fixed[axis];
-      p.position[axis] = to[axis];
-      Int128 sum = p.sum[axis];
-      if (p.part > 0.0)
-        sum += p.part_sum[axis] + weighted(p.part, difference(to[axis], p.part_position[axis]));
-      end[axis] = to_double(sum);
-    }
-  }
-  p.held = holds;
-  p.rests = true;
-  p.pending_dissipated = p.pending_loss = 0.0;
-  p.pending_snaps = 0;
-  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
+  double unused[2];
+  if (holds) carry_along<false>(p, fixed, to, end, unused);
+  note_light_step(p, holds, end);
+  elastic[0] = p.elastic[0];
+  elastic[1] = p.elastic[1];
   return true;
 }
 

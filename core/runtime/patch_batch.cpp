@@ -471,8 +471,10 @@ struct PatchBatch::Impl {
 
   void run_on(double dt_s) noexcept {
     constexpr double longest = 1e16;  // s: a clock that would overflow stands still
-    if (clock < static_cast<Int128>(longest * clock_units_per_second))
-      clock += static_cast<Int128>(std::min(dt_s, longest) * clock_units_per_second);
+    if (!(clock < static_cast<Int128>(longest * clock_units_per_second))) return;
+    const double units = std::min(dt_s, longest) * clock_units_per_second;
+    // A short step without the long conversion.
+    clock += units < 9e18 ? Int128{static_cast<std::int64_t>(units)} : static_cast<Int128>(units);
   }
 
   /// A large patch goes by ranges of blocks. False: there is no room for its tasks, or none are needed.
