@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include "tests/brute_rubbing.hpp"
 #include "tests/fit_helpers.hpp"
@@ -354,6 +355,35 @@ TEST_CASE("Student's quantile is that of the tables, from one degree of freedom 
   }
   // No fewer than one: half a degree would ask for a factor of hundreds.
   CHECK(cli::student_quantile(-2.0) == cli::student_quantile(1.0));
+}
+
+TEST_CASE("The held-out error is that of fits to four fifths of a record, judged on the fifth", "[fit]") {
+  // A line through 250 points and an offset: 25 blocks of ten, every fifth held out. Here each fit is done.
+  constexpr int n = 250;
+  std::mt19937_64 generator(9);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd j(n, 2);
+  Eigen::VectorXd measured(n);
+  for (int i = 0; i < n; ++i) {
+    j.row(i) << 1.0, 0.01 * i;
+    measured[i] = 3.0 + 0.02 * i + normal(generator) + (i > 240 ? 4.0 : 0.0);
+  }
+  double squares = 0.0;
+  for (int fold = 0; fold < 5; ++fold) {
+    Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (int i = 0; i < n; ++i) {
+      if (i / 10 % 5 == fold) continue;
+      normal_matrix += j.row(i).transpose() * j.row(i);
+      right += j.row(i).transpose() * measured[i];
+    }
+    const Eigen::Vector2d line = normal_matrix.inverse() * right;
+    for (int i = 0; i < n; ++i)
+      if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
+  }
+  // From any point: derivatives of a line are the same everywhere.
+  const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
+  CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
 }
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {

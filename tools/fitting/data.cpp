@@ -102,7 +102,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   const std::size_t repeats = moves.size() - sizes.size();
   if (repeats * 50 <= moves.size()) return {};
   // From the smallest moves on, each the better known the more have been before.
-  const double slack = digits < 0.25 * smallest ? 1.05 * digits : 0.0;
+  const bool many = sizes.size() >= 50;  // too many to be near whole counts by chance
+  const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
   double sum = 0.0, counts = 0.0, quantum = smallest;
   Encoder encoder;
   for (const double d : sizes) {
@@ -177,6 +178,7 @@ double position_noise(const std::vector<double>& x, double least) {
 /// Velocity by differences over as many samples as it takes to leave the noise behind.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
+  constexpr std::size_t rest_window = 6;  // samples to either side: below, a count of an encoder may be late
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -188,7 +190,7 @@ std::vector<double> find_velocity(const std::vector<double>& t, const std::vecto
         return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
       };
       const bool far = moved(w) > 20.0 * noise;
-      if ((far || w == widest) && w > 1 && moved(w / 2) <= 3.0 * noise) velocity[i] = 0.0;
+      if ((far || w == widest) && w >= rest_window && moved(w / 2) <= 3.0 * noise) velocity[i] = 0.0;
       if (far) break;
     }
   }
@@ -566,6 +568,7 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x) {
 std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
                                  double& left) {
   constexpr std::size_t widest = 25;
+  constexpr std::size_t rest_window = 6;  // samples to either side: below, a count of an encoder may be late
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
   const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
