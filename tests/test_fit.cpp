@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include "test_paths.hpp"
 #include "tests/brute_rubbing.hpp"
@@ -120,7 +121,7 @@ TEST_CASE("The force along a path follows a large brush through small loops and 
 }
 
 TEST_CASE("The force along a path follows rubbed bristles through loops and strokes", "[fit]") {
-  // 20,000 bristles fluctuate by 0.5 % of the kinetic force at most; their steps of 1/200 lengths and the
+  // 20,000 bristles fluctuate by 0.5 % of the kinetic force at most; their steps of 1/100 lengths and the
   // pieces of the infinite brush (1/16) are second order: 0.1 %. Five deviations of the first, and the
   // second.
   const double length = 1e-5;
@@ -139,7 +140,7 @@ TEST_CASE("The force along a path follows rubbed bristles through loops and stro
       const double from = x;
       for (int i = 1; i <= pieces; ++i) {
         const double next = from + (to * length - from) * i / pieces;
-        bristles.step(next - x, 0.0, length / 200.0);
+        bristles.step(next - x, 0.0, length / 100.0);
         x = next;
         path.push_back({x, 2.0, true});
         expected.push_back(bristles.x() / length);
@@ -234,7 +235,9 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
-  CHECK(fit(csv, half)[cli::fit_renewal].value == 1.5);
+  std::size_t part = 0;  // what is held stays in a fifth of the rows too
+  for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
+  CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
   cli::FitOptions keep;
   keep.rule = SnapRule::keep;
   keep.renewal = 1.0;
@@ -355,6 +358,35 @@ TEST_CASE("Student's quantile is that of the tables, from one degree of freedom 
   }
   // No fewer than one: half a degree would ask for a factor of hundreds.
   CHECK(cli::student_quantile(-2.0) == cli::student_quantile(1.0));
+}
+
+TEST_CASE("The held-out error is that of fits to four fifths of a record, judged on the fifth", "[fit]") {
+  // A line through 250 points and an offset: 25 blocks of ten, every fifth held out. Here each fit is done.
+  constexpr int n = 250;
+  std::mt19937_64 generator(9);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd j(n, 2);
+  Eigen::VectorXd measured(n);
+  for (int i = 0; i < n; ++i) {
+    j.row(i) << 1.0, 0.01 * i;
+    measured[i] = 3.0 + 0.02 * i + normal(generator) + (i > 240 ? 4.0 : 0.0);
+  }
+  double squares = 0.0;
+  for (int fold = 0; fold < 5; ++fold) {
+    Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (int i = 0; i < n; ++i) {
+      if (i / 10 % 5 == fold) continue;
+      normal_matrix += j.row(i).transpose() * j.row(i);
+      right += j.row(i).transpose() * measured[i];
+    }
+    const Eigen::Vector2d line = normal_matrix.inverse() * right;
+    for (int i = 0; i < n; ++i)
+      if (i / 10 % 5 == fold) squares += std::pow(measured[i] - j.row(i).dot(line), 2);
+  }
+  // From any point: derivatives of a line are the same everywhere.
+  const Eigen::VectorXd residuals = j * Eigen::Vector2d(2.0, 1.0) - measured;
+  CHECK(cli::held_out_squares(j, residuals, n) == Approx(squares).epsilon(1e-6));
 }
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {

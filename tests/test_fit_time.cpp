@@ -272,3 +272,26 @@ TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
   CHECK(data.path[120].x == data.path[180].x);
   CHECK(data.path[20].x < data.path[22].x);  // where it creeps it is smooth
 }
+
+TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
+  // Counts of 5.5 units of the last digit: moves of 5, 6, 11, 16, 17, ... units. A swing that slows down at
+  // its turns: between two counts lie one to twenty samples.
+  const double digit = 1e-6, count = 5.5 * digit;
+  std::string csv = "t,x,load,force\n";
+  std::vector<double> speed;
+  for (int i = 0; i < 800; ++i) {
+    const double t = 0.01 * i, x = 300e-6 * std::sin(t);
+    speed.push_back(300e-6 * std::cos(t));
+    csv += fmt::format("{},{:.9g},2,{:.6g}\n", t, digit * std::round(count * std::round(x / count) / digit),
+                       0.7 * std::tanh(speed.back() / 2e-5) + 0.01 * (i % 3));
+  }
+  const cli::FitData data =
+      cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::by_body, {});
+  CHECK(data.quantum == Approx(count).epsilon(1e-3));
+  for (std::size_t i = 30; i + 30 < speed.size(); ++i) {
+    CAPTURE(i);
+    REQUIRE(std::abs(data.velocity[i] - speed[i]) < 0.25 * 300e-6);
+    // It moves, and is not said to rest.
+    if (std::abs(speed[i]) > 0.3 * 300e-6) REQUIRE(data.velocity[i] != 0.0);
+  }
+}

@@ -303,13 +303,20 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
       c.spread.push_back(std::clamp(length.quantile(spread_share(k)) * per_metre, c.shortest, c.longest));
-  if (!c.redraw) return compiled;
-  // For Population::infinite alone (Material::validate_for_representatives).
-  if (length.cv() > widest_redraw_cv) return compiled;
+  return compiled;
+}
 
-  KernelLaw& law = c.law;
-  law.shortest = c.shortest;
-  law.longest = c.longest;
+void CompiledMaterial::make_draws() const {
+  // Wider laws are for Population::infinite alone (Material::validate_for_representatives).
+  if (!redraw || material.snap_length.cv() > widest_redraw_cv) return;
+  std::call_once(draws_made_, [this] { fill_draws(); });
+}
+
+void CompiledMaterial::fill_draws() const {
+  const SnapLength& length = material.snap_length;
+  const double per_metre = lengths_per_metre;
+  law.shortest = shortest;
+  law.longest = longest;
   const double first = length.first_parameter();
   const double second = length.second_parameter();
   switch (length.law()) {
@@ -324,15 +331,15 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
       break;
     case SnapLaw::normal:
       law.kind = law_normal;
-      c.table = CellTable(length, per_metre, c.shortest, c.longest).write();
+      table = CellTable(length, per_metre, shortest, longest).write();
       break;
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
-      c.table = CellTable(length, per_metre, c.shortest, c.longest).write();
+      table = CellTable(length, per_metre, shortest, longest).write();
       // In proportion to its length a lognormal length is one of 1 + cv^2 times the mean.
       const SnapLength biased = SnapLength::lognormal(1.0, second);
       const double mean = first * per_metre * (1.0 + second * second);
-      c.biased_table = CellTable(biased, mean, c.shortest, c.longest).write();
+      biased_table = CellTable(biased, mean, shortest, longest).write();
       break;
     }
     case SnapLaw::exponential:
@@ -343,19 +350,18 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
     case SnapLaw::single:
     case SnapLaw::table:
       law.kind = law_table;
-      for (double x : length.table_values()) c.table.push_back(x * per_metre);
-      law.table_last = static_cast<std::int32_t>(c.table.size()) - 1;
+      for (double x : length.table_values()) table.push_back(x * per_metre);
+      law.table_last = static_cast<std::int32_t>(table.size()) - 1;
       break;
   }
   if (law.kind == law_normal || law.kind == law_table) {
-    c.biased_table = biased_quantiles(length, per_metre);
+    biased_table = biased_quantiles(length, per_metre);
     law.biased_last = biased_knots;
   }
-  law.table = c.table.data();
-  law.biased_table = c.biased_table.data();
+  law.table = table.data();
+  law.biased_table = biased_table.data();
   fill_renewal_constants(length, per_metre, law);
-  assert_law(c);
-  return compiled;
+  assert_law(*this);
 }
 
 }  // namespace bristle::detail

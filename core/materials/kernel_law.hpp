@@ -27,11 +27,14 @@ struct CompiledMaterial {
   bool single_length = false;     ///< a single length: remainders in double at every speed
   double peak_coefficient = 0.0;  ///< without ageing
   std::uint64_t hash = 0;         ///< of every parameter
-  KernelLaw law{};                ///< points into the tables below
+  mutable KernelLaw law{};        ///< points into the tables below; both made by make_draws()
 
-  std::vector<double> table, biased_table;
+  mutable std::vector<double> table, biased_table;
   std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
 
+  /// What representatives that redraw need to draw their lengths; the infinite brush does not, and it costs
+  /// milliseconds. Once, on any thread that adds patches.
+  void make_draws() const;
   /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
   const SurvivalTable& survival() const;
   /// Steady sliding under shared renewal, for representatives, made at the first call.
@@ -42,6 +45,8 @@ struct CompiledMaterial {
   CompiledMaterial& operator=(const CompiledMaterial&) = delete;
 
  private:
+  void fill_draws() const;
+  mutable std::once_flag draws_made_;
   mutable std::once_flag survival_made_;
   mutable SurvivalTable survival_;
   mutable std::once_flag renewal_made_;

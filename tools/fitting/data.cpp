@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -69,31 +70,71 @@ bool runs_evenly(const std::vector<double>& moves, double smallest) {
   return 10 * changes < moving;
 }
 
-/// The step of an encoder: the smallest move, if all moves are whole multiples of it and many samples repeat.
-double find_quantum(const FitColumns& c, const std::vector<double>& x) {
-  double smallest = 0.0;
-  std::size_t repeats = 0;
+/// What the digits of a file leave open in a move: by so much its smallest moves differ.
+double coarseness(std::vector<double> moves, double smallest) {
+  for (double& d : moves) d = std::fabs(d);
+  std::sort(moves.begin(), moves.end());
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const double step = moves[i] - moves[i - 1];
+    if (step > 1e-3 * smallest) least = std::min(least, step);
+  }
+  return least;
+}
+
+struct Encoder {
+  double quantum = 0.0;  // m; 0: none seen
+  bool rounded = false;  // to digits that a count is not a whole number of
+};
+
+/// The step of an encoder: all moves are whole multiples of it, up to the file's digits, and many samples
+/// repeat.
+Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
   const std::vector<double> moves = differences(c, x);
-  for (const double d : moves) {
-    if (std::fabs(d) <= 1e-12 * range) {
-      ++repeats;
-    } else if (smallest == 0.0 || std::fabs(d) < smallest) {
-      smallest = std::fabs(d);
-    }
+  std::vector<double> sizes;
+  for (const double d : moves)
+    if (std::fabs(d) > 1e-12 * range) sizes.push_back(std::fabs(d));
+  if (sizes.empty()) return {};
+  std::sort(sizes.begin(), sizes.end());
+  const double smallest = sizes.front(), digits = coarseness(moves, smallest);
+  if (runs_evenly(moves, smallest)) return {};
+  const std::size_t repeats = moves.size() - sizes.size();
+  if (repeats * 50 <= moves.size()) return {};
+  // From the smallest moves on, each the better known the more have been before.
+  const bool many = sizes.size() >= 50;  // too many to be near whole counts by chance
+  const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
+  double sum = 0.0, counts = 0.0, quantum = smallest;
+  Encoder encoder;
+  for (const double d : sizes) {
+    const double count = std::round(d / quantum), off = std::fabs(d - count * quantum);
+    const bool exact = off <= 0.05 * count * quantum;
+    if (!exact && off > slack) return {};
+    encoder.rounded = encoder.rounded || !exact;
+    sum += d;
+    counts += count;
+    quantum = sum / counts;
   }
-  if (smallest == 0.0 || runs_evenly(moves, smallest)) return 0.0;
-  // A mean over single steps: the differences are rounded to the digits of the file.
-  double sum = 0.0, steps = 0.0;
-  for (const double d : moves) {
-    const double count = std::round(std::fabs(d) / smallest);
-    if (std::fabs(std::fabs(d) / smallest - count) > 0.05 * std::max(count, 1.0)) return 0.0;
-    if (count == 1.0) {
-      sum += std::fabs(d);
-      steps += 1.0;
-    }
+  encoder.quantum = quantum;
+  return encoder;
+}
+
+/// The counts of an encoder whose positions a file has rounded: x on the line through them.
+std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
+  const double first = x.front(), n = static_cast<double>(x.size());
+  std::vector<double> counts(x.size(), 0.0);
+  double sum = 0.0, squares = 0.0, places = 0.0, products = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (i > 0) counts[i] = counts[i - 1] + std::round((x[i] - x[i - 1]) / quantum);
+    sum += counts[i];
+    squares += counts[i] * counts[i];
+    places += x[i] - first;
+    products += counts[i] * (x[i] - first);
   }
-  return repeats * 50 > moves.size() ? sum / steps : 0.0;
+  quantum = (products - sum * places / n) / (squares - sum * sum / n);
+  const double zero = first + (places - quantum * sum) / n;
+  for (double& count : counts) count = zero + quantum * count;
+  return counts;
 }
 
 /// Where an encoder creeps up or down by single steps the position is put on the line between the middles of
@@ -125,17 +166,19 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
   return smooth;
 }
 
-/// Noise of the position, m: of its second differences, by their median, so that motion counts little.
-double position_noise(const std::vector<double>& x, double quantum) {
+/// Noise of the position, m: of its second differences, by their median, so that motion counts little. A
+/// count of an encoder that was smoothed is off by 0.2 of it or so, and by half of it at most.
+double position_noise(const std::vector<double>& x, double least) {
   std::vector<double> bends;
   for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
   // The median of |a normal number| is 0.6745 deviations; a second difference of noise has sqrt(6) of them.
-  return std::max(0.5 * quantum, quantile_of(bends, 0.5) / (0.6745 * 2.449));
+  return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
 
 /// Velocity by differences over as many samples as it takes to leave the noise behind.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
+  constexpr std::size_t rest_window = 6;  // samples to either side: below, a count of an encoder may be late
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -147,7 +190,7 @@ std::vector<double> find_velocity(const std::vector<double>& t, const std::vecto
         return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
       };
       const bool far = moved(w) > 20.0 * noise;
-      if ((far || w == widest) && w > 1 && moved(w / 2) <= 3.0 * noise) velocity[i] = 0.0;
+      if ((far || w == widest) && w >= rest_window && moved(w / 2) <= 3.0 * noise) velocity[i] = 0.0;
       if (far) break;
     }
   }
@@ -525,6 +568,7 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x) {
 std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
                                  double& left) {
   constexpr std::size_t widest = 25;
+  constexpr std::size_t rest_window = 6;  // samples to either side: below, a count of an encoder may be late
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
   const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
@@ -583,20 +627,25 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   std::vector<std::vector<double>> places, velocities;
   double square_range = 0.0;
   for (const Axis& axis : axes_of(c)) {
-    const double quantum = c.has_x ? find_quantum(c, axis.x) : 0.0;
+    const Encoder encoder = c.has_x ? find_encoder(c, axis.x) : Encoder{};
+    double quantum = encoder.quantum;
+    const std::vector<double> seen = encoder.rounded ? whole_counts(axis.x, quantum) : axis.x;
     std::vector<double> place, velocity;
-    double noise = 0.0, longest = 0.0;
+    double noise = 0.0, coarse = 0.0, longest = 0.0;  // coarse: of what the velocity is found from
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       const std::vector<double> t = slice(c.t, begin, end);
-      std::vector<double> x = slice(axis.x, begin, end);
+      std::vector<double> x = slice(seen, begin, end);
       if (quantum > 0.0) x = smooth_creep(t, x, quantum);
-      if (c.has_x) noise = std::max(noise, position_noise(x, quantum));
+      if (c.has_x) {
+        noise = std::max(noise, position_noise(x, 0.5 * quantum));
+        coarse = std::max(coarse, position_noise(x, 0.2 * quantum));
+      }
       const auto [low, high] = std::minmax_element(x.begin(), x.end());
       longest = std::max(longest, *high - *low);
       append(place, x);
     });
     for_parts(c, [&](std::size_t begin, std::size_t end) {
-      append(velocity, c.v.empty() ? find_velocity(slice(c.t, begin, end), slice(place, begin, end), noise)
+      append(velocity, c.v.empty() ? find_velocity(slice(c.t, begin, end), slice(place, begin, end), coarse)
                                    : slice(c.v, begin, end));
     });
     places.push_back(std::move(place));

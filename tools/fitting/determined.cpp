@@ -279,6 +279,7 @@ FitPoint Fitter::keep_determined(FitPoint point) {
     point = minimise(model_, point);
   }
   while (!point.free.empty() && drop_one(point)) point = minimise(model_, point);
+  if (!point.free.empty()) point = keep_predicting(point);
   // With the error of the bristles themselves some are not determined after all.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
   for (const FitParameter scale : {fit_ageing_time, fit_strengthening_speed})

@@ -213,6 +213,7 @@ FitResult Fitter::report(const FitPoint& point) {
   }
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
+  result.held_out_rms = std::sqrt(held_out_squares(j, r, data_.samples()) / static_cast<double>(r.size()));
   const PopulationError population = bristle_error(point, j, r);
   result.fluctuating_bristles =
       population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();

@@ -99,6 +99,7 @@ struct FitResult {
   Past past;
   std::vector<double> curve;        ///< N, the fit at the samples, by the body, offset and drift included
   double residual_rms = 0.0;        ///< N
+  double held_out_rms = 0.0;        ///< N, of parts of the record that were not fitted to, each in its turn
   double explained = 0.0;           ///< share of the sum of squares of the force
   double correlated_samples = 1.0;  ///< as many samples count as one, for the intervals
   double smallest_singular_value = 0.0;  ///< of the Jacobian, columns scaled to length 1, over the largest

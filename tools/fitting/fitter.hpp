@@ -90,6 +90,8 @@ class Fitter {
   bool several_speeds() const { return data_.fast >= one_speed * data_.slow; }
   bool several_loads() const { return data_.most_load >= several * data_.least_load; }
   FitPoint keep_determined(FitPoint point);
+  FitPoint keep_predicting(FitPoint point);
+  double held_out(const FitPoint& point);
   bool drop_one(FitPoint& point, bool with_bristles = false);
   PopulationError bristle_error(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::VectorXd& r) {
     return population_error(model_, point, j, r, bristles_per_newton * data_.mean_load);

@@ -199,8 +199,10 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   std::string lines = left.text();
   text += lines.substr(lines.find('\n') + 1);
   text += fmt::format(
-      "\nresiduals   {:.3g} N rms; the brush explains {:.2f} % of the force; {:.1f} samples count as one\n",
-      r.residual_rms, 100.0 * r.explained, r.correlated_samples);
+      "\nresiduals   {:.3g} N rms, {:.3g} N where not fitted to (held out in fifths); {:.1f} samples count "
+      "as one\n"
+      "            the brush explains {:.2f} % of the force\n",
+      r.residual_rms, r.held_out_rms, r.correlated_samples, 100.0 * r.explained);
   for (std::size_t i = 0; i < r.notes.size(); ++i) text += wrapped(i == 0 ? "notes" : "", r.notes[i]);
   return text;
 }
@@ -304,6 +306,7 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
   }
   report["notes"] = r.notes;
   report["residuals"] = {{"rms_n", r.residual_rms},
+                         {"held_out_rms_n", r.held_out_rms},
                          {"explained", r.explained},
                          {"correlated_samples", r.correlated_samples},
                          {"smallest_singular_value", r.smallest_singular_value},

@@ -56,6 +56,10 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated, const PopulationError& population);
 
+/// Sum of squares of what the parts of a record are off that were not fitted to, each in its turn (N^2).
+double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                        std::size_t samples);
+
 /// 97.5 % point of Student's law, within 1 %; below one degree of freedom that of one.
 double student_quantile(double degrees_of_freedom);
 

@@ -217,6 +217,7 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
                            const KernelTable& kernels, double weight) {
   const Material& m = material->material;
   m.validate_for_representatives();
+  material->make_draws();
   if (options.step_rule == StepRule::literal && m.ageing_strength != 0.0)
     refuse("Material", "ageing_strength", m.ageing_strength,
            "0 with StepRule::literal, the paper's loop; StepRule::exact takes it");

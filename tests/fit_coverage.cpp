@@ -1,0 +1,410 @@
+// How many of the 95 % intervals of `bristle fit` hold the truth: the table of tools/README.md. A study of
+// many repeated experiments, made by brute force, that can be stopped, gone on with, and shared between
+// machines:
+//
+//   bristle_fit_coverage run JOURNAL [--repeats 200] [--cells TEXT] [--shard i/N]
+//   bristle_fit_coverage table JOURNAL...
+//
+// A repeat depends on its cell and its number alone. A journal has one line for each fit that is done, and
+// `run` does what its journal lacks; a journal of another version of the fit is another file.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/brute_rubbing.hpp"
+#include "tests/synthetic_friction.hpp"
+#include "tools/fitting/fit.hpp"
+
+using namespace bristle_test;
+using bristle::SnapRule;
+
+namespace {
+
+/// What a fit of one record should find; NaN: not asked.
+using Truth = std::map<std::string, double>;
+struct Cell {
+  std::string name;
+  SnapRule rule = SnapRule::redraw;
+  std::function<std::string(std::uint64_t seed)> record;
+  std::function<Truth(const cli::FitResult&)> truth;
+};
+
+/// Ten seconds, recorded at 50 Hz, noise of 10 mN, of 1800 bristles.
+SyntheticFriction usual() {
+  SyntheticFriction s;
+  s.motion = loops_and_strokes;
+  s.noise = 0.01;
+  s.every = 4;
+  return s;
+}
+
+Truth brush_truth(const SyntheticFriction& s, const cli::FitResult& r) {
+  const double age_growth = s.growth && r.frame.age > 0.0 ? s.growth(r.frame.age) : 1.0;
+  const double speed = r.frame.speed > 0.0 ? r.frame.speed : 1e-4;
+  const double bend = (s.redraw ? 0.5 * (1.0 + s.spread * s.spread) : 0.5) * s.length;
+  Truth truth{{"kinetic", kinetic_at(s, speed)},
+              {"presliding_length", s.length * age_growth},
+              {"spread", s.spread},
+              {"sensor_offset", s.drift(0.5 * s.duration)},
+              {"viscous_friction", s.viscous},
+              {"damping_per_newton", s.damping},
+              {"stage_compliance", s.compliance},
+              {"sensor_delay", s.delay},
+              {"asymmetry", s.asymmetry},
+              {"speed_strengthening", s.strengthening}};
+  truth["sensor_drift"] = (s.drift(s.duration) - s.drift(0.0)) / s.duration;
+  if (!s.growth) truth["stiffness_per_newton"] = s.kinetic / bend;
+  if (s.damping > 0.0) truth["stribeck_velocity"] = s.stribeck;
+  if (s.strengthening > 0.0) truth["strengthening_speed"] = s.strengthening_speed;
+  const bool logarithmic = r.frame.form == bristle::AgeingForm::logarithmic;
+  const bool skin = s.growth && s.growth(1e9) < 1.2;
+  if (!s.growth) truth["ageing"] = 0.0;
+  if (s.growth && skin != logarithmic) {
+    truth["ageing"] = skin ? 0.15 : 0.02 / age_growth;
+    truth["ageing_time"] = skin ? 0.5 : 1e-3;
+  }
+  return truth;
+}
+
+Cell cell_of(const std::string& name, SyntheticFriction s, SnapRule rule = SnapRule::redraw) {
+  s.redraw = rule == SnapRule::redraw;
+  // No sample at the origin itself: there all kept bristles snap at once, and rounding decides.
+  if (!s.redraw) s.motion = [motion = s.motion](double t) { return motion(t + 1.3e-3); };
+  return {name, rule, [s](std::uint64_t seed) { return record(s, seed).csv(); },
+          [s](const cli::FitResult& r) { return brush_truth(s, r); }};
+}
+
+void add_plain(std::vector<Cell>& cells, SnapRule rule) {
+  const std::string prefix = rule == SnapRule::keep ? "keep, " : "redraw, ";
+  SyntheticFriction drift = usual(), encoder = usual(), strokes = usual(), loops = usual(), swings = usual();
+  drift.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
+  encoder.encoder = 1e-6;
+  strokes.motion = [](double t) {
+    return 0.4e-3 * std::sin(M_PI * t) * std::pow(std::min((t + 0.5) / 6.0, 1.0), 1.5);
+  };
+  loops.motion = [](double t) { return 12e-6 * t / 10.0 * std::sin(2.0 * M_PI * 1.5 * t); };
+  swings.motion = [](double t) { return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t); };
+  cells.push_back(cell_of(prefix + "loops and strokes, offset and drift", drift, rule));
+  cells.push_back(cell_of(prefix + "strokes only", strokes, rule));
+  cells.push_back(cell_of(prefix + "swings that grow to 40 um", swings, rule));
+  cells.push_back(cell_of(prefix + "loops of up to 12 um only", loops, rule));
+  cells.push_back(cell_of(prefix + "loops and strokes, encoder of 1 um", encoder, rule));
+}
+
+/// Lubricant and damper with its velocity.
+Cell lubricated() {
+  SyntheticFriction s = usual();
+  s.every = 2;
+  s.viscous = 100.0;
+  s.damping = 400.0;
+  s.stribeck = 0.2e-3;
+  return cell_of("redraw, lubricant and damper", s);
+}
+
+Cell skewed() {
+  SyntheticFriction s = usual();
+  s.asymmetry = 0.05;
+  s.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
+  s.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
+  s.most_load = 3.0;
+  s.bristles = 2700;
+  return cell_of("redraw, direction, offset and drift, load of 1 to 3 N", s);
+}
+
+/// What lies between the contact and the file. Brush and sensor at 1 kHz, recorded at 100 Hz.
+void add_stage(std::vector<Cell>& cells) {
+  SyntheticFriction late = usual();
+  late.rate = 1000.0;
+  late.every = 10;
+  SyntheticFriction soft = late;
+  late.delay = 0.02;
+  late.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
+  soft.compliance = 4e-6;
+  soft.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
+  soft.most_load = 3.0;
+  soft.bristles = 2700;
+  cells.push_back(cell_of("redraw, delay of 20 ms, offset and drift", late));
+  cells.push_back(cell_of("redraw, stage of 4 um/N, load of 1 to 3 N", soft));
+}
+
+/// Contacts that age by 0.02 per e-fold from 1 ms on, or strengthen by 0.01 per e-fold from 1 um/s on, at 40
+/// Hz.
+void add_time(std::vector<Cell>& cells) {
+  SyntheticFriction s;
+  s.noise = 0.01;
+  s.rate = 40.0;
+  const auto run = [](SyntheticFriction to, const std::vector<Piece>& pieces) {
+    to.motion = programme(pieces);
+    to.duration = programme_length(pieces);
+    return to;
+  };
+  SyntheticFriction holds = run(s, slide_hold_slide()), both = run(s, velocity_steps()), skin = both,
+                    none = both;
+  holds.growth = both.growth = [](double age) { return logarithmic_growth(age, 0.02, 1e-3); };
+  skin.growth = [](double age) { return 1.0 + 0.15 * (1.0 - std::exp(-age / 0.5)); };
+  both.strengthening = none.strengthening = 0.01;
+  both.strengthening_speed = none.strengthening_speed = 1e-6;
+  cells.push_back(cell_of("redraw, ages, one speed and rests", holds));
+  cells.push_back(cell_of("redraw, ages and strengthens, speeds and rests", both));
+  cells.push_back(cell_of("redraw, ages and saturates, speeds and rests", skin));
+  cells.push_back(cell_of("redraw, strengthens, speeds and rests", none));
+}
+
+/// Strokes of one to four presliding lengths (18 um) to either side, at 50 Hz.
+Cell rubbed() {
+  const double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, cv = 0.4;
+  const auto brush = [=](std::size_t bristles, std::uint64_t seed) {
+    return RubbedBristles(bristles, lognormal_quantile(length, cv), residual, renewal, seed);
+  };
+  const auto bend = [=] {  // in sliding, by sliding: no formula
+    RubbedBristles sliding = brush(20000, 18);
+    sliding.step(20.0 * length, 0.0, length / 50.0);
+    double sum = 0.0;
+    for (int i = 0; i < 40; ++i) {
+      sliding.step(0.25 * length, 0.0, length / 50.0);
+      sum += sliding.x() / 40.0;
+    }
+    return sum;
+  };
+  const auto make = [=](std::uint64_t seed) {
+    static const double kinetic_bend = bend();
+    RubbedBristles bristles = brush(1800, seed);
+    std::mt19937_64 generator(seed + 1);
+    std::normal_distribution<double> noise(0.0, 0.01);
+    std::string csv = "t,x,load,force\n";
+    double x = 0.0;
+    for (int i = 0; i < 500; ++i) {
+      const double t = 0.02 * i, swing = 18e-6 * (1.0 + 3.0 * t / 10.0);
+      const double next = swing * std::sin(2.0 * M_PI * 0.8 * t);
+      bristles.step(next - x, 0.0, length / 50.0);
+      x = next;
+      csv +=
+          fmt::format("{},{},2,{}\n", t, x, kinetic * 2.0 * bristles.x() / kinetic_bend + noise(generator));
+    }
+    return csv;
+  };
+  return {"redraw, rubbed (residual, shared renewal)", SnapRule::redraw, make, [=](const cli::FitResult&) {
+            return Truth{{"kinetic", kinetic},
+                         {"presliding_length", length + residual},
+                         {"spread", cv},
+                         {"residual_share", residual / (length + residual)},
+                         {"shared_renewal", renewal},
+                         {"sensor_offset", 0.0},
+                         {"sensor_drift", 0.0}};
+          }};
+}
+
+/// In the plane: a spiral that opens to 60 um.
+Cell plane() {
+  const double kinetic = 0.35, length = 15e-6, spread = 0.4;
+  const auto make = [=](std::uint64_t seed) {
+    BruteForcePatch brush(1800, lognormal_quantile(length, spread), true, seed);
+    const double bend = 0.5 * length * (1.0 + spread * spread), load = 2.0;
+    std::mt19937_64 generator(seed + 1);
+    std::normal_distribution<double> noise(0.0, 0.01);
+    std::string csv = "t,x,y,load,fx,fy\n";
+    double x = 0.0, y = 0.0;
+    for (int i = 0; i < 500; ++i) {
+      const double t = 0.016 * i, radius = 60e-6 * t / 8.0, angle = 2.0 * M_PI * 1.1 * t;
+      const double next_x = radius * std::cos(angle), next_y = 0.6 * radius * std::sin(angle);
+      const BruteStep step = brush.step(next_x - x, next_y - y);
+      x = next_x;
+      y = next_y;
+      const double drift = 0.003 * (t - 0.016 * 249.5);
+      csv += fmt::format("{},{},{},{},{},{}\n", t, x, y, load,
+                         kinetic * load * step.end_x / bend + 0.02 + drift + noise(generator),
+                         kinetic * load * step.end_y / bend - 0.03 - drift + noise(generator));
+    }
+    return csv;
+  };
+  return {"redraw, in the plane, offsets and drifts", SnapRule::redraw, make, [=](const cli::FitResult&) {
+            return Truth{{"kinetic", kinetic},      {"presliding_length", length}, {"spread", spread},
+                         {"sensor_offset", 0.02},   {"sensor_drift", 0.003},       {"sensor_offset_y", -0.03},
+                         {"sensor_drift_y", -0.003}};
+          }};
+}
+
+std::vector<Cell> all_cells() {
+  std::vector<Cell> cells;
+  add_plain(cells, SnapRule::redraw);
+  add_plain(cells, SnapRule::keep);
+  cells.push_back(lubricated());
+  cells.push_back(skewed());
+  add_stage(cells);
+  cells.push_back(rubbed());
+  cells.push_back(plane());
+  add_time(cells);
+  return cells;
+}
+
+/// A line of a journal: cell, repeat, then name, value, low, high and truth of each number that was fitted.
+struct Line {
+  std::string cell;
+  int repeat = 0;
+  struct Number {
+    std::string name;
+    double value, low, high, truth;
+  };
+  std::vector<Number> numbers;
+};
+
+/// Whole lines only: the last one may be of a run that was killed.
+std::vector<Line> read_journal(const std::string& name) {
+  std::vector<Line> lines;
+  std::ifstream file(name);
+  for (std::string text; std::getline(file, text);) {
+    if (text.size() < 2 || text.substr(text.size() - 2) != "|.") continue;
+    std::istringstream parts(text);
+    Line line;
+    std::string field;
+    std::getline(parts, line.cell, '|');
+    std::getline(parts, field, '|');
+    line.repeat = std::atoi(field.c_str());
+    Line::Number number;
+    while (std::getline(parts, number.name, '|') && number.name != ".") {
+      std::getline(parts, field, '|');
+      if (std::sscanf(field.c_str(), "%lg %lg %lg %lg", &number.value, &number.low, &number.high,
+                      &number.truth) == 4)
+        line.numbers.push_back(number);
+    }
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::string fitted_line(const Cell& cell, int repeat) {
+  cli::FitOptions options;
+  options.rule = cell.rule;
+  options.quiet = true;
+  const std::string csv = cell.record(1000 + 10 * static_cast<std::uint64_t>(repeat));
+  const cli::FitData data =
+      cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), options.sign, options.load);
+  const cli::FitResult result = cli::fit_material(data, options);
+  std::string line = fmt::format("{}|{}|", cell.name, repeat);
+  for (const auto& [name, truth] : cell.truth(result)) {
+    for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
+      if (name != cli::fit_names[i]) continue;
+      const cli::FitEstimate& e = cli::report_estimate(result, i);
+      if (e.fitted)
+        line += fmt::format("{}|{:.9g} {:.9g} {:.9g} {:.9g}|", name, e.value, e.low, e.high, truth);
+    }
+  }
+  return line + ".\n";
+}
+
+void run(const std::string& journal, int repeats, const std::string& only, int part, int parts) {
+  std::set<std::pair<std::string, int>> done;
+  for (const Line& line : read_journal(journal)) done.insert({line.cell, line.repeat});
+  std::ofstream out(journal, std::ios::app);
+  if (!out) throw std::runtime_error(journal + ": cannot be written");
+  out << '\n';  // after what a killed run may have left
+  const std::vector<Cell> cells = all_cells();
+  for (int repeat = part - 1; repeat < repeats; repeat += parts) {
+    for (const Cell& cell : cells) {
+      if (cell.name.find(only) == std::string::npos || done.count({cell.name, repeat})) continue;
+      out << fitted_line(cell, repeat) << std::flush;
+    }
+    std::fprintf(stderr, "\rrepeat %d of %d", repeat + 1, repeats);
+  }
+  std::fprintf(stderr, "\n");
+}
+
+/// 95 % interval of a share (Wilson).
+std::pair<double, double> share_interval(int held, int count) {
+  const double n = count, p = held / n, z = 1.96, z2 = z * z;
+  const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+  const double width = z / (1.0 + z2 / n) * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
+  return {middle - width, middle + width};
+}
+
+/// Markdown. A share is called outside where its own interval does not meet 90 to 98 %.
+void print_table(const std::vector<std::string>& journals) {
+  struct Sums {
+    int count = 0, held = 0, low = 0;
+    double value = 0.0, truth = 0.0, half = 0.0;
+  };
+  std::map<std::string, std::map<int, Line>> cells;
+  for (const std::string& journal : journals)
+    for (Line& line : read_journal(journal)) cells[line.cell].insert({line.repeat, line});
+  std::printf(
+      "| record | number | truth | mean | half width | intervals that hold | "
+      "|\n|---|---|---|---|---|---|---|\n");
+  for (const Cell& cell : all_cells()) {
+    const auto found = cells.find(cell.name);
+    if (found == cells.end()) continue;
+    std::map<std::string, Sums> sums;
+    for (const auto& [repeat, line] : found->second) {
+      for (const Line::Number& n : line.numbers) {
+        Sums& s = sums[n.name];
+        ++s.count;
+        s.held += n.low <= n.truth && n.truth <= n.high ? 1 : 0;
+        s.low += n.high < n.truth ? 1 : 0;
+        s.value += n.value;
+        s.truth += n.truth;
+        s.half += 0.5 * (n.high - n.low);
+      }
+    }
+    for (const auto& [name, s] : sums) {
+      const auto [low, high] = share_interval(s.held, s.count);
+      const char* verdict = high < 0.90 ? "too narrow" : low > 0.98 ? "too wide" : "";
+      const int repeats = static_cast<int>(found->second.size());
+      const std::string times = s.count < repeats ? fmt::format(", found in {} of {}", s.count, repeats) : "";
+      std::printf("| %s | %s | %.4g | %.4g | %.2g | %d of %d, %.0f %% (%.0f to %.0f)%s | %s |\n",
+                  cell.name.c_str(), name.c_str(), s.truth / s.count, s.value / s.count, s.half / s.count,
+                  s.held, s.count, 100.0 * s.held / s.count, 100.0 * low, 100.0 * high, times.c_str(),
+                  verdict);
+    }
+  }
+}
+
+int usage() {
+  std::fprintf(stderr,
+               "bristle_fit_coverage run JOURNAL [--repeats 200] [--cells TEXT] [--shard i/N]\n"
+               "bristle_fit_coverage table JOURNAL...\n");
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc < 3) return usage();
+  const std::string command = argv[1];
+  if (command == "table") {
+    print_table({argv + 2, argv + argc});
+    return 0;
+  }
+  if (command != "run") return usage();
+  int repeats = 200, part = 1, parts = 1;
+  std::string only;
+  for (int i = 3; i < argc; i += 2) {
+    const std::string option = argv[i];
+    if (i + 1 == argc) return usage();
+    if (option == "--repeats") {
+      repeats = std::atoi(argv[i + 1]);
+    } else if (option == "--cells") {
+      only = argv[i + 1];
+    } else if (option != "--shard" || std::sscanf(argv[i + 1], "%d/%d", &part, &parts) != 2) {
+      return usage();
+    }
+  }
+  if (repeats < 1 || part < 1 || part > parts) return usage();
+  run(argv[2], repeats, only, part, parts);
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "bristle_fit_coverage: %s\n", error.what());
+  return 1;
+}

@@ -1,0 +1,68 @@
+// Whether a term of the fit predicts what it was not fitted to.
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "tools/fitting/fitter.hpp"
+
+namespace cli {
+
+/// A record is cut into blocks, every fifth of which is held out in turn: all that happens in a record
+/// happens on both sides of such a cut, and neighbours, whose residuals are alike, are on the same. What the
+/// rest of the record gives for the parameters follows to first order from derivatives: no fit is repeated.
+double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                        std::size_t samples) {
+  constexpr std::size_t blocks = 25, folds = 5;
+  const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd j = jacobian * length.cwiseInverse().asDiagonal();
+  const auto fold_of = [&](Eigen::Index row) {
+    return static_cast<std::size_t>(row) % samples * blocks / samples % folds;
+  };
+  const Eigen::MatrixXd whole = j.transpose() * j;
+  const Eigen::VectorXd gradient = j.transpose() * residuals;
+  double squares = 0.0;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    Eigen::MatrixXd normal = whole;
+    Eigen::VectorXd slope = gradient;
+    for (Eigen::Index row = 0; row < j.rows(); ++row) {
+      if (fold_of(row) != fold) continue;
+      normal.noalias() -= j.row(row).transpose() * j.row(row);
+      slope -= j.row(row).transpose() * residuals[row];
+    }
+    normal.diagonal().array() += 1e-9;
+    const Eigen::VectorXd step = normal.ldlt().solve(-slope);
+    for (Eigen::Index row = 0; row < j.rows(); ++row)
+      if (fold_of(row) == fold) squares += std::pow(residuals[row] + j.row(row).dot(step), 2);
+  }
+  return squares;
+}
+
+double Fitter::held_out(const FitPoint& point) {
+  assume(model_, point);
+  return held_out_squares(jacobian(model_, point), residuals(point), data_.samples());
+}
+
+/// Terms that explain the record, but not those parts of it that they were not fitted to, are taken out. The
+/// brush itself and what the sensor adds stay.
+FitPoint Fitter::keep_predicting(FitPoint point) {
+  double error = held_out(point);
+  for (const FitParameter p : {fit_delay, fit_compliance, fit_asymmetry, fit_damping, fit_strengthening,
+                               fit_ageing, fit_viscous, fit_renewal, fit_residual}) {
+    if (!contains(point.free, p)) continue;
+    const auto why = why_;
+    FitPoint without = point;
+    leave(without, p, "what it was not fitted to is predicted no better with it (held-out error)");
+    without = minimise(model_, without);
+    const double other = held_out(without);
+    if (other <= error) {
+      point = without;
+      error = other;
+    } else {
+      why_ = why;
+    }
+  }
+  return point;
+}
+
+}  // namespace cli
