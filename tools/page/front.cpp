@@ -35,7 +35,7 @@ EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, doub
                                            double spring_stiffness, double kinetic_coefficient,
                                            double peak_coefficient, double presliding_length,
                                            double residual_share, double shared_renewal,
-                                           double growth_per_decade) {
+                                           double growth_per_decade, double damping_per_newton) {
   static std::string refusal;
   refusal.clear();
   page::BlockSettings settings;
@@ -48,7 +48,9 @@ EMSCRIPTEN_KEEPALIVE const char* configure(int infinite, int bristle_count, doub
       .with_presliding_length(presliding_length)
       .with_residual_share(residual_share)
       .with_shared_renewal(shared_renewal)
-      .with_growth_per_decade(growth_per_decade);
+      .with_growth_per_decade(growth_per_decade)
+      .with_damping_per_newton(damping_per_newton)
+      .with_stribeck_velocity(0.02);  // m/s: so fast the damper may still act
   try {
     block().set(settings);
   } catch (const bristle::Error& error) {

@@ -12,7 +12,8 @@ int main() {
   const auto surfaces = bristle::Material::from_coefficients(bristle::Coefficients{}
       .with_kinetic(${number(s.kinetic)}).with_peak(${number(s.kinetic * (1 + s.peak))})
       .with_presliding_length(${number(s.length)} /* m */)
-      .with_residual_share(${number(s.residual)}).with_shared_renewal(${number(s.renewal)})${growth});
+      .with_residual_share(${number(s.residual)}).with_shared_renewal(${number(s.renewal)})${growth}
+      .with_damping_per_newton(${number(dampingPerNewton(s))} /* s/m */).with_stribeck_velocity(0.02 /* m/s */));
 
   bristle::PatchBatch batch;
   const bristle::PatchId block = batch.add(surfaces, bristle::PatchOptions{}

@@ -14,7 +14,7 @@ async function openLibrary() {
     instructionSet: call('instruction_set', 'string', [])(),
     fixedSceneHash: call('fixed_scene_hash', 'string', []),
     /** Empty, or what the library says against the settings. */
-    configure: call('configure', 'string', Array(10).fill('number')),
+    configure: call('configure', 'string', Array(11).fill('number')),
     reset: call('reset', null, []),
     grab: call('grab', null, []),
     moveHand: call('move_hand', null, ['number']),

@@ -109,7 +109,11 @@ function makeScene() {
       const centre = toScreen(state.position);
       const newton = 90 / Math.max(state.peak, 1e-9) * Math.min(1, view.width / 700);
       arrow(context, centre, floorLevel() - 9, state.friction * newton, colours.friction);
-      if (state.held) drawSpring(context, centre, toScreen(state.hand), box.top + box.height * 0.38);
+      if (state.held) {
+        const level = box.top - 16;
+        stroke(context, [centre, box.top, centre, level - 6], colours['block-edge'], 4);
+        drawSpring(context, centre, toScreen(state.hand), level);
+      }
       const friction = Math.abs(state.friction);
       label(context, `moved ${lengthSigned(state.position)}`, 4, 16, {colour: colours.ink, size: 14, weight: '600'});
       label(context, `friction ${friction.toFixed(3)} N`, view.width - 4, 16,

@@ -81,7 +81,15 @@ function makeSettings(parent, changed) {
   };
 }
 
+// Tangential damping over load, s/m: 0.15 of what is critical for the block on its bent bristles, so that a
+// block at rest stops to ring. Bristles alone have none.
+const blockMass = 0.1;  // kg
+function dampingPerNewton(s) {
+  const stiffness = s.kinetic * s.normalLoad / s.length;
+  return 0.3 * Math.sqrt(stiffness * blockMass) / s.normalLoad;
+}
+
 function applySettings(library, s) {
   return library.configure(s.infinite ? 1 : 0, s.bristles, s.normalLoad, s.spring, s.kinetic,
-    s.kinetic * (1 + s.peak), s.length, s.residual, s.renewal, s.growth);
+    s.kinetic * (1 + s.peak), s.length, s.residual, s.renewal, s.growth, dampingPerNewton(s));
 }
