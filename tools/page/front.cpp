@@ -15,7 +15,19 @@ page::Block& block() {
 }
 
 // What state() gives, in this order.
-enum StateField { position, velocity, hand, held, friction, kinetic, peak, steps, bristles, active, state_fields };
+enum StateField {
+  position,
+  velocity,
+  hand,
+  held,
+  friction,
+  kinetic,
+  peak,
+  steps,
+  bristles,
+  active,
+  state_fields
+};
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 # Sphinx: the guides as a site. tools/site/build gathers the sources and calls it.
 import os
-import re
 
 project = "bristle"
 author = "the bristle project"
@@ -12,6 +11,10 @@ html_title = f"bristle {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["extra"]  # the page that runs, and the headers as HTML
+templates_path = ["_templates"]
+html_sidebars = {"**": ["sidebar/brand.html", "sidebar/search.html", "site_links.html", "sidebar/scroll-start.html",
+                        "sidebar/navigation.html", "sidebar/scroll-end.html"]}
+html_context = {"with_page": bool(os.environ.get("BRISTLE_WITH_PAGE"))}
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}
