@@ -61,8 +61,7 @@ function keepCode(settings) {
 async function main() {
   const library = await openLibrary();
   const hashes = compareHashes(library);
-  document.getElementById('isa').textContent =
-    library.instructionSet === 'scalar' ? 'none' : `SIMD128 (${library.instructionSet})`;
+  document.getElementById('isa').textContent = library.instructionSet;
   document.getElementById('version').textContent = `bristle ${library.version}`;
 
   let settings;
