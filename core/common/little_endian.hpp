@@ -15,7 +15,8 @@ class ByteWriter {
   explicit ByteWriter(std::byte* to) noexcept : at_(to) {}
   template <class T>
   void operator()(const T& value) noexcept {
-    auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+    std::array<std::byte, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), &value, sizeof(T));
     if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
     std::memcpy(at_, bytes.data(), sizeof(T));
     at_ += sizeof(T);
@@ -48,7 +49,7 @@ class ByteReader {
     std::array<std::byte, sizeof(T)> bytes;
     std::memcpy(bytes.data(), at_, sizeof(T));
     if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-    value = std::bit_cast<T>(bytes);
+    std::memcpy(&value, bytes.data(), sizeof(T));
     at_ += sizeof(T);
   }
   template <class T>

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <charconv>
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <string_view>
 
@@ -12,8 +14,16 @@ namespace bristle::detail {
 
 inline std::string number_text(double value) {
   char text[32];
+#if defined(__cpp_lib_to_chars) || defined(__GLIBCXX__)
   const auto result = std::to_chars(text, text + sizeof text, value);
   return std::string(text, result.ptr);
+#else  // libc++ before 14, of Debian's emscripten, has none for floating numbers
+  for (int digits = 6; digits <= 17; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) break;
+  }
+  return text;
+#endif
 }
 
 /// "<where>: <parameter> = <value>; allowed is <range>".

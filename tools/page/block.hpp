@@ -1,0 +1,80 @@
+// A block on a rough floor, pulled by a hand through a spring. It moves along one line.
+#pragma once
+
+#include <bristle/bristle.hpp>
+#include <bristle/coupling.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace page {
+
+struct BlockSettings {
+  bristle::Coefficients coefficients;
+  bool infinite = false;           ///< cohorts in place of bristles
+  std::uint32_t bristles = 1000;   ///< representatives, all in contact
+  double normal_load = 1.0;        ///< N
+  double mass = 0.1;               ///< kg
+  double spring_stiffness = 60.0;  ///< N/m, between hand and block
+};
+
+/// One millisecond of the past.
+struct Sample {
+  double time = 0.0;      ///< s
+  double position = 0.0;  ///< m, of the block
+  double friction = 0.0;  ///< N, on the block, at the end of the step
+  double pull = 0.0;      ///< N, of the spring on the block
+};
+
+class Block {
+ public:
+  static constexpr double step_s = 1e-3;
+  static constexpr std::size_t remembered = 1u << 14;
+
+  Block();
+  /// Throws bristle::Error and keeps the old settings if the new ones are no material. Bristles keep their
+  /// bends where only the material or the spring changed.
+  void set(const BlockSettings& settings);
+  /// Back to the middle at rest, all bristles straight, nothing remembered.
+  void reset();
+
+  /// The hand takes the block where it is. `move_hand` says where the hand is wanted, relative to the place
+  /// at which it took hold: it gets there within some 40 ms, smoothly, as a pointer does not.
+  void grab();
+  void move_hand(double position_m);
+  void release() { held_ = false; }
+
+  void step();
+
+  double position() const { return position_; }
+  double velocity() const { return body_.velocity[0]; }
+  double hand() const { return held_ ? hand_ : position_; }
+  bool held() const { return held_; }
+  const bristle::Response& response() const { return response_; }
+  bristle::PatchInfo info() const { return batch_.info(patch_); }
+  double kinetic_friction() const { return kinetic_; }  ///< N
+  double peak_friction() const { return peak_; }        ///< N
+  std::uint64_t steps() const { return steps_; }
+  /// Ring of the last samples; the newest is at (steps() - 1) % remembered.
+  const std::vector<Sample>& samples() const { return samples_; }
+  /// Bends of some bristles in contact, m; how many were written.
+  std::size_t read_bends(bristle::Span<double> bends) const;
+
+ private:
+  bristle::PatchOptions patch_options(const BlockSettings& settings) const;
+
+  BlockSettings settings_;
+  bristle::PatchBatch batch_;
+  bristle::PatchId patch_;
+  bristle::MovingBody<1> body_;
+  bristle::BodyContact<1> contact_;
+  bristle::Motion motion_;
+  bristle::Response response_;
+  double position_ = 0.0, hand_ = 0.0, wanted_ = 0.0;
+  double kinetic_ = 0.0, peak_ = 0.0;
+  bool held_ = false;
+  std::uint64_t steps_ = 0;
+  std::vector<Sample> samples_;
+};
+
+}  // namespace page

@@ -1,0 +1,95 @@
+// Sliders: their ranges, what they show, and the settings that they stand for.
+'use strict';
+
+function shortNumber(value, digits = 3) {
+  return Number(value.toPrecision(digits)).toLocaleString('en', {maximumFractionDigits: 6});
+}
+function lengthText(metres) {
+  return metres < 0.9995e-3 ? `${shortNumber(metres * 1e6)} µm` : `${shortNumber(metres * 1e3)} mm`;
+}
+const percentText = (share) => `${shortNumber(100 * share, 2)} %`;
+
+// `scale: 'log'`: equal ways on the slider are equal ratios.
+const sliderTable = [
+  {name: 'bristles', label: 'Bristles', low: 30, high: 30000, first: 1000, scale: 'log', whole: true,
+   text: (v) => v.toLocaleString('en'), help: 'Representatives in contact. Fewer fluctuate more.'},
+  {name: 'normalLoad', label: 'Normal load', low: 0.2, high: 3, first: 1, text: (v) => `${v.toFixed(2)} N`,
+   help: 'Presses block and floor together.'},
+  {name: 'kinetic', label: 'Kinetic coefficient', low: 0.05, high: 1.2, first: 0.4, text: (v) => v.toFixed(2),
+   help: 'Friction over load in sliding.'},
+  {name: 'peak', label: 'Peak above kinetic', low: 0, high: 0.6, first: 0.25, text: percentText,
+   help: 'How much more breaks the block away at first loading.'},
+  {name: 'length', label: 'Presliding length', low: 20e-6, high: 2e-3, first: 0.5e-3, scale: 'log', text: lengthText,
+   help: 'How far a bristle bends, on average, before it snaps.'},
+  {name: 'residual', label: 'Residual share', low: 0, high: 0.4, first: 0.1, text: percentText,
+   help: 'Share of the presliding length that a snap leaves.'},
+  {name: 'renewal', label: 'Shared renewal', low: 0, high: 3, first: 1, text: (v) => v.toFixed(2),
+   help: 'Bristles that a snap renews beside its own. 0: rubbing hardens the contact, as in the paper.'},
+  {name: 'growth', label: 'Growth per decade of rest', low: 0, high: 0.1, first: 0, text: percentText,
+   help: 'Static friction grows while the block rests.'},
+  {name: 'spring', label: 'Spring of the hand', low: 10, high: 600, first: 60, scale: 'log',
+   text: (v) => `${shortNumber(v)} N/m`, help: 'Soft springs stick and slip; stiff ones show the peak.'},
+];
+
+function sliderValue(row, share) {
+  const value = row.scale === 'log' ? row.low * (row.high / row.low) ** share : row.low + (row.high - row.low) * share;
+  return row.whole ? Number(value.toPrecision(2)) : Number(value.toPrecision(3));
+}
+function sliderShare(row, value) {
+  return row.scale === 'log' ? Math.log(value / row.low) / Math.log(row.high / row.low)
+                             : (value - row.low) / (row.high - row.low);
+}
+
+function makeSettings(parent, changed) {
+  const settings = {infinite: false};
+  const rows = sliderTable.map((row) => {
+    const box = document.createElement('div');
+    box.className = 'slider';
+    box.title = row.help;
+    box.innerHTML = `<label for="s-${row.name}">${row.label}</label><output for="s-${row.name}"></output>` +
+      `<input id="s-${row.name}" type="range" min="0" max="1" step="0.001">`;
+    parent.append(box);
+    const input = box.querySelector('input');
+    const output = box.querySelector('output');
+    const show = () => {
+      output.textContent = row.text(settings[row.name]);
+      input.setAttribute('aria-valuetext', output.textContent);
+    };
+    const set = (value) => {
+      settings[row.name] = value;
+      input.value = sliderShare(row, value);
+      show();
+    };
+    input.addEventListener('input', () => {
+      settings[row.name] = sliderValue(row, Number(input.value));
+      show();
+      changed();
+    });
+    set(row.first);
+    return {row, box, input, set};
+  });
+  const idle = () => {
+    const entry = rows.find((r) => r.row.name === 'bristles');
+    entry.input.disabled = settings.infinite;
+    entry.box.classList.toggle('idle', settings.infinite);
+  };
+  return {
+    values: settings,
+    setInfinite(on) { settings.infinite = on; idle(); changed(); },
+    set(name, value) { rows.find((r) => r.row.name === name).set(value); changed(); },
+    defaults() { rows.forEach((r) => r.set(r.row.first)); changed(); },
+  };
+}
+
+// Tangential damping over load, s/m: 0.15 of what is critical for the block on its bent bristles, so that a
+// block at rest stops to ring. Bristles alone have none.
+const blockMass = 0.1;  // kg
+function dampingPerNewton(s) {
+  const stiffness = s.kinetic * s.normalLoad / s.length;
+  return 0.3 * Math.sqrt(stiffness * blockMass) / s.normalLoad;
+}
+
+function applySettings(library, s) {
+  return library.configure(s.infinite ? 1 : 0, s.bristles, s.normalLoad, s.spring, s.kinetic,
+    s.kinetic * (1 + s.peak), s.length, s.residual, s.renewal, s.growth, dampingPerNewton(s));
+}
