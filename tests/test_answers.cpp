@@ -42,7 +42,8 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-/// The longest line that has no room in 80 columns, or a line with a byte that a terminal obeys; empty: neither.
+/// The longest line that has no room in 80 columns, or a line with a byte that a terminal obeys; empty:
+/// neither.
 std::string fault_of_text(const std::string& text) {
   std::string worst;
   for (const std::string& line : lines_of(text)) {
@@ -127,14 +128,16 @@ TEST_CASE("Text is broken at spaces, and nothing of it is lost", "[answers]") {
 }
 
 TEST_CASE("Continued prose hangs below its text, behind a label", "[answers]") {
-  const std::string line = "deadline    " + std::string(30, 'a') + ' ' + std::string(30, 'b') + ' ' + "end of it";
-  CHECK(cli::filled(line + "\nshort\n") == "deadline    " + std::string(30, 'a') + ' ' + std::string(30, 'b') +
-                                               "\n            end of it\nshort\n");
+  const std::string line =
+      "deadline    " + std::string(30, 'a') + ' ' + std::string(30, 'b') + ' ' + "end of it";
+  CHECK(cli::filled(line + "\nshort\n") == "deadline    " + std::string(30, 'a') + ' ' +
+                                               std::string(30, 'b') + "\n            end of it\nshort\n");
   const Columns wide(0);
   CHECK(cli::filled(line) == line);
 }
 
-TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room follow below", "[answers]") {
+TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room follow below",
+          "[answers]") {
   cli::Table table({"<name", "a header of many words", "<why", "one", "two", "three", "four", "five", "six"});
   const std::string why = "a reason that takes more than one line of the column that it is given here";
   table.add({"first", "12.5", why, "1000000", "2000000", "3000000", "4000000", "5000000", "6000000"});
@@ -180,18 +183,21 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
   CHECK(fault_of_text(outcome.out) == "");
   const json report = json::parse(read_file(folder.at("r.json")));
   const std::vector<std::string> lines = lines_of(outcome.out);
-  CHECK_THAT(lines[0], StartsWith("A step of fingertip takes ") && Contains("% of its 1.00 ms on one thread"));
+  CHECK_THAT(lines[0],
+             StartsWith("A step of fingertip takes ") && Contains("% of its 1.00 ms on one thread"));
   const std::string answer = outcome.out.substr(0, outcome.out.find("\n\n"));
   const json& patch = report["patches"][0];
   char slides[64];
   std::snprintf(slides, sizeof slides, "tip slides at %.3f of its load (theory %.3f)",
-                patch["coefficient"]["sliding"].get<double>(), patch["coefficient"]["kinetic_theory"].get<double>());
+                patch["coefficient"]["sliding"].get<double>(),
+                patch["coefficient"]["kinetic_theory"].get<double>());
   CHECK_THAT(answer, Contains(slides));
   const std::uint64_t late = report["deadline"]["misses"];
   CHECK_THAT(answer, Contains(late == 0 ? "no step was late" : std::to_string(late) + " of 3,000 were late"));
 }
 
-TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns", "[answers]") {
+TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
+          "[answers]") {
   if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene is in double precision
   const Folder folder;
   const std::string command = "run " + scene("two_surfaces") + " --steps 300";
@@ -203,8 +209,8 @@ TEST_CASE("With --wide a run prints lines as long as they get, without it none a
 
 TEST_CASE("An experiment's first lines say how much each model shows", "[answers]") {
   const Folder folder;
-  const Outcome outcome = run_cli(folder, "experiment coulomb --models coulomb,lugre,brush_redraw --json '" +
-                                              folder.at("e.json") + "'");
+  const Outcome outcome = run_cli(
+      folder, "experiment coulomb --models coulomb,lugre,brush_redraw --json '" + folder.at("e.json") + "'");
   REQUIRE(outcome.code == 0);
   CHECK(fault_of_text(outcome.out) == "");
   std::size_t shown = 0, phenomena = 0;
@@ -221,10 +227,10 @@ TEST_CASE("An experiment's first lines say how much each model shows", "[answers
 
 TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]") {
   const Folder folder;
-  const Outcome outcome = run_cli(
-      folder, "sweep " + scene("stroke") + " --vary material.skin.kinetic=0.3,0.4 --steps 30 --set "
-                                           "patch.fingertip.bristles=100 --json '" +
-                  folder.at("s.json") + "'");
+  const Outcome outcome = run_cli(folder, "sweep " + scene("stroke") +
+                                              " --vary material.skin.kinetic=0.3,0.4 --steps 30 --set "
+                                              "patch.fingertip.bristles=100 --json '" +
+                                              folder.at("s.json") + "'");
   CAPTURE(outcome.err);
   REQUIRE(outcome.code == 0);
   CHECK(fault_of_text(outcome.out) == "");
@@ -237,7 +243,8 @@ TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]"
   CHECK(said);
 }
 
-TEST_CASE("Answers of an accuracy report name the choice, the fast setting and what to leave out", "[answers]") {
+TEST_CASE("Answers of an accuracy report name the choice, the fast setting and what to leave out",
+          "[answers]") {
   const json setting = {{"as_scene", false},       {"bristles", 300},       {"dt_s", 1e-3},
                         {"step_rule", "exact"},    {"precision", "single"}, {"sampling", "stratified"},
                         {"force", "end"},          {"pareto", true},        {"scene_step_s", 2e-6},
@@ -298,10 +305,12 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
   const std::string script = folder.write("completion", run_cli(folder, "completion bash").out);
   const std::vector<std::string> paths = command_paths(folder);
   // One shell for all: for each place the words after it, then those after it that begin with "--".
-  std::string program = "source '" + script + "'\ncompopt() { :; }\ntry() { COMP_WORDS=(\"$@\"); "
+  std::string program = "source '" + script +
+                        "'\ncompopt() { :; }\ntry() { COMP_WORDS=(\"$@\"); "
                         "COMP_CWORD=$(($# - 1)); COMPREPLY=(); _bristle; echo \"${COMPREPLY[*]}\"; }\ncd '" +
                         folder.at("") + "'\n";
-  for (const std::string& path : paths) program += "try bristle " + path + " ''\ntry bristle " + path + " --\n";
+  for (const std::string& path : paths)
+    program += "try bristle " + path + " ''\ntry bristle " + path + " --\n";
   program += "try bristle fit d.csv --law l\ntry bristle run --out compl\ntry bristle run --rate ''\n";
   const std::vector<std::string> replies =
       lines_of(output_of("bash '" + folder.write("try.sh", program) + "' 2>&1"));
@@ -347,7 +356,8 @@ TEST_CASE("Completion of zsh and fish names every option, and the shells can rea
 TEST_CASE("The manual has a page for each command with all of its options, and renders without a warning",
           "[answers]") {
   const Folder folder;
-  REQUIRE(run_cli(folder, "manual --out '" + folder.at("man") + "'", "SOURCE_DATE_EPOCH=1700000000").code == 0);
+  REQUIRE(run_cli(folder, "manual --out '" + folder.at("man") + "'", "SOURCE_DATE_EPOCH=1700000000").code ==
+          0);
   for (const std::string& path : command_paths(folder)) {
     if (path.find(' ') != std::string::npos) continue;
     CAPTURE(path);

@@ -261,7 +261,7 @@ std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>&
   if (overview.failures)
     text += fmt::format("{} of them refused by the scene (column failure); {}\n",
                         count_text(overview.failures), overview.first_failure);
-  text += '\n';
+  text += ranges_answer(rows, overview) + '\n';
   const std::string all = rows.done <= 20 ? rows_table(rows, overview) : std::string();
   text += !all.empty() ? all : ranges_table(overview);
   text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header["study"].get<std::string>(),
