@@ -45,7 +45,7 @@ std::string find_place(const std::vector<Command>& commands, const char* words, 
   return fmt::format(
       "  for ((i = {}; i < {}; ++i)); do\n"
       "    case \"$place ${{{}[i]}}\" in\n      {}) place+=\" ${{{}[i]}}\" ;;\n    esac\n  done\n",
-      std::string(words) == "words" ? 2 : 1, last, words, fmt::join(places, " |\n      "), words);
+      std::string(words) == "words" ? 2 : 1, last, words, fmt::join(places, " | "), words);
 }
 
 std::string bash_script(const CLI::App& program) {

@@ -649,7 +649,8 @@ int run(int argc, char** argv) {
   CLI::App* manual_app =
       app.add_subcommand("manual", "Print a page of the manual: bristle manual run | man -l -");
   manual_app->add_option("COMMAND", manual_of, "Command (default: the program itself)")
-      ->type_name(names_of_commands(app));
+      ->type_name(names_of_commands(app))
+      ->option_text("NAME");  // all names would be a long line of --help
   manual_app->add_option("--out", manual_folder, "Write all pages into this folder")->type_name("FILE");
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);

@@ -29,8 +29,8 @@ ChartPoint point_of(const Json& setting, const Json& run) {
 std::string accuracy_chart(const Json& accuracy) {
   using Mark = PointSeries::Mark;
   PointSeries front{"nothing faster is better", "#0072B2", Mark::dot, true, {}},
-      others{"others tried", "#999999", Mark::dot, false, {}},
-      own{"the scene as it is", "#000000", Mark::square, false, {}},
+      others{"others", "#999999", Mark::dot, false, {}},
+      own{"as it is", "#000000", Mark::square, false, {}},
       best{"recommended", "#D55E00", Mark::ring, false, {}};
   for (const Json& setting : accuracy.at("settings")) {
     const ChartPoint point = point_of(setting, setting);

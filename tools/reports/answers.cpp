@@ -111,13 +111,15 @@ std::string is_mine_stable(const Json& stability) {
     const Json& cells = map.at("cells");
     const bool all = std::all_of(cells.begin(), cells.end(),
                                  [](const Json& cell) { return cell.value("verdict", "") == "settles"; });
-    if (all && !cells.empty()) always += (always.empty() ? "" : " and ") + text_of(map, "scheme");
+    std::string scheme = text_of(map, "scheme");
+    if (scheme.starts_with("coupling, ")) scheme.erase(0, std::string("coupling, ").size());
+    if (all && !cells.empty()) always += (always.empty() ? "" : " or ") + scheme;
     if (text_of(map, "scheme") == "explicit Euler") explicit_loop = &map;
   }
   std::string text;
   const Json& k = stability.at("k");
   if (!always.empty())
-    text = fmt::format("Yes, at every step tried, with {}: k = K T²/m up to {}.", always,
+    text = fmt::format("Yes, at every step tried, if it is coupled by {}: k = K T²/m up to {}.", always,
                        number_text(k.at(k.size() - 1)));
   if (explicit_loop)
     text += fmt::format("{}An explicit loop is stable only where {}.", text.empty() ? "" : " ",

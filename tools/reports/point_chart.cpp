@@ -82,12 +82,16 @@ std::string mark_svg(PointSeries::Mark mark, double x, double y, const std::stri
                      colour);
 }
 
-/// What a point or a cell says: where the key stands otherwise, so that it is never cut off.
-std::string saying(const std::string& says) {
-  return fmt::format(
-      "<g class=\"says\"><rect x=\"0\" y=\"18\" width=\"{}\" height=\"24\" fill=\"#fff\"/><text "
-      "x=\"4\" y=\"35\">{}</text></g>",
-      width, escape_html(says));
+/// What a point or a cell says: in place of title and key, so that it is never cut off.
+std::string saying(const std::string& says, bool opaque) {
+  std::string text =
+      opaque ? fmt::format("<rect width=\"{}\" height=\"{}\" fill=\"#fff\"/>", width, top) : "";
+  double line = opaque ? 13.0 : 31.0;  // of a map below its title
+  for (const std::string& part : broken_lines(says, 56)) {
+    text += fmt::format("<text x=\"4\" y=\"{}\">{}</text>", line, escape_html(part));
+    line += 14.0;
+  }
+  return "<g class=\"says\">" + text + "</g>";
 }
 
 std::string frame(const std::string& title) {
@@ -129,7 +133,7 @@ std::string key_svg(const std::vector<PointSeries>& series) {
     if (s.name.empty() || std::none_of(s.points.begin(), s.points.end(), drawn)) continue;
     svg += mark_svg(s.mark, place + 6.0, 31.0, s.colour);
     svg += fmt::format("<text x=\"{:.1f}\" y=\"35\">{}</text>", place + 16.0, escape_html(s.name));
-    place += 30.0 + 6.2 * static_cast<double>(width_of(s.name));
+    place += 30.0 + 6.6 * static_cast<double>(width_of(s.name));
   }
   return svg + "</g>\n";
 }
@@ -183,7 +187,8 @@ std::string point_chart_svg(const PointChart& chart) {
       fmt::format_to(out,
                      "<g class=\"point\" tabindex=\"0\"><circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"9\" "
                      "fill=\"transparent\"/>{2}{3}</g>\n",
-                     x.at(p.x), y.at(p.y), mark_svg(s.mark, x.at(p.x), y.at(p.y), s.colour), saying(p.says));
+                     x.at(p.x), y.at(p.y), mark_svg(s.mark, x.at(p.x), y.at(p.y), s.colour),
+                     saying(p.says, true));
     }
   }
   return svg + "</svg>\n";
@@ -209,9 +214,9 @@ std::string map_chart_svg(const MapChart& chart, const std::vector<std::string>&
     if (!(at_x > 0.0) || !(at_y > 0.0)) continue;
     svg += fmt::format(
         "<g class=\"point\"><rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
-        "fill=\"{}\"/><text class=\"says\" x=\"4\" y=\"35\">{}</text></g>\n",
+        "fill=\"{}\"/>{}</g>\n",
         x.at(at_x) - 0.5 * cell_width, y.at(at_y) - 0.5 * cell_height, cell_width, cell_height,
-        colours[cell.kind], escape_html(cell.says));
+        colours[cell.kind], saying(cell.says, false));
   }
   return svg + "</svg>\n";
 }
