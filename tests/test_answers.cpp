@@ -273,12 +273,14 @@ TEST_CASE("Answers of an accuracy report name the choice, the fast setting and w
   cli::Json report = cli::Json::object();
   report["settings"] = {setting, own};
   report["features"] = {{{"feature", "energy"},
+                         {"advice", "leave out unless it is read"},
                          {"state", "used"},
                          {"saves", 0.24},
                          {"quartiles", {0.2, 0.3}},
                          {"error_with", 0.011},
                          {"error_without", 0.011}},
                         {{"feature", "redraw"},
+                         {"advice", "costs next to nothing"},
                          {"state", "used"},
                          {"saves", 0.01},
                          {"quartiles", {-0.02, 0.04}},

@@ -1,5 +1,7 @@
 #include "tools/cli/command_tree.hpp"
 
+#include <algorithm>
+
 namespace cli {
 namespace {
 
@@ -45,7 +47,12 @@ std::vector<OptionWords> options_of(const CLI::App& command) {
     if (!words.positional && !option->get_snames().empty()) words.also = "-" + option->get_snames().front();
     words.description = option->get_description();
     if (option->get_items_expected_max() > 0 && option->get_type_size_max() > 0) {
-      words.value = option->get_type_name();
+      // CLI11 writes a range behind the kind of value: "FLOAT:FLOAT in [0 - 1]".
+      const std::string kind = option->get_type_name();
+      words.value = kind.substr(0, kind.find(':'));
+      const std::size_t from = kind.find('['), until = kind.find(']');
+      if (from != std::string::npos && until != std::string::npos)
+        words.description += " (" + kind.substr(from + 1, until - from - 1) + ")";
       if (words.value.find('|') != std::string::npos) words.choices = split(words.value, '|');
       words.takes_file =
           words.value.find(file_value) != std::string::npos || (words.positional && words.choices.empty());

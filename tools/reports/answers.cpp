@@ -77,9 +77,9 @@ std::string what_to_leave_out(const Json& accuracy) {
   for (const Json& row : accuracy.at("features")) {
     const std::string state = text_of(row, "state");
     left_out += state == "left out already" ? 1 : 0;
-    // What the quartiles cannot tell from nothing is no saving.
-    if (state != "used" || !row.contains("saves") || row.at("quartiles").at(0).is_null() ||
-        row.at("quartiles").at(0).get<double>() <= 0.01)
+    // The advice has weighed saving and error; what the quartiles cannot tell from nothing is no saving.
+    if (state != "used" || !row.contains("saves") || !text_of(row, "advice").starts_with("leave") ||
+        row.at("quartiles").at(0).is_null() || row.at("quartiles").at(0).get<double>() <= 0.01)
       continue;
     savings.push_back(fmt::format("{} (saves {:.0f} %, error {} % with, {} % without)",
                                   text_of(row, "feature"), 100.0 * number_at(row, "saves"),

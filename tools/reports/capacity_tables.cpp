@@ -114,7 +114,10 @@ std::string targets_answer(const Json& targets) {
 std::string features_answer(const Json& features) {
   const Json* dearest = nullptr;
   for (const Json& row : features)
-    if (!dearest || row.at("time_over_least").get<double>() > dearest->at("time_over_least").get<double>())
+    if (text_of(row, "feature") == "all of them")
+      continue;
+    else if (!dearest ||
+             row.at("time_over_least").get<double>() > dearest->at("time_over_least").get<double>())
       dearest = &row;
   return dearest ? fmt::format("The dearest feature is {} ({}): {} times the least kernel.\n",
                                text_of(*dearest, "feature"), text_of(*dearest, "motion"),
