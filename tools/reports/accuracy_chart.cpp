@@ -29,8 +29,7 @@ ChartPoint point_of(const Json& setting, const Json& run) {
 std::string accuracy_chart(const Json& accuracy) {
   using Mark = PointSeries::Mark;
   PointSeries front{"nothing faster is better", "#0072B2", Mark::dot, true, {}},
-      others{"others", "#999999", Mark::dot, false, {}},
-      own{"as it is", "#000000", Mark::square, false, {}},
+      others{"others", "#999999", Mark::dot, false, {}}, own{"as it is", "#000000", Mark::square, false, {}},
       best{"recommended", "#D55E00", Mark::ring, false, {}};
   for (const Json& setting : accuracy.at("settings")) {
     const ChartPoint point = point_of(setting, setting);
@@ -50,7 +49,7 @@ std::string accuracy_chart(const Json& accuracy) {
     best.points.push_back(point_of(recommendation.at("setting"), recommendation.at("confirmed")));
   return point_chart_svg({"Error against time: down and left is better",
                           "CPU time of a scene step, us",
-                          "error of the force, % rms",
+                          "error of force, % rms",
                           {others, front, own, best},
                           {{false, 7.0, "people notice from 7 % up"}}});
 }

@@ -57,6 +57,8 @@ pre { background: #f4f4f4; padding: .8rem; overflow-x: auto; font-size: .85rem; 
   .answer { padding: .3rem .6rem; font-size: .85rem; line-height: 1.35; }
   .answer h2 { font-size: .95rem; margin: 0 0 .1rem; }
   .answer p { margin: .1rem 0; }
+  .scroll table { width: max-content; }
+  .scroll td, .scroll th { max-width: 13rem; }
   .chart { font-size: 14px; }
   .chart .tick { font-size: 13px; }
   .chart .key { font-size: 12px; }

@@ -166,8 +166,8 @@ std::string energy_table(const Scene& scene, const RunResult& r) {
 std::string run_answer(const Scene& scene, const RunResult& r) {
   const bristle::DeadlineMonitor& m = r.monitor;
   std::string text =
-      fmt::format("A step of {} takes {}, {:.2g} % of its {}{}; ", scene.name, time_text(m.p50()),
-                  100.0 * m.p50() / m.deadline(), time_text(m.deadline()),
+      fmt::format("A step of {} takes {}, {} % of its {}{}; ", scene.name, time_text(m.p50()),
+                  number_text(m.p50() / m.deadline(), 100.0), time_text(m.deadline()),
                   r.threads == 1 ? " on one thread" : fmt::format(" on {} threads", r.threads));
   text += m.misses() == 0
               ? "no step was late.\n"
