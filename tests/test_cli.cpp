@@ -158,7 +158,7 @@ TEST_CASE("A run reports what the documentation says it does", "[cli]") {
 
 TEST_CASE("The table names step times, deadline, friction, features and the state hash", "[cli]") {
   const Folder folder;
-  const Outcome outcome = run_cli(folder, "run " + scene_path("fingertip"));
+  const Outcome outcome = run_cli(folder, "run --wide " + scene_path("fingertip"));
   CHECK(outcome.code == 0);
   for (const char* part :
        {"p99.9", "late", "friction / load", "left out", "mean force", "state hash", "10,001 rows"}) {
@@ -174,7 +174,7 @@ TEST_CASE("The table repeats what files say in short lines that no terminal obey
   const std::string scene = folder.write("small.toml", s.text());
   const std::string trace = folder.write("\x1b[31m.csv", "t,x,load,\x1b[31m" + std::string(1'000'000, 'c') +
                                                              ",last\n0,0,1,2,3\n0.01,1e-4,1,2,3\n");
-  const Outcome outcome = run_cli(folder, "run '" + scene + "' --trace '" + trace + "'");
+  const Outcome outcome = run_cli(folder, "run '" + scene + "' --wide --trace '" + trace + "'");
   REQUIRE(outcome.code == 0);
   CHECK(outcome.out.find('\x1b') == std::string::npos);
   CHECK(outcome.out.size() < 5000);
@@ -567,14 +567,14 @@ TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and
   CHECK(patch["bristles"].is_null());
   CHECK(report["bristles"] == 0);
   CHECK(patch["coefficient"]["sliding"].get<double>() == Approx(0.40).epsilon(0.005));
-  const Outcome outcome = run_cli(folder, "run '" + path + "'");
+  const Outcome outcome = run_cli(folder, "run --wide '" + path + "'");
   CHECK_THAT(outcome.out, Contains("1 patch, 1 of infinitely many bristles"));
   CHECK_THAT(outcome.out, Contains("infinite, resolution 8"));
   CHECK_THAT(outcome.out, Contains("noise of single bristles"));
 
   replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nfluctuation = 1200");
   const std::string noisy = folder.write("noisy.toml", s.text());
-  const Outcome fluctuating = run_cli(folder, "run '" + noisy + "'");
+  const Outcome fluctuating = run_cli(folder, "run --wide '" + noisy + "'");
   CHECK_THAT(fluctuating.out, Contains("infinite, resolution 8, noise of 1,200 bristles"));
   CHECK_THAT(fluctuating.out, !Contains("noise of single bristles"));
   CHECK(run_report(folder, "run '" + noisy + "'")["patches"][0]["fluctuation"] == 1200);

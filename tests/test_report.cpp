@@ -222,7 +222,13 @@ TEST_CASE("The report page is well-formed, of one piece, and shows the numbers o
                folder.write("long_motion.png", png_bytes)});
   CHECK(fault_of(page) == "");
   for (const char* part :
-       {// machine and build
+       {// the first screen
+        "<h2>How wrong is a fast setting?</h2>", "The fastest tried is 0.831 % wrong at 5.31 us a step",
+        "<h2>What to choose?</h2>", "0.918 % wrong when run again", "<h2>Is mine stable?</h2>",
+        "<h2>What to leave out?</h2>",
+        // what a point of a chart says
+        "0.831 %, 5.31 us: 13,000 bristles a patch, steps of 1.00",
+        // machine and build
         "Test &amp; CPU &lt;7&gt;", "abc1234", "GNU 12 -O3", "avx2", "00c0ffee00c0ffee",
         "2026-01-31T12:00:00Z", "page written 2026-02-01",
         // capacity
@@ -241,6 +247,9 @@ TEST_CASE("The report page is well-formed, of one piece, and shows the numbers o
     CAPTURE(part);
     CHECK(page.find(part) != std::string::npos);
   }
+  // Answers before everything else.
+  CHECK(page.find("class=\"answers\"") < page.find("<nav>"));
+  CHECK(page.find("What to leave out?") < page.find("At a glance"));
   // The pictures, byte for byte.
   const std::string image = "src=\"data:image/png;base64," + cli::base64(png_bytes) + "\"";
   const std::size_t first = page.find(image);

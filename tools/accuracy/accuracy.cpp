@@ -14,6 +14,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"
+#include "tools/reports/text_layout.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
 namespace cli {
@@ -108,7 +109,7 @@ void accuracy_command(const AccuracyOptions& options) {
   const Scene scene = read_scene(options.scene);
   const OutputFile json(options.json), csv(options.csv);
   const AccuracyResult result = study_accuracy(scene, options);
-  if (!on_stdout) write_text(stdout, accuracy_table(scene, options, result), "standard output");
+  if (!on_stdout) print_report(accuracy_table(scene, options, result));
   if (json) json.write(accuracy_json(scene, options, result));
   if (csv) csv.write(accuracy_csv(scene, result));
   const Recommendation& best = result.recommendation;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/accuracy/accuracy.hpp"
+#include "tools/reports/answers.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report_tables.hpp"
@@ -109,16 +110,16 @@ std::string head(const Scene& scene, const AccuracyResult& r) {
   }
   text +=
       "\nErrors: difference of forces from the limit of many bristles, over the rms of the force, of the "
-      "patch that is\n"
+      "patch that is "
       "worst; the scatter that a patch with so many real bristles would have is part of it. Times: one "
-      "thread's CPU,\n"
+      "thread's CPU, "
       "median over rounds. A scene step is one dt of the scene, in however many steps.\n";
   if (!r.no_literal.empty())
     text += fmt::format("The literal rule, the paper's loop, is not among the settings: {}.\n", r.no_literal);
   if (!scene.bodies.empty()) {
     text +=
         "Bodies: forces are compared at equal times. Breaking away or stopping a little earlier or later "
-        "counts as error\n"
+        "counts as error "
         "until both are at rest again, and then the force still holds what the stop left; few bristles make "
         "that large.\n";
   }
@@ -309,7 +310,7 @@ std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
 
 std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
   const Json report = report_of(scene, options, r);
-  std::string text = head(scene, r);
+  std::string text = accuracy_answer(report) + '\n' + head(scene, r);
   text += "\nAll settings, by time\n\n" + settings_table(report, Medium::terminal, false).text();
   if (!r.not_run.empty()) {
     text += fmt::format("{} settings more were too slow for the time given (--seconds): {}{}\n",
@@ -323,7 +324,7 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, c
   text += settings_table(report, Medium::terminal, true).text();
   text += fmt::format(
       "\nOrders of convergence, fitted on log-log scales above three times the error of what they are "
-      "compared with\n"
+      "compared with "
       "(bristles: the reference at the scene's dt; steps: the same {} bristles, double, steps of {})\n\n",
       count_text(r.pair_bristles), time_text(r.reference_dt_s));
   text += slopes_table(report, Medium::terminal).text() + '\n' + recommendation_text(scene, r);

@@ -11,6 +11,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
@@ -185,7 +186,7 @@ void capacity_command(const CapacityOptions& options) {
       result.rows.push_back(find_capacity(c, options));
     }
   }
-  if (!on_stdout) write_text(stdout, capacity_table(options, result), "standard output");
+  if (!on_stdout) print_report(capacity_table(options, result));
   if (json) json.write(capacity_json(options, result));
   if (csv) csv.write(capacity_csv(options, result));
 }

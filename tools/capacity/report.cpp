@@ -132,6 +132,7 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
   const Json report = report_of(options, result);
   std::string text = capacity_answer(report);
+  if (!text.empty()) text += '\n';
   text += fmt::format(
       "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um "
       "(default material: lognormal), "
@@ -144,7 +145,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
     text +=
         "What each feature adds to the least kernel: 14,400 bristles, one thread, interleaved. A kernel "
         "holds "
-        "the\ncode of its own features only.\n\n" +
+        "the code of its own features only.\n\n" +
         kernel_features_table(report, Medium::terminal).text() + '\n';
   }
   if (!result.infinite.empty()) {
@@ -156,7 +157,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
-        "force is\nwithin 1 % at every step.\n\n",
+        "force is within 1 % at every step.\n\n",
         time_text(options.deadline_s), within_a_percent);
     text += contacts_table(report, Medium::terminal).text() + '\n';
   }
@@ -170,7 +171,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!result.comparisons.empty()) {
     text +=
         "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
-        "paper's\n"
+        "paper's "
         "loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
     text += comparisons_table(report, Medium::terminal).text() + '\n';
   } else {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <new>
 #include <span>
 #include <string>
@@ -19,13 +20,19 @@
 
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/capacity/capacity.hpp"
+#include "tools/cli/command_tree.hpp"
+#include "tools/cli/completion.hpp"
+#include "tools/cli/help_text.hpp"
+#include "tools/cli/manual.hpp"
 #include "tools/experiments/command.hpp"
 #include "tools/files/csv_columns.hpp"
 #include "tools/files/one_line.hpp"
+#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/report.hpp"
+#include "tools/reports/text_layout.hpp"
 #include "tools/run/run.hpp"
 #include "tools/stability/stability.hpp"
 #include "tools/sweep/sweep.hpp"
@@ -152,15 +159,20 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
   const auto quantity = [app](const char* option, std::span<const cli::Unit> units, double low, double high,
                               const char* text, auto set) {
     app->add_option_function<std::string>(
-        option, [=](const std::string& given) { set(parse_within(given, units, option, low, high)); }, text);
+           option, [=](const std::string& given) { set(parse_within(given, units, option, low, high)); },
+           text)
+        ->type_name("QUANTITY");
   };
   app->add_option_function<std::string>(
-      "--columns",
-      [&](const std::string& text) { options.reading.columns = parse_assignments(text, "--columns"); },
-      "Columns by the names (or places) that the data give them, e.g. x=Position,force=Fx,load=4");
+         "--columns",
+         [&](const std::string& text) { options.reading.columns = parse_assignments(text, "--columns"); },
+         "Columns by the names (or places) that the data give them, e.g. x=Position,force=Fx,load=4")
+      ->type_name("NAMES");
   app->add_option_function<std::string>(
-      "--units", [&](const std::string& text) { options.reading.units = parse_assignments(text, "--units"); },
-      "Units of columns, in place of the header's, e.g. t=ms,x=um,force=gf");
+         "--units",
+         [&](const std::string& text) { options.reading.units = parse_assignments(text, "--units"); },
+         "Units of columns, in place of the header's, e.g. t=ms,x=um,force=gf")
+      ->type_name("UNITS");
   quantity("--load", cli::force_units, 1e-9, 1e9, "Normal load in place of a column, e.g. 2N or 200gf",
            [&](double load) { options.load = load; });
   quantity("--clip-load", cli::force_units, 0.0, 1e9, "Loads from minus this to 0 count as 0, e.g. 5mN",
@@ -209,8 +221,11 @@ void check_command(const CLI::App& app, const std::string& name) {
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {
-  std::string allowed;
-  for (const auto& [word, value] : words) allowed += (allowed.empty() ? "" : ", ") + word;
+  std::string allowed, choices;
+  for (const auto& [word, value] : words) {
+    allowed += (allowed.empty() ? "" : ", ") + word;
+    choices += (choices.empty() ? "" : "|") + word;
+  }
   const auto choose = [option, words = std::move(words), allowed, &chosen](const std::string& text) {
     for (const auto& [word, value] : words) {
       if (word != text) continue;
@@ -219,7 +234,7 @@ void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::st
     }
     throw cli::UserError(fmt::format("{} is '{}'; allowed: {}", option, text, allowed));
   };
-  app->add_option_function<std::string>(option, choose, description + ": " + allowed);
+  app->add_option_function<std::string>(option, choose, description)->type_name(choices);
 }
 
 // One subcommand per experiment, so that `experiment NAME --help` shows its parameters.
@@ -235,25 +250,33 @@ void add_experiments(CLI::App& app, cli::ExperimentOptions& options) {
   };
   const auto add_common = [&](CLI::App* command) {
     command->add_option("--set", options.set, "A parameter: KEY=VALUE, lists with commas; may be repeated")
+        ->type_name("KEY=VALUE")
         ->allow_extra_args(false)
         ->trigger_on_parse(false);
-    command->add_option("--config", options.config, "Parameters from a TOML file (tools/README.md)");
+    command->add_option("--config", options.config, "Parameters from a TOML file (tools/README.md)")
+        ->type_name(cli::file_value);
     command->add_option("--models", options.models, "Only these models, e.g. lugre,brush_redraw")
+        ->type_name("NAMES")
         ->delimiter(',');
-    command->add_option("--json", options.json,
-                        "Write parameters and findings to this JSON file (- for stdout)");
+    command
+        ->add_option("--json", options.json, "Write parameters and findings to this JSON file (- for stdout)")
+        ->type_name(cli::file_value);
   };
   for (const cli::Experiment& experiment : cli::experiments()) {
     CLI::App* command = add(experiment.name, experiment.title);
     add_common(command);
-    command->add_option("--csv", options.csv, "Write the curves to this CSV file (- for stdout)");
-    command->add_option("--plot", options.plot, "Draw them into this PNG file, by gnuplot");
+    command->add_option("--csv", options.csv, "Write the curves to this CSV file (- for stdout)")
+        ->type_name(cli::file_value);
+    command->add_option("--plot", options.plot, "Draw them into this PNG file, by gnuplot")
+        ->type_name(cli::file_value);
     command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
   }
   CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
   add_common(every);
-  every->add_option("--markdown", options.markdown,
-                    "Write the table with its reasons to this page (- for stdout)");
+  every
+      ->add_option("--markdown", options.markdown,
+                   "Write the table with its reasons to this page (- for stdout)")
+      ->type_name(cli::file_value);
   every->add_flag("--no-cost", options.no_cost, "Leave out the time of a step");
   add("list", "List experiments, models and parameters");
 }
@@ -288,17 +311,23 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
   run_app
       ->add_option("--histograms", options.histograms,
                    "Write histograms of step time and jitter to this CSV file (- for stdout)")
+      ->type_name(cli::file_value)
       ->needs(realtime);
 }
 
 // `sweep`, and within it `merge`.
 CLI::App* add_sweep(CLI::App& app, cli::SweepOptions& options, cli::MergeOptions& merge) {
   CLI::App* sweep = app.add_subcommand("sweep", "A scene over a grid or sample of parameters, as one table");
-  sweep->add_option("SCENE", options.study.scene, "Scene file, TOML (tools/README.md)");
-  const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* description) {
-    return sweep->add_option(option, list, description)->allow_extra_args(false)->trigger_on_parse(false);
+  sweep->add_option("SCENE", options.study.scene, "Scene file, TOML (tools/README.md)")
+      ->type_name(cli::file_value);
+  const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* value,
+                            const char* description) {
+    return sweep->add_option(option, list, description)
+        ->type_name(value)
+        ->allow_extra_args(false)
+        ->trigger_on_parse(false);
   };
-  add_list("--vary", options.study.vary,
+  add_list("--vary", options.study.vary, "KEY=VALUES",
            "KEY=FROM:TO:NUMBER (with :log, :int) or KEY=V1,V2,...; a key as material.wood.kinetic; may be "
            "repeated");
   sweep
@@ -320,48 +349,63 @@ CLI::App* add_sweep(CLI::App& app, cli::SweepOptions& options, cli::MergeOptions
                   "--sample is '{} {}'; allowed: grid, latin NUMBER, sobol NUMBER", words[0], count));
           },
           "grid (default), latin NUMBER (hypercube), sobol NUMBER of points")
+      ->type_name("KIND")
       ->expected(1, 2);
   sweep->add_option("--repeat", options.study.repeat, "Rows at each point, each with seeds by its index")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}));
   sweep->add_option("--seed", options.study.seed, "Of the rows' seeds and of the sample");
-  add_list("--set", options.study.set, "KEY=VALUE in every row; may be repeated");
-  add_list("--reference", options.study.reference,
+  add_list("--set", options.study.set, "KEY=VALUE", "KEY=VALUE in every row; may be repeated");
+  add_list("--reference", options.study.reference, "KEY=VALUE",
            "KEY=VALUE of a second run of each row, to which its forces are compared (result error); may be "
            "repeated");
   sweep
       ->add_option("--report", options.study.report,
                    "Results: default, all, a patch or body, or names such as "
                    "kinetic,tip.peak,state_hash,time.step_p50")
+      ->type_name("NAMES")
       ->allow_extra_args(false)
       ->trigger_on_parse(false)
       ->delimiter(',');
-  sweep->add_option("--window", options.study.window,
-                    "FROM:UNTIL, s: results window_peak and window_mean, and the time of error");
+  sweep
+      ->add_option("--window", options.study.window,
+                   "FROM:UNTIL, s: results window_peak and window_mean, and the time of error")
+      ->type_name("FROM:UNTIL");
   sweep->add_option("--steps", options.study.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
-  add_list("--out", options.out, "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated");
-  sweep->add_option("--journal", options.journal,
-                    "Rows as they are done (default: beside the table), kept at the end");
-  sweep->add_option("--json", options.json, "Write the report to this JSON file (- for stdout)");
+  add_list("--out", options.out, cli::file_value,
+           "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated");
+  sweep
+      ->add_option("--journal", options.journal,
+                   "Rows as they are done (default: beside the table), kept at the end")
+      ->type_name(cli::file_value);
+  sweep->add_option("--json", options.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
   sweep->add_option("--threads", options.threads, "Rows at a time; 0 = one per core")
       ->check(CLI::Range(0, 1024));
-  sweep->add_option("--shard", options.shard, "i/N: only this part of the rows, i from 1; then sweep merge");
-  sweep->add_option("--dask", options.dask,
-                    "Address of a Dask scheduler that has the rows run, e.g. tcp://host:8786");
-  sweep->add_option("--isa", options.isa, "Instruction set: see bristle --version");
+  sweep->add_option("--shard", options.shard, "i/N: only this part of the rows, i from 1; then sweep merge")
+      ->type_name("i/N");
+  sweep
+      ->add_option("--dask", options.dask,
+                   "Address of a Dask scheduler that has the rows run, e.g. tcp://host:8786")
+      ->type_name("ADDRESS");
+  sweep->add_option("--isa", options.isa, "Instruction set: see bristle --version")->type_name("NAME");
   sweep->add_option("--row", options.row,
                     "Run nothing: write the scene of this row (--out SCENE.toml, else stdout)");
   sweep->footer(
       "A sweep that was stopped or killed is resumed by the same command. bristle sweep merge --help: "
       "shards.");
   CLI::App* merge_app = sweep->add_subcommand("merge", "One table of the journals of all shards");
-  merge_app->add_option("JOURNAL", merge.journals, "Journals of one study, in any order")->required();
+  merge_app->add_option("JOURNAL", merge.journals, "Journals of one study, in any order")
+      ->type_name(cli::file_value)
+      ->required();
   merge_app
       ->add_option("--out", merge.out,
                    "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated")
+      ->type_name(cli::file_value)
       ->allow_extra_args(false)
       ->trigger_on_parse(false);
-  merge_app->add_option("--json", merge.json, "Write the report to this JSON file (- for stdout)");
+  merge_app->add_option("--json", merge.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
   merge_app->add_flag("--partial", merge.partial, "Write what there is, though rows are missing");
   return sweep;
 }
@@ -375,8 +419,24 @@ int run_sweep(const CLI::App& sweep, const cli::SweepOptions& options, const cli
   return cli::sweep_command(options);
 }
 
+/// Of a command that prints figures, and of what is below it.
+void add_wide(CLI::App& command, bool& wide) {
+  const std::vector<CLI::App*> below = command.get_subcommands([](const CLI::App*) { return true; });
+  if (command.get_name() != "experiment")
+    command.add_flag("--wide", wide, "All columns, in lines as long as they get (default: 80 columns)");
+  for (CLI::App* sub : below) add_wide(*sub, wide);
+}
+
+std::string names_of_commands(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* command : cli::subcommands_of(app))
+    names += (names.empty() ? "" : "|") + command->get_name();
+  return names;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
+  app.formatter(std::make_shared<cli::HelpText>());  // subcommands take it over
   app.require_subcommand(1);
   bool version = false;
   // Done at once, so that it needs no subcommand.
@@ -391,26 +451,36 @@ int run(int argc, char** argv) {
   cli::RunOptions run_options;
   CLI::App* run_app =
       app.add_subcommand("run", "Step a scene and report forces, step times and the state hash");
-  run_app->add_option("SCENE", run_options.scene, "Scene file, TOML (tools/README.md)")->required();
-  run_app->add_option("--trace", run_options.trace,
-                      "Motion file, CSV t,x,y,load, in place of the scene's motion");
+  run_app->add_option("SCENE", run_options.scene, "Scene file, TOML (tools/README.md)")
+      ->type_name(cli::file_value)
+      ->required();
+  run_app
+      ->add_option("--trace", run_options.trace,
+                   "Motion file, CSV t,x,y,load, in place of the scene's motion")
+      ->type_name(cli::file_value);
   run_app
       ->add_option("--clip-load", run_options.clip_load,
                    "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
       ->check(within(0.0, 1e9));
-  run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)");
-  run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)");
+  run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)")
+      ->type_name(cli::file_value);
+  run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
   run_app->add_option("--threads", run_options.threads, "Threads that step; 0 = one per core")
       ->check(CLI::Range(0, 1024));
-  run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version");
+  run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version")->type_name("NAME");
   run_app
       ->add_option("--budget", run_options.overload.budget_us,
                    "Time for a step, us: a step that takes longer leaves out bristles, which come back later")
       ->check(within(1e-3, 1e9));
-  run_app->add_option("--record-decisions", run_options.overload.record,
-                      "Write what was left out and when to this CSV file");
-  run_app->add_option("--replay-decisions", run_options.overload.replay,
-                      "Leave out what such a file lists, whatever the clock says: the same bits");
+  run_app
+      ->add_option("--record-decisions", run_options.overload.record,
+                   "Write what was left out and when to this CSV file")
+      ->type_name(cli::file_value);
+  run_app
+      ->add_option("--replay-decisions", run_options.overload.replay,
+                   "Leave out what such a file lists, whatever the clock says: the same bits")
+      ->type_name(cli::file_value);
   run_app->add_option("--steps", run_options.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
   run_app
@@ -420,20 +490,27 @@ int run(int argc, char** argv) {
   cli::RealtimeOptions realtime_options;
   bool realtime = false;
   add_realtime(run_app, realtime, realtime_options);
-  run_app->add_option_function<std::string>(
-      "--memory", [&](const std::string& size) { run_options.limits.bytes = parse_memory(size); },
-      "What the scene may take, e.g. 16G, in place of what is free; lifts the limits of bristles, patches "
-      "and "
-      "materials");
-  run_app->add_option("--restore-state", run_options.restore_state,
-                      "Continue from this state file, written by a run of the same scene");
-  run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file");
+  run_app
+      ->add_option_function<std::string>(
+          "--memory", [&](const std::string& size) { run_options.limits.bytes = parse_memory(size); },
+          "What the scene may take, e.g. 16G, in place of what is free; lifts the limits of bristles, "
+          "patches "
+          "and "
+          "materials")
+      ->type_name("SIZE");
+  run_app
+      ->add_option("--restore-state", run_options.restore_state,
+                   "Continue from this state file, written by a run of the same scene")
+      ->type_name(cli::file_value);
+  run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file")
+      ->type_name(cli::file_value);
 
   cli::CapacityOptions capacity_options;
   std::string deadline = "1ms";
   CLI::App* capacity_app =
       app.add_subcommand("capacity", "How many bristles fit in a deadline on this machine");
   capacity_app->add_option("--deadline", deadline, "Time for a step, e.g. 1ms or 250us")
+      ->type_name("TIME")
       ->capture_default_str();
   capacity_app->add_flag("--quick", capacity_options.quick, "Fewer rows, shorter runs");
   capacity_app->add_flag("--targets", capacity_options.targets, "Only the library's speed targets");
@@ -441,11 +518,13 @@ int run(int argc, char** argv) {
   capacity_app->add_option("--threads", capacity_options.threads, "Thread counts, e.g. 1,2")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));
-  capacity_app->add_option("--isa", capacity_options.isa, "Instruction set: see bristle --version");
-  capacity_app->add_option("--json", capacity_options.json,
-                           "Write the report to this JSON file (- for stdout)");
-  capacity_app->add_option("--csv", capacity_options.csv,
-                           "Write step time against bristles to this CSV file");
+  capacity_app->add_option("--isa", capacity_options.isa, "Instruction set: see bristle --version")
+      ->type_name("NAME");
+  capacity_app
+      ->add_option("--json", capacity_options.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
+  capacity_app->add_option("--csv", capacity_options.csv, "Write step time against bristles to this CSV file")
+      ->type_name(cli::file_value);
 
   cli::ExperimentOptions experiment_options;
   add_experiments(app, experiment_options);
@@ -455,6 +534,7 @@ int run(int argc, char** argv) {
   fit_app
       ->add_option("DATA", fit_options.data,
                    "Measured friction, CSV t,x,load,force (tools/README.md); several files are one record")
+      ->type_name(cli::file_value)
       ->required();
   add_reading(fit_app, fit_options);
   add_choice(
@@ -489,32 +569,35 @@ int run(int argc, char** argv) {
           "--fit-until", fit_options.fit_until,
           "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
       ->check(within(1e-9, 1e9));
-  fit_app->add_option("--write", fit_options.write,
-                      "Write the material, in a scene that replays the data, TOML");
-  fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
-  fit_app->add_option("--html", fit_options.html,
-                      "Write a page to read to this HTML file: what was read, fit, residuals (- for stdout)");
-  fit_app->add_option("--json", fit_options.json, "Write the report to this JSON file (- for stdout)");
-  fit_app->add_option("--csv", fit_options.csv,
-                      "Write data, fit and residuals to this CSV file (- for stdout)");
+  fit_app
+      ->add_option("--write", fit_options.write, "Write the material, in a scene that replays the data, TOML")
+      ->type_name(cli::file_value);
+  fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)")
+      ->type_name(cli::file_value);
+  fit_app
+      ->add_option("--html", fit_options.html,
+                   "Write a page to read to this HTML file: what was read, fit, residuals (- for stdout)")
+      ->type_name(cli::file_value);
+  fit_app->add_option("--json", fit_options.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
+  fit_app
+      ->add_option("--csv", fit_options.csv, "Write data, fit and residuals to this CSV file (- for stdout)")
+      ->type_name(cli::file_value);
   cli::StabilityOptions stability_options;
   CLI::App* stability_app = app.add_subcommand(
       "stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory");
   stability_app->add_flag("--quick", stability_options.quick, "A coarser map, shorter runs");
   stability_app->add_option("--threads", stability_options.threads, "Threads that simulate; 0 = one per core")
       ->check(CLI::Range(0, 1024));
+  add_choice(stability_app, "--population",
+             {{"representatives", bristle::Population::representatives},
+              {"infinite", bristle::Population::infinite}},
+             stability_options.population, "What stands for the bristles of the maps and the slope");
   stability_app
-      ->add_option_function<std::string>(
-          "--population",
-          [&](const std::string& name) {
-            stability_options.population =
-                name == "infinite" ? bristle::Population::infinite : bristle::Population::representatives;
-          },
-          "What stands for the bristles of the maps and the slope")
-      ->check(CLI::IsMember({"representatives", "infinite"}));
-  stability_app->add_option("--json", stability_options.json,
-                            "Write the report to this JSON file (- for stdout)");
-  stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)");
+      ->add_option("--json", stability_options.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
+  stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)")
+      ->type_name(cli::file_value);
   cli::SweepOptions sweep_options;
   cli::MergeOptions merge_options;
   const CLI::App* sweep_app = add_sweep(app, sweep_options, merge_options);
@@ -522,27 +605,58 @@ int run(int argc, char** argv) {
   std::string wanted_error;
   CLI::App* accuracy_app = app.add_subcommand(
       "accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out");
-  accuracy_app->add_option("SCENE", accuracy_options.scene, "Scene file, TOML (tools/README.md)")->required();
-  accuracy_app->add_option("--error", wanted_error, "Wanted error of the force, rms, e.g. 1%");
-  accuracy_app->add_option("--write", accuracy_options.write,
-                           "Write the scene with the recommended setting to this TOML file");
+  accuracy_app->add_option("SCENE", accuracy_options.scene, "Scene file, TOML (tools/README.md)")
+      ->type_name(cli::file_value)
+      ->required();
+  accuracy_app->add_option("--error", wanted_error, "Wanted error of the force, rms, e.g. 1%")
+      ->type_name("SHARE");
+  accuracy_app
+      ->add_option("--write", accuracy_options.write,
+                   "Write the scene with the recommended setting to this TOML file")
+      ->type_name(cli::file_value);
   accuracy_app->add_flag("--quick", accuracy_options.quick, "Fewer settings, less than a minute");
   accuracy_app->add_option("--seconds", accuracy_options.seconds, "Time to spend, about")
       ->check(within(0.5, 1e5));
-  accuracy_app->add_option("--isa", accuracy_options.isa, "Instruction set: see bristle --version");
-  accuracy_app->add_option("--json", accuracy_options.json,
-                           "Write the report to this JSON file (- for stdout)");
-  accuracy_app->add_option("--csv", accuracy_options.csv,
-                           "Write the settings to this CSV file (- for stdout)");
+  accuracy_app->add_option("--isa", accuracy_options.isa, "Instruction set: see bristle --version")
+      ->type_name("NAME");
+  accuracy_app
+      ->add_option("--json", accuracy_options.json, "Write the report to this JSON file (- for stdout)")
+      ->type_name(cli::file_value);
+  accuracy_app
+      ->add_option("--csv", accuracy_options.csv, "Write the settings to this CSV file (- for stdout)")
+      ->type_name(cli::file_value);
   cli::ReportOptions report_options;
   CLI::App* report_app = app.add_subcommand(
       "report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures");
   report_app
       ->add_option("FILE", report_options.files,
                    "JSON reports, and pictures (PNG, SVG): capacity.png belongs to capacity.json")
+      ->type_name(cli::file_value)
       ->required();
   report_app->add_option("--out", report_options.out, "Write the page to this file (- for stdout)")
+      ->type_name(cli::file_value)
       ->capture_default_str();
+
+  bool wide = false;
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    add_wide(*command, wide);
+  std::string shell;
+  CLI::App* completion_app =
+      app.add_subcommand("completion", "Print what a shell needs to complete words of this command line");
+  completion_app->add_option("SHELL", shell, "Shell that the script is for")
+      ->type_name("bash|zsh|fish")
+      ->required();
+  completion_app->footer(
+      "For this session: source <(bristle completion bash), or bristle completion fish | source. The "
+      "packages "
+      "install all three.");
+  std::string manual_of, manual_folder;
+  CLI::App* manual_app =
+      app.add_subcommand("manual", "Print a page of the manual: bristle manual run | man -l -");
+  manual_app->add_option("COMMAND", manual_of, "Command (default: the program itself)")
+      ->type_name(names_of_commands(app))
+      ->option_text("NAME");  // all names would be a long line of --help
+  manual_app->add_option("--out", manual_folder, "Write all pages into this folder")->type_name("FILE");
 
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
@@ -560,6 +674,10 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
   }
+  cli::set_text_layout(wide);
+  if (completion_app->parsed())
+    cli::write_text(stdout, cli::completion_script(app, shell), "standard output");
+  if (manual_app->parsed()) cli::manual_command(app, manual_of, manual_folder);
   if (run_app->parsed()) {
     if (realtime) run_options.realtime = realtime_options;
     cli::run_command(run_options);

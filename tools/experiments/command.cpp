@@ -13,6 +13,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
@@ -138,7 +139,7 @@ std::string experiment_list() {
 
 void experiment_command(const ExperimentOptions& options) {
   if (options.name == "list") {
-    write_text(stdout, experiment_list(), "standard output");
+    print_report(experiment_list());
     return;
   }
   const bool on_stdout =
@@ -158,8 +159,8 @@ void experiment_command(const ExperimentOptions& options) {
   std::vector<CostRow> cost;
   if (options.name == "all" && !options.no_cost) cost = run_cost(models);
   if (!on_stdout) {
-    write_text(stdout, findings_table(reports, models), "standard output");
-    if (!cost.empty()) write_text(stdout, "\n" + cost_table(cost, models), "standard output");
+    print_report(findings_answer(reports, models) + '\n' + findings_table(reports, models) +
+                 (cost.empty() ? std::string() : "\n" + cost_table(cost, models)));
   }
   if (csv) csv.write(experiment_csv(reports.front()));
   if (json) json.write(experiment_json(reports, cost));

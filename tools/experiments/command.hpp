@@ -31,6 +31,10 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
+/// How much each model shows, in words.
+std::string findings_answer(const std::vector<ExperimentReport>& reports,
+                            const std::vector<std::string>& models);
+/// A table an experiment; one of all with --wide.
 std::string findings_table(const std::vector<ExperimentReport>& reports,
                            const std::vector<std::string>& models);
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);

@@ -1,7 +1,9 @@
 // What `bristle experiment` says: tables for people, CSV for plots, JSON for programs, the page
 // EXPERIMENTS.md.
 #include <cmath>
+#include <functional>
 #include <iterator>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,6 +12,7 @@
 #include "tools/experiments/command.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/table.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
@@ -42,6 +45,16 @@ std::string cell(const Finding* finding, const Phenomenon& phenomenon, const cha
   const bool spaced = !phenomenon.unit.empty();
   return fmt::format("{} {}{}{}", finding->shown ? yes : no, value_text(finding->value), spaced ? " " : "",
                      phenomenon.unit);
+}
+
+/// Without its unit, which stands in a header.
+Cell found(const ExperimentResult& result, const Phenomenon& phenomenon, const std::string& model) {
+  const Finding* finding = find(result, phenomenon.id, model);
+  Phenomenon without_unit = phenomenon;
+  without_unit.unit.clear();
+  return {cell(finding, without_unit, "yes", "no "), !finding         ? CellStyle::plain
+                                                     : finding->shown ? CellStyle::good
+                                                                      : CellStyle::bad};
 }
 
 // Models with the same verdict and reason, together.
@@ -107,23 +120,73 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
 
 }  // namespace
 
-std::string findings_table(const std::vector<ExperimentReport>& reports,
-                           const std::vector<std::string>& models) {
+std::string findings_answer(const std::vector<ExperimentReport>& reports,
+                            const std::vector<std::string>& models) {
+  // Models that show equally many, the most first.
+  std::map<std::size_t, std::string, std::greater<>> groups;
+  std::size_t phenomena = 0;
+  for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();
+  for (const std::string& model : models) {
+    std::size_t shown = 0;
+    for (const ExperimentReport& report : reports)
+      for (const Finding& f : report.result.findings) shown += f.model == model && f.shown ? 1 : 0;
+    std::string& group = groups[shown];
+    group += (group.empty() ? "" : "; ") + model_title(model);
+  }
+  std::string text =
+      reports.size() == 1
+          ? fmt::format("{}, what is shown of {}: ", reports[0].experiment->name,
+                        phenomena == 1 ? "1 phenomenon" : fmt::format("{} phenomena", phenomena))
+          : fmt::format("Shown of {} phenomena in {} experiments: ", phenomena, reports.size());
+  const char* separator = "";
+  for (const auto& [shown, who] : groups) {
+    text += fmt::format("{}{} by {}", separator,
+                        shown == phenomena && shown > 1 ? "all" : std::to_string(shown), who);
+    separator = ", ";
+  }
+  return text + ".\n";
+}
+
+namespace {
+
+/// One row a phenomenon and one column a model: as wide as there are models.
+std::string wide_table(const std::vector<ExperimentReport>& reports, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));
   Table table(headers);
   for (const ExperimentReport& report : reports) {
     for (const Phenomenon& phenomenon : report.experiment->phenomena) {
       std::vector<Cell> row = {phenomenon.title, phenomenon.unit};
-      Phenomenon without_unit = phenomenon;
-      without_unit.unit.clear();
-      for (const std::string& model : models) {
-        row.push_back(cell(find(report.result, phenomenon.id, model), without_unit, "yes", "no "));
-      }
+      for (const std::string& model : models) row.push_back(found(report.result, phenomenon, model));
       table.add(std::move(row));
     }
   }
   return table.text();
+}
+
+/// One row a model and one column a phenomenon of one experiment.
+std::string tall_table(const ExperimentReport& report, const std::vector<std::string>& models) {
+  std::vector<std::string> headers = {"<" + report.experiment->name};
+  for (const Phenomenon& p : report.experiment->phenomena)
+    headers.push_back("<" + p.title + (p.unit.empty() ? "" : ", " + p.unit));
+  Table table(headers);
+  for (const std::string& model : models) {
+    std::vector<Cell> row = {model_title(model)};
+    for (const Phenomenon& p : report.experiment->phenomena) row.push_back(found(report.result, p, model));
+    table.add(std::move(row));
+  }
+  return table.text();
+}
+
+}  // namespace
+
+std::string findings_table(const std::vector<ExperimentReport>& reports,
+                           const std::vector<std::string>& models) {
+  if (text_layout().columns == 0) return wide_table(reports, models);
+  std::string text;
+  for (const ExperimentReport& report : reports)
+    text += (text.empty() ? "" : "\n") + tall_table(report, models);
+  return text;
 }
 
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models) {

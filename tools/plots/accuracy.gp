@@ -63,7 +63,7 @@ set arrow 2 from x1, floor_error to x2, floor_error nohead linecolor rgb "#99999
 set label 3 "error of the reference itself" at 1.2 * x1, 1.12 * floor_error left textcolor rgb "#777777"
 
 # Only what was measured: an empty series would be a warning.
-command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: nothing faster is better"'
+command = 'plot "< ".pick("$9") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: best of what the scene can take"'
 do for [i=1:7] {
   if (there(condition[i])) {
     command = command.sprintf(', "< ".pick(condition[%d]) using 1:2:3 with yerrorbars pointtype %d pointsize 1.3 linewidth 0.8 linecolor rgb "%s" title "%s"', i, mark[i], colour[i], name[i])

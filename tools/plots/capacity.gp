@@ -2,7 +2,7 @@
 #   gnuplot -e "csv='capacity.csv'; png='capacity.png'" capacity.gp
 if (!exists("csv")) { print "capacity.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "capacity.png"
-if (!exists("title")) title = "Step time against bristles, one patch, two axes, single precision"
+if (!exists("title")) title = "Step time against bristles, one thread, one patch, two axes, single precision"
 
 array motion[5] = ["rest", "presliding", "all snap", "one snap", "far"]
 array kernel[5] = ["keep, end, single", "keep, end, single", "keep, end + mean, single", "redraw, end + mean, single", "redraw, end + mean, single"]
@@ -24,8 +24,8 @@ set tics nomirror
 set grid linecolor "#DDDDDD"
 set logscale xy
 set format x "10^{%T}"
-set xlabel "bristles"
-set ylabel "step time, p99  [us]"
+set xlabel "bristles, log scale"
+set ylabel "step time, p99, log scale  [us]"
 set xrange [500:3e7]
 set yrange [0.02:5e3]
 set key outside bottom center horizontal Left reverse samplen 3 maxcolumns 2
@@ -40,13 +40,14 @@ command = 'plot $paper using 1:2 with points pointtype 5 pointsize 2 linecolor r
 style(i) = sprintf('using 1:2 with linespoints pointsize 0.9 linecolor rgb "%s"', colour[i])
 do for [i=1:5] {
   if (there(i, 1)) {
-    command = command.sprintf(', "< ".series(%d, 1) %s pointtype 7 title "%s, 1 thread"', i, style(i), label[i])
+    command = command.sprintf(', "< ".series(%d, 1) %s pointtype 7 title "%s"', i, style(i), label[i])
   }
 }
 do for [i=1:5] {
   if (most_threads > 1 && there(i, most_threads)) {
-    command = command.sprintf(', "< ".series(%d, %d) %s pointtype 6 dashtype 3 title "%s, %d threads"', \
-                              i, most_threads, style(i), label[i], most_threads)
+    # The same colours, dashed: no entries of their own.
+    command = command.sprintf(', "< ".series(%d, %d) %s pointtype 6 dashtype 3 notitle', i, most_threads, style(i))
+    set label 3 sprintf("dashed: %d threads", most_threads) at graph 0.98, 0.04 right textcolor rgb "#555555"
   }
 }
 eval command

@@ -1,7 +1,7 @@
 # Draws `bristle experiment break-away --csv`.
 load folder."/experiment_style.gp"
 set multiplot layout 2,2 title "Break-away: the highest friction of a block under a growing force" font ",17"
-set ylabel "break-away friction  [N]"
+set ylabel "break-away friction, axis from 0.9  [N]"
 set logscale x
 set title "against the rate of the force"
 set xlabel "force rate  [N/s]"
@@ -12,10 +12,12 @@ set title "against the load"
 set xlabel "normal load  [N]"
 set logscale y
 set autoscale y
+set ylabel "break-away friction, log scale  [N]"
 plot for [m in present] rows("load", m) using 4:6 with linespoints linetype index_of(m) title name(m)
 unset logscale y
 set title "against the time at rest"
 set xlabel "time at rest  [s]"
+set ylabel "break-away friction, axis from 0.9  [N]"
 set yrange [0.9:*]
 unset key
 plot for [m in present] rows("rest", m) using 5:6 with linespoints linetype index_of(m) title name(m)

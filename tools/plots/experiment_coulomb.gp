@@ -5,11 +5,12 @@ set multiplot layout 2,2 title "Coulomb's laws" font ",17"
 set title "friction against load"
 set xlabel "normal load  [N]"
 set ylabel "friction force  [N]"
+set yrange [0:*]
 set key bottom right
 plot for [m in present] rows("load", m) using 3:4 with linespoints linetype index_of(m) title name(m)
 unset key
 set logscale x
-set ylabel "friction over load"
+set ylabel "friction over load, axis from 0.38"
 set yrange [0.38:0.42]
 set title "friction over load against load"
 plot for [m in present] rows("load", m) using 3:5 with linespoints linetype index_of(m) title name(m)

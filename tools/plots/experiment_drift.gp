@@ -12,7 +12,7 @@ set xlabel "presliding displacement  [10 um]"
 set ylabel "friction force  [N]"
 set key bottom right
 plot for [m in few] rows("fig2", m) using (1e5 * $6):5 with lines linetype index_of(m) title name(m)
-set title "displacement over time, every model"
+set title "displacement over time"
 set xlabel "time  [s]"
 set ylabel "displacement  [um]"
 set yrange [0:80]

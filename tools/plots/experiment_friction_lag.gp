@@ -4,7 +4,7 @@ load folder."/experiment_style.gp"
 omegas = system(sprintf("awk -F, '$1 == \"width\" && !seen[$3]++ && n++ < 4 { printf \"%%s \", $3 }' '%s'", csv))
 set multiplot layout 2,2 title "Friction lag: one-way sliding whose speed swings" font ",17"
 set xlabel "speed  [mm/s]"
-set ylabel "friction force  [N]"
+set ylabel "friction force, axis not from 0  [N]"
 set key top right
 do for [omega in omegas] {
   set title sprintf("%s rad/s", omega)

@@ -3,7 +3,7 @@
 load folder."/experiment_style.gp"
 set multiplot layout 2,2 title "Slide, hold, slide: what a contact gains at rest" font ",17"
 holds = system(sprintf("awk -F, '$1 == \"peak\" && !seen[$3]++ { printf \"%%s \", $3 }' '%s'", csv))
-set ylabel "friction over kinetic friction"
+set ylabel "friction over kinetic friction, axis not from 0"
 set xlabel "way after the hold  [presliding lengths]"
 set key top right
 after(m, hold) = sprintf("< awk -F, '$1 == \"trace\" && $2 == \"%s\" && $3 == %s && $5 > 0' '%s'", m, hold, csv)
@@ -26,6 +26,7 @@ plot for [m in present] rows("peak", m) using 3:6 with linespoints linetype inde
 set title "the force while it is held (longest hold)"
 set xlabel "time since it stopped  [s]"
 set key bottom right maxrows 6
+set ylabel "friction over kinetic friction"
 set yrange [0:*]
 longest = word(holds, words(holds))
 held(m) = sprintf("< awk -F, '$1 == \"trace\" && $2 == \"%s\" && $3 == %s && $5 == 0 && $4 > 0' '%s'", m, longest, csv)

@@ -6,7 +6,7 @@ set multiplot layout 1,2 title "Steady friction against speed" font ",17"
 set logscale x
 set format x "10^{%T}"
 set xlabel "speed  [m/s]"
-set ylabel "friction force  [N]"
+set ylabel "friction force, axis from 0.9  [N]"
 set yrange [0.9:1.6]
 set title "lubricated"
 unset key

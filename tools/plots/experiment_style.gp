@@ -20,9 +20,17 @@ set linetype 11 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
 set linetype 12 linecolor rgb "#117733" dashtype 1 linewidth 3.2 pointtype 13
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
-is_there(m) = strstrt(" ".present, " ".m." ") > 0
+# Twelve curves hide each other: of more than seven models, one of each kind is drawn. --models names others.
+all_present = present
+if (words(all_present) > 7) {
+  kinds = "coulomb lugre maxwell_slip rate_state brush_redraw brush_rubbed brush_aged"
+  kept = ""
+  do for [m in kinds] { if (strstrt(" ".all_present, " ".m." ") > 0) { kept = kept.m." " } }
+  present = kept
+}
+is_there(m) = strstrt(" ".all_present, " ".m." ") > 0
 # Of the models that a script wants to draw, those that the file holds; where it holds none of them, its first one.
-if (!exists("wanted")) wanted = models
+if (!exists("wanted")) wanted = present
 few = ""
 do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
 if (words(few) == 0) few = word(present, 1)

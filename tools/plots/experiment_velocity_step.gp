@@ -5,7 +5,7 @@ um(speed) = system(sprintf("awk 'BEGIN { printf \"%%g um/s\", 1e6 * %s }'", spee
 set multiplot layout 2,2 title "A step in speed: an effect at once, then a way to the new level" font ",17"
 speeds = system(sprintf("awk -F, '$1 == \"step\" && !seen[$3]++ && n++ < 2 { printf \"%%s \", $3 }' '%s'", csv))
 set xlabel "way after the step  [presliding lengths]"
-set ylabel "friction over that before the step"
+set ylabel "friction over that before the step, axis not from 0"
 set xrange [-0.5:6]
 at(panel, m, speed) = sprintf("< awk -F, 'BEGIN { print \"x,-0.5,1\"; print \"x,0,1\" } $1 == \"%s\" && $2 == \"%s\" && $3 == %s { print \"x,\" $4 \",\" $5 / $6 }' '%s'", panel, m, speed, csv)
 do for [speed in speeds] {

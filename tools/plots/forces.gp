@@ -1,5 +1,6 @@
 # Draws a force file of `bristle run --out`.
 #   gnuplot -e "csv='forces.csv'; png='forces.png'; title='block on floor'" forces.gp
+# Friction as the body exerts it, along its motion: peaks point up.
 # Options: patches='base lid' draws these (default: the first four of the file); zoom=100 adds a panel of the first
 # 100 um of motion, where the bristles bend before they slide.
 if (!exists("csv")) { print "forces.gp: needs csv='FILE'"; exit status 2 }
@@ -38,9 +39,9 @@ set multiplot title title font ",22" noenhanced
 set size 1.0, 0.31
 set xlabel "time  [s]"
 set origin 0.0, 0.64
-set ylabel "force on the body  [N]"
-plot for [i=1:n] rows(i) using "t":"fx" with lines linecolor rgb colour[i] title label_x(i), \
-     for [i=1:n] rows(i) using "t":(y_style(i) * column("fy")) with lines dashtype 3 linecolor rgb colour[i] title label_y(i)
+set ylabel "friction, by the body  [N]"
+plot for [i=1:n] rows(i) using "t":(-column("fx")) with lines linecolor rgb colour[i] title label_x(i), \
+     for [i=1:n] rows(i) using "t":(-y_style(i) * column("fy")) with lines dashtype 3 linecolor rgb colour[i] title label_y(i)
 
 set origin 0.0, 0.33
 set ylabel "position  [mm]"
@@ -55,17 +56,17 @@ unset y2tics
 
 set origin 0.0, 0.01
 set xlabel "position x  [mm]"
-set ylabel "force on the body, x  [N]"
+set ylabel "friction, by the body, x  [N]"
 if (zoom > 0) {
   set rmargin 3
   set size 0.52, 0.31
 }
-plot for [i=1:n] rows(i) using (1e3 * column("x")):"fx" with lines linewidth 0.8 linecolor rgb colour[i] title name(i)
+plot for [i=1:n] rows(i) using (1e3 * column("x")):(-column("fx")) with lines linewidth 0.8 linecolor rgb colour[i] title name(i)
 if (zoom > 0) {
   set origin 0.51, 0.01
   set size 0.49, 0.31
   set lmargin 9
   set xlabel "position x  [um], up to the first slide"
-  plot for [i=1:n] first_rows(i) using (1e6 * column("x")):"fx" with lines linecolor rgb colour[i] title name(i)
+  plot for [i=1:n] first_rows(i) using (1e6 * column("x")):(-column("fx")) with lines linecolor rgb colour[i] title name(i)
 }
 unset multiplot

@@ -1,6 +1,8 @@
 // The part of the page about `bristle accuracy`.
 #include <fmt/format.h>
 
+#include "tools/reports/answers.hpp"
+#include "tools/reports/charts.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
 #include "tools/reports/report_tables.hpp"
@@ -9,12 +11,6 @@ namespace cli {
 namespace {
 
 std::string microseconds(const Json& seconds) { return number_text(seconds, 1e6); }
-
-std::string setting_text(const Json& s) {
-  return fmt::format("bristles a patch: {}, steps of {}, {} rule, {} precision, {} sampling, {} force",
-                     setting_bristles(s), time_text(s.at("dt_s").get<double>()), text_of(s, "step_rule"),
-                     text_of(s, "precision"), text_of(s, "sampling"), text_of(s, "force"));
-}
 
 void add_recommendation(HtmlPage& page, const Json& accuracy) {
   const Json& best = accuracy.at("recommendation");
@@ -25,7 +21,7 @@ void add_recommendation(HtmlPage& page, const Json& accuracy) {
     return;
   }
   page.paragraph(fmt::format("The cheapest setting with at most {} % rms: {}.", wanted,
-                             setting_text(best.at("setting"))));
+                             setting_in_words(best.at("setting"))));
   Table table({"<", "error, rms %", "max %", "energy %", "µs a scene step"});
   for (const auto& [key, name] :
        {std::pair{"search", "in the search"}, std::pair{"confirmed", "run again, other seeds"}}) {
@@ -58,7 +54,7 @@ std::vector<std::string> accuracy_summary(const Json& accuracy) {
       "{}: an error of {} % costs {} µs a step of the scene, {} % of its deadline on one thread ({}); "
       "measured again with other seeds: {} %.",
       scene, wanted, microseconds(best.at("confirmed").at("scene_step_s")),
-      percent_text(best.at("share_of_deadline")), setting_text(best.at("setting")),
+      percent_text(best.at("share_of_deadline")), setting_in_words(best.at("setting")),
       percent_text(best.at("confirmed").at("error").at("rms")))};
 }
 
@@ -83,6 +79,10 @@ void add_accuracy(HtmlPage& page, const std::string& id, const Measurement& meas
             : std::string()));
   }
   page.list(patches);
+  page.charts(accuracy_chart(accuracy),
+              "Error of the force against CPU time of a step, scene " + name +
+                  ". Point at a setting for its values. The front is of settings that the scene could take: "
+                  "steps no longer than its own, and the force that it uses.");
   for (const Picture& picture : measurement.pictures) {
     page.picture(picture.bytes, picture.media_type,
                  "Error of the force against CPU time of a step, scene " + name +

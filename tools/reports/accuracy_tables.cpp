@@ -32,34 +32,28 @@ std::string two_places(const Json& value, const char* sign) {
 
 }  // namespace
 
-std::string setting_bristles(const Json& setting) {
-  if (setting.at("as_scene").get<bool>()) return "as it is";
-  // Reports of older versions have representatives only.
-  if (setting.value("population", "") == "infinite")
-    return "infinite, resolution " + number_text(setting.at("resolution"));
-  return count_text(setting.at("bristles").get<unsigned long long>());
-}
-
 Table settings_table(const Json& accuracy, Medium medium, bool front_only) {
-  constexpr auto terminal = JsonColumn::terminal_only;
-  static const std::vector<JsonColumn> columns = {
-      {"bristles", [](const Json& s) { return Cell(setting_bristles(s)); }},
+  constexpr auto wide = JsonColumn::wide_only;
+  // Made anew: which columns there are depends on the layout, too.
+  const std::vector<JsonColumn> columns = {
+      {"<bristles", [](const Json& s) { return Cell(setting_bristles(s)); }},
       {"dt", [](const Json& s) { return Cell(time_text(s.at("dt_s").get<double>())); }},
       text_column("<rule", "step_rule"),
       text_column("<precision", "precision"),
       text_column("<sampling", "sampling"),
       text_column("<force", "force"),
       error_column("error rms %", "rms"),
-      error_column("+-", "rms_standard_error", terminal),
-      error_column("max %", "max"),
-      error_column("energy %", "energy"),
+      error_column("+-", "rms_standard_error", wide),
+      error_column("max %", "max", medium == Medium::page ? JsonColumn::everywhere : wide),
+      error_column("energy %", "energy", medium == Medium::page ? JsonColumn::everywhere : wide),
       number_column("us a scene step", "scene_step_s", 1e6),
-      {"us a step", [](const Json& s) { return Cell(number_text(s.at("step_s").at("median"), 1e6)); },
-       terminal},
+      {"us a step", [](const Json& s) { return Cell(number_text(s.at("step_s").at("median"), 1e6)); }, wide},
       {"quartiles", [](const Json& s) { return Cell(range_text(s.at("step_s").at("quartiles"), 1e6)); },
-       terminal},
-      number_column("ns a bristle", "ns_per_bristle"),
-      {"<front", [](const Json& s) { return Cell(s.at("pareto").get<bool>() ? "*" : ""); }, terminal}};
+       wide},
+      {"ns a bristle", [](const Json& s) { return Cell(number_text(s.at("ns_per_bristle"))); },
+       medium == Medium::page ? JsonColumn::everywhere : wide},
+      {"<front", [](const Json& s) { return Cell(s.at("pareto").get<bool>() ? "*" : ""); },
+       front_only ? wide : JsonColumn::terminal_only}};
   Json rows = Json::array();
   for (const Json& setting : accuracy.at("settings")) {
     if (!front_only || setting.at("pareto").get<bool>()) rows.push_back(setting);

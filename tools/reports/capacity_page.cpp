@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "tools/files/user_error.hpp"
+#include "tools/reports/charts.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
 #include "tools/reports/report_tables.hpp"
@@ -61,6 +62,9 @@ void add_capacity(HtmlPage& page, const std::string& id, const Measurement& meas
   for (const Json& m : capacity.at("motions"))
     motions.push_back(text_of(m, "name") + ": " + text_of(m, "meaning"));
   page.list(motions);
+  page.charts(capacity_chart(capacity),
+              "Time of a step against the number of bristles, one patch. Point at a "
+              "measurement for its values; the tables below have all others.");
   for (const Picture& picture : measurement.pictures) {
     page.picture(picture.bytes, picture.media_type,
                  "Time of a step (99th percentile) against the number of bristles; the dashed line is the "

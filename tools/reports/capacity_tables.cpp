@@ -51,6 +51,12 @@ JsonColumn fit_column(const char* header, Figure figure) {
           }};
 }
 
+// On a page, and on a terminal only with --wide.
+JsonColumn only_wide(Medium medium, JsonColumn column) {
+  column.where = medium == Medium::page ? JsonColumn::everywhere : JsonColumn::wide_only;
+  return column;
+}
+
 JsonColumn fit_time_column(const char* header, const char* key) {
   return fit_column(
       header, [key](const Json& row) { return time_text(row.at("at_capacity").at(key).get<double>()); });
@@ -75,7 +81,7 @@ std::string bristles_that_fit(const Json& row) {
 }
 
 Table targets_table(const Json& capacity, Medium medium) {
-  static const std::vector<JsonColumn> columns = {
+  const std::vector<JsonColumn> columns = {
       text_column("<target", "name"),
       number_column("measured", "measured"),
       text_column("<", "unit"),
@@ -88,9 +94,38 @@ Table targets_table(const Json& capacity, Medium medium) {
        [](const Json& row) {
          return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
        }},
-      text_column("<what", "what")};
+      only_wide(medium, text_column("<what", "what"))};
   return tabulate(capacity.at("targets"), columns, medium);
 }
+
+namespace {
+
+std::string targets_answer(const Json& targets) {
+  if (targets.empty()) return "";
+  std::size_t met = 0;
+  std::string missed;
+  for (const Json& row : targets) {
+    met += row.at("met").get<bool>() ? 1 : 0;
+    if (!row.at("met").get<bool>()) missed += (missed.empty() ? "; missed: " : ", ") + text_of(row, "name");
+  }
+  return fmt::format("{} of {} speed targets met{}.\n", met, targets.size(), missed);
+}
+
+std::string features_answer(const Json& features) {
+  const Json* dearest = nullptr;
+  for (const Json& row : features)
+    if (text_of(row, "feature") == "all of them")
+      continue;
+    else if (!dearest ||
+             row.at("time_over_least").get<double>() > dearest->at("time_over_least").get<double>())
+      dearest = &row;
+  return dearest ? fmt::format("The dearest feature is {} ({}): {} times the least kernel.\n",
+                               text_of(*dearest, "feature"), text_of(*dearest, "motion"),
+                               two_places(dearest->at("time_over_least")))
+                 : "";
+}
+
+}  // namespace
 
 std::string capacity_answer(const Json& capacity) {
   const double deadline_s = capacity.at("deadline_s").get<double>();
@@ -107,7 +142,8 @@ std::string capacity_answer(const Json& capacity) {
   look_for_dearest(true);
   const bool of_default = dearest != nullptr;
   if (!of_default) look_for_dearest(false);
-  if (dearest == nullptr) return "";
+  if (dearest == nullptr)
+    return targets_answer(capacity.at("targets")) + features_answer(capacity.at("features"));
   std::string text;
   if (dearest->at("bristles").get<double>() > 0.0)
     text = fmt::format("{} of one thread are enough for {} bristles{}, whatever the motion (dearest: {}).\n",
@@ -120,7 +156,7 @@ std::string capacity_answer(const Json& capacity) {
     text += fmt::format(
         "LOWER BOUND, MACHINE BUSY in {} of {} rows: others delayed one step in a hundred. The column "
         "\"median "
-        "allows\"\nsays what would fit if they had not; run it again on a quiet machine.\n",
+        "allows\" says what would fit if they had not; run it again on a quiet machine.\n",
         busy, rows.size());
   return text;
 }
@@ -146,21 +182,24 @@ Table capacities_table(const Json& capacity, Medium medium) {
                    return count_text(static_cast<unsigned long long>(
                        std::llround(row.at("bristles").get<double>() * deadline_s / p50)));
                  }),
-      fit_column("x 900",
-                 [papers](const Json& row) {
-                   return count_text(
-                       static_cast<unsigned long long>(row.at("bristles").get<double>() / papers));
-                 }),
+      only_wide(medium, fit_column("x 900",
+                                   [papers](const Json& row) {
+                                     return count_text(static_cast<unsigned long long>(
+                                         row.at("bristles").get<double>() / papers));
+                                   })),
       fit_column("ns per bristle",
                  [](const Json& row) { return ns_text(row.at("at_capacity").at("ns_per_bristle")); }),
-      fit_column("in cache",
-                 [](const Json& row) { return ns_text(row.at("in_cache").at("ns_per_bristle")); }),
-      fit_time_column("p50", "p50_s"),
-      fit_time_column("p99", "p99_s"),
-      fit_time_column("max", "max_s")};
+      only_wide(medium,
+                fit_column("in cache",
+                           [](const Json& row) { return ns_text(row.at("in_cache").at("ns_per_bristle")); })),
+      only_wide(medium, fit_time_column("p50", "p50_s")),
+      only_wide(medium, fit_time_column("p99", "p99_s")),
+      only_wide(medium, fit_time_column("max", "max_s"))};
   Table table = tabulate(capacity.at("capacities"), columns, medium);
-  table.add_first(
-      {"the paper (2004)", "1 GHz Pentium III", "one patch", "1", "900", "-", "1", "-", "-", "-", "-", "-"});
+  std::vector<Cell> papers_row = {"the paper (2004)", "1 GHz Pentium III", "one patch", "1", "900", "-"};
+  if (table.columns() == columns.size()) papers_row.emplace_back("1");
+  papers_row.resize(table.columns(), Cell("-"));
+  table.add_first(std::move(papers_row));
   return table;
 }
 

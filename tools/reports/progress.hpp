@@ -31,7 +31,9 @@ class Progress {
     if (!terminal_) return;
     next_ = Clock::now() + std::chrono::milliseconds(200);
     shown_ = true;
-    std::fprintf(stderr, "\r\033[K%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
+    char text[80];  // a line that runs over would stay on the terminal
+    std::snprintf(text, sizeof text, "%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
+    std::fprintf(stderr, "\r\033[K%s", text);
     std::fflush(stderr);
   }
 

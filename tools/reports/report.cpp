@@ -11,10 +11,12 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/reports/answers.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report_tables.hpp"
 #include "tools/reports/schema.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
@@ -199,8 +201,31 @@ ReportInput read_report_input(const std::vector<std::string>& files) {
   return input;
 }
 
+std::vector<Answer> report_answers(const ReportInput& input) {
+  Answer fast{"How wrong is a fast setting?", {}}, choice{"What to choose?", {}},
+      stable{"Is mine stable?", {}}, leave{"What to leave out?", {}};
+  for (const Measurement& m : input.accuracy) {
+    complete(m, [&] {
+      const std::string scene =
+          input.accuracy.size() > 1 ? text_of(m.json.at("scene"), "name") + ": " : std::string();
+      fast.paragraphs.push_back(scene + how_wrong_is_fast(m.json));
+      choice.paragraphs.push_back(scene + what_to_choose(m.json));
+      leave.paragraphs.push_back(scene + what_to_leave_out(m.json));
+    });
+  }
+  for (const Measurement& m : input.stability)
+    stable.paragraphs.push_back(complete(m, [&] { return is_mine_stable(m.json); }));
+  const char* const accuracy = "Not measured: add the JSON report of bristle accuracy SCENE.";
+  for (Answer* answer : {&fast, &choice, &leave})
+    if (answer->paragraphs.empty()) answer->paragraphs.emplace_back(accuracy);
+  if (stable.paragraphs.empty())
+    stable.paragraphs.emplace_back("Not measured: add the JSON report of bristle stability.");
+  return {fast, choice, stable, leave};
+}
+
 std::string report_page(const ReportInput& input, const std::string& written) {
   HtmlPage page;
+  page.answers(report_answers(input));
   page.section("summary", "At a glance");
   add_summary(page, input);
   page.section("how-to-read", "How to read this");
@@ -232,8 +257,16 @@ std::string report_page(const ReportInput& input, const std::string& written) {
 }
 
 void report_command(const ReportOptions& options) {
-  const std::string page = report_page(read_report_input(options.files), conditions().time);
-  OutputFile(options.out).write(page);
+  const ReportInput input = read_report_input(options.files);
+  OutputFile(options.out).write(report_page(input, conditions().time));
+  if (options.out == "-") return;
+  std::string text;
+  for (const Answer& answer : report_answers(input)) {
+    text += answer.question;
+    for (const std::string& paragraph : answer.paragraphs) text += ' ' + paragraph;
+    text += '\n';
+  }
+  print_report(text + "\nThe page: " + options.out + '\n');
 }
 
 }  // namespace cli

@@ -32,6 +32,8 @@ struct ReportInput {
 
 /// Throws UserError.
 ReportInput read_report_input(const std::vector<std::string>& files);
+/// The four questions that people bring, and what the reports say to them.
+std::vector<Answer> report_answers(const ReportInput& input);
 /// The page; `written` says when. Throws UserError where a report lacks what its schema promises.
 std::string report_page(const ReportInput& input, const std::string& written);
 void report_command(const ReportOptions& options);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/reports/charts.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report.hpp"
 #include "tools/reports/report_tables.hpp"
@@ -122,6 +123,9 @@ void add_stability(HtmlPage& page, const std::string& id, const Measurement& mea
   page.list({"settles: the energy falls to the end of the run",
              "rings: bristles keep snapping, with an amplitude of a snap length or so",
              "grows: the energy rises, and nothing snaps yet or there is no bound"});
+  page.charts(stability_charts(stability),
+              "What the simulation does over k and c: blue settles, yellow grows, "
+              "orange rings. Point at a cell for its values.");
   for (const Picture& picture : measurement.pictures) {
     page.picture(picture.bytes, picture.media_type,
                  "What the simulation does over k and c (colour), and the limit of linear theory (line).");

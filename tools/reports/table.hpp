@@ -10,13 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "tools/reports/text_layout.hpp"
+
 namespace cli {
 
 enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< shown by the page only
+  CellStyle style = CellStyle::plain;  ///< shown by the page, and on a terminal
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
@@ -33,8 +35,13 @@ class Table {
   /// A line of text across all columns.
   void add_note(std::string text);
   bool empty() const { return rows_.empty(); }
+  std::size_t columns() const { return headers_.size(); }
 
+  /// Within the columns of text_layout(): headers and texts are broken over lines, and columns that still
+  /// have no room follow below, beside the first column again.
   std::string text() const;
+  /// Of its longest line with nothing broken.
+  std::size_t natural_width() const;
   /// Escaped.
   std::string html() const;
   /// RFC 4180, but for lines that end in \n; without notes.
@@ -45,7 +52,12 @@ class Table {
     std::vector<Cell> cells;
     bool is_note = false;
   };
-  std::string text_line(const std::vector<Cell>& cells, const std::vector<std::size_t>& width) const;
+  std::vector<std::size_t> natural_widths() const;
+  std::size_t least_width(std::size_t column) const;
+  std::string text_row(const std::vector<Cell>& cells, const std::vector<std::size_t>& block,
+                       const std::vector<std::size_t>& width, bool is_header) const;
+  std::string text_block(const std::vector<std::size_t>& block, const std::vector<std::size_t>& width,
+                         bool with_notes) const;
 
   std::vector<Cell> headers_;
   std::vector<bool> left_;
@@ -57,7 +69,7 @@ enum class Medium { terminal, page };
 /// A column over rows of some kind: rows of a JSON report, or a struct.
 template <class Row>
 struct Column {
-  enum Where { everywhere, terminal_only, page_only };
+  enum Where { everywhere, terminal_only, page_only, wide_only };  ///< wide: a terminal with --wide
   std::string header;
   std::function<Cell(const Row&)> cell;
   Where where = everywhere;
@@ -72,7 +84,8 @@ Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, Medium
   std::vector<const Column<Row>*> shown;
   std::vector<std::string> headers, last;
   for (const Column<Row>& column : columns) {
-    if (column.where == (medium == Medium::page ? Column<Row>::terminal_only : Column<Row>::page_only))
+    if (column.where == (medium == Medium::page ? Column<Row>::terminal_only : Column<Row>::page_only) ||
+        (column.where == Column<Row>::wide_only && (medium == Medium::page || text_layout().columns != 0)))
       continue;
     shown.push_back(&column);
     headers.push_back(column.header);

@@ -136,28 +136,60 @@ std::string force_table(const Scene& scene, const RunResult& r) {
 }
 
 std::string friction_table(const Scene& scene, const RunResult& r) {
-  Table table({"<friction / load", "sliding", "in theory", "highest", "at first loading, in theory", "snaps",
-               "lost in snaps J", "with contacts J", "in dampers J", "steps overloaded", "bad"});
+  Table table({"<friction / load", "sliding", "in theory", "highest", "in theory at first loading",
+               "steps overloaded", "bad input"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const PatchResult& patch = r.patches[p];
     const bristle::Material& m = scene.materials[scene.patches[p].material].material;
-    std::vector<Cell> row = {name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
-                             fmt::format("{:.4f}", m.kinetic_coefficient()),
-                             fmt::format("{:.4f}", patch.highest_coefficient),
-                             fmt::format("{:.4f}", m.peak_coefficient())};
-    if (has(scene.patches[p].options.outputs, bristle::Outputs::energy)) {
-      row.push_back(count_text(patch.snaps));
-      for (const double joules : {patch.dissipated, patch.contact_loss, patch.damper_work}) {
-        row.push_back(fmt::format("{:.4g}", joules));
-      }
-    } else {
-      row.insert(row.end(), 4, "-");
-    }
-    row.push_back(count_text(patch.overload_steps));
-    row.push_back(count_text(patch.bad_steps));
-    table.add(std::move(row));
+    table.add({name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
+               fmt::format("{:.4f}", m.kinetic_coefficient()),
+               fmt::format("{:.4f}", patch.highest_coefficient), fmt::format("{:.4f}", m.peak_coefficient()),
+               count_text(patch.overload_steps), count_text(patch.bad_steps)});
   }
   return table.text() + more_rows(r.patches.size());
+}
+
+/// Empty where no patch counts its energy.
+std::string energy_table(const Scene& scene, const RunResult& r) {
+  Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    if (!has(scene.patches[p].options.outputs, bristle::Outputs::energy)) continue;
+    const PatchResult& patch = r.patches[p];
+    const auto joules = [](double value) { return fmt::format("{:.4g}", value); };
+    table.add({name_of(scene.patches[p]), count_text(patch.snaps), joules(patch.dissipated),
+               joules(patch.contact_loss), joules(patch.damper_work)});
+  }
+  return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
+}
+
+/// In words: whether it keeps time, and what the friction did.
+std::string run_answer(const Scene& scene, const RunResult& r) {
+  const bristle::DeadlineMonitor& m = r.monitor;
+  std::string text =
+      fmt::format("A step of {} takes {}, {} % of its {}{}; ", scene.name, time_text(m.p50()),
+                  number_text(m.p50() / m.deadline(), 100.0), time_text(m.deadline()),
+                  r.threads == 1 ? " on one thread" : fmt::format(" on {} threads", r.threads));
+  text += m.misses() == 0
+              ? "no step was late.\n"
+              : fmt::format("{} of {} were late, {} by this program, {} because the machine was busy.\n",
+                            count_text(m.misses()), count_text(m.count()), count_text(m.misses_ours()),
+                            count_text(m.misses_machine()));
+  std::size_t said = 0;
+  std::uint64_t bad = 0;
+  for (std::size_t p = 0; p < r.patches.size(); ++p) {
+    const PatchResult& patch = r.patches[p];
+    bad += patch.bad_steps;
+    if (!(patch.sliding_load > 0.0) || said == 3) continue;
+    ++said;
+    text += fmt::format("{} slides at {:.3f} of its load (theory {:.3f}), and rubs with {:.3f} at most.\n",
+                        scene.patches[p].name, patch.sliding_force / patch.sliding_load,
+                        scene.materials[scene.patches[p].material].material.kinetic_coefficient(),
+                        patch.highest_coefficient);
+  }
+  if (said == 0) text += "No patch slid for long enough to say its sliding friction.\n";
+  if (bad > 0)
+    text += fmt::format("BAD INPUT in {} steps of patches: motions or loads that are no numbers.\n", bad);
+  return text;
 }
 
 std::string feature_table(const Scene& scene, const RunResult& r) {
@@ -244,9 +276,9 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
 }  // namespace
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
-  std::string text = head(scene, options, r) + '\n' +
+  std::string text = run_answer(scene, r) + '\n' + head(scene, options, r) + '\n' +
                      (r.realtime ? realtime_table(*r.realtime, r.threads) + '\n' : "") +
-                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n';
+                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n' + energy_table(scene, r);
   if (!r.bodies.empty()) text += body_table(scene, r) + '\n';
   text += feature_table(scene, r);
   text += fmt::format("\nstate hash  {:016x}\n", r.state_hash);

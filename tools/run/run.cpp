@@ -14,6 +14,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
+#include "tools/reports/text_layout.hpp"
 #include "tools/run/paced_clock.hpp"
 #include "tools/run/run_state.hpp"
 #include "tools/scene/scene_memory.hpp"
@@ -365,7 +366,7 @@ void run_command(const RunOptions& options) {
   if (options.realtime) stop_on_signals();
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;
-  if (!on_stdout) write_text(stdout, run_table(scene, options, result), "standard output");
+  if (!on_stdout) print_report(run_table(scene, options, result));
   if (json) json.write(run_json(scene, options, result));
   if (histograms) histograms.write(histogram_csv(*result.realtime));
   // Reported last: it must not cost the reports.

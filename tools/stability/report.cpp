@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/reports/answers.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report_tables.hpp"
@@ -194,13 +195,14 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
 std::string stability_table(const StabilityOptions& options, const StabilityResult& result) {
   const Json report = report_of(options, result);
   const Conditions c = conditions();
-  std::string text = fmt::format(
+  std::string text = stability_answer(report) + '\n';
+  text += fmt::format(
       "bristle {}, commit {}, {}\n"
       "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
       "(devices: "
-      "beta = b T/m)\n"
+      "beta = b T/m) "
       "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, redraw. Each cell from two "
-      "starts:\n"
+      "starts: "
       "a push within presliding, and steady sliding; the worse counts. {} steps. Population of maps and "
       "slope: "
       "{}.\n\n",

@@ -15,6 +15,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
@@ -262,7 +263,7 @@ void stability_command(const StabilityOptions& options) {
     throw UserError(error.what());  // BRISTLE_ISA names an instruction set that this machine lacks
   }
   result.seconds_taken = bristle::DeadlineMonitor::wall_now() - start;
-  if (!on_stdout) write_text(stdout, stability_table(options, result), "standard output");
+  if (!on_stdout) print_report(stability_table(options, result));
   if (json) json.write(stability_json(options, result));
   if (csv) csv.write(stability_csv(result));
 }

@@ -14,6 +14,7 @@
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/reports/table.hpp"
+#include "tools/reports/text_layout.hpp"
 #include "tools/run/paced_clock.hpp"
 #include "tools/sweep/dask.hpp"
 #include "tools/sweep/sweep.hpp"
@@ -133,6 +134,22 @@ Overview overview_of(const SweepRows& rows) {
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
 
+/// Which results go from where to where; the first three that change.
+std::string ranges_answer(const SweepRows& rows, const Overview& overview) {
+  std::string text;
+  std::size_t said = 0;
+  const std::size_t varied = rows.header.contains("vary") ? rows.header["vary"].size() : 0;
+  for (std::size_t c = 1 + varied; c + 1 < overview.columns.size() && said < 3; ++c) {
+    const Spread& spread = overview.spreads[c];
+    const SweepColumn& column = overview.columns[c];
+    if (spread.count < 2 || column.name == "seed" || column.measured || spread.least == spread.greatest)
+      continue;
+    text += fmt::format("{}{} goes from {} to {}{}", said++ ? "; " : "", column.name, number(spread.least),
+                        number(spread.greatest), column.unit.empty() ? "" : " " + column.unit);
+  }
+  return text.empty() ? "" : text + ".\n";
+}
+
 std::string ranges_table(const Overview& overview) {
   Table table({"<column", "<unit", "rows", "least", "mean", "greatest"});
   constexpr std::size_t shown = 24;
@@ -151,7 +168,7 @@ std::string ranges_table(const Overview& overview) {
   return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
 }
 
-/// All of a small study.
+/// All of a small study; empty where that is too wide to read.
 std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
@@ -173,14 +190,8 @@ std::string rows_table(const SweepRows& rows, const Overview& overview) {
     }
     table.add(std::move(line));
   }
-  return table.text();
-}
-
-std::size_t width_of(const std::string& text) {
-  std::size_t widest = 0, begin = 0;
-  for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
-    widest = std::max(widest, end - begin);
-  return widest;
+  const std::size_t columns = text_layout().columns;
+  return columns == 0 || table.natural_width() <= columns ? table.text() : std::string();
 }
 
 std::string report_json(const SweepRows& rows, const std::vector<std::string>& out, double seconds) {
@@ -250,9 +261,9 @@ std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>&
   if (overview.failures)
     text += fmt::format("{} of them refused by the scene (column failure); {}\n",
                         count_text(overview.failures), overview.first_failure);
-  text += '\n';
+  text += ranges_answer(rows, overview) + '\n';
   const std::string all = rows.done <= 20 ? rows_table(rows, overview) : std::string();
-  text += !all.empty() && width_of(all) <= 100 ? all : ranges_table(overview);
+  text += !all.empty() ? all : ranges_table(overview);
   text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header["study"].get<std::string>(),
                       rows.table_hash());
   return text;
@@ -298,13 +309,13 @@ int sweep_command(const SweepOptions& options) {
         "shard {}/{}: {} rows, in {}\nwhen all shards are done: bristle sweep merge {}.shard-*.journal --out "
         "{}\n",
         shard.part, shard.parts, count_text(store.rows().done), journal, out, out);
-    write_text(stdout, text, "standard output");
+    print_report(text);
     return 0;
   }
   for (const std::string& path : options.out) write_table_file(store.rows(), path);
   if (!options.json.empty())
     OutputFile(options.json).write(report_json(store.rows(), options.out, seconds_now() - start));
-  if (!quiet_stdout) write_text(stdout, sweep_summary(store.rows(), options.out), "standard output");
+  if (!quiet_stdout) print_report(sweep_summary(store.rows(), options.out));
   if (options.journal.empty()) store.remove();
   refuse_if_all_failed(store.rows());
   return 0;
@@ -324,7 +335,7 @@ void merge_command(const MergeOptions& options) {
   }
   for (const std::string& path : options.out) write_table_file(rows, path);
   if (!options.json.empty()) OutputFile(options.json).write(report_json(rows, options.out, 0.0));
-  if (!quiet_stdout) write_text(stdout, sweep_summary(rows, options.out), "standard output");
+  if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
   refuse_if_all_failed(rows);
 }
 

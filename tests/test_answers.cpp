@@ -1,0 +1,411 @@
+// What a user sees first: answers in words, lines of at most 80 columns, help, completion and the manual.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/reports/answers.hpp"
+#include "tools/reports/table.hpp"
+#include "tools/reports/text_layout.hpp"
+
+#include "command_line.hpp"
+#include "temporary_folder.hpp"
+
+using bristle_test::Outcome;
+using bristle_test::read_file;
+using bristle_test::run_cli;
+using Folder = bristle_test::TemporaryFolder;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+using nlohmann::json;
+
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The first paragraph, as one line.
+std::string answer_of(const std::string& text) {
+  std::string answer = text.substr(0, text.find("\n\n"));
+  std::replace(answer.begin(), answer.end(), '\n', ' ');
+  return answer;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  return words;
+}
+
+/// The longest line that has no room in 80 columns, or a line with a byte that a terminal obeys; empty:
+/// neither.
+std::string fault_of_text(const std::string& text) {
+  std::string worst;
+  for (const std::string& line : lines_of(text)) {
+    for (const char c : line)
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return "control byte in: " + line;
+    if (cli::width_of(line) > 80 && line.size() > worst.size()) worst = line;
+  }
+  return worst;
+}
+
+/// What `bristle PATH --help` says; asked once.
+const Outcome& help_of(const Folder& folder, const std::string& path) {
+  static std::map<std::string, Outcome> all;
+  const auto found = all.find(path);
+  return found != all.end() ? found->second : all[path] = run_cli(folder, path + " --help");
+}
+
+/// Words that a command's --help lists: its subcommands and options.
+std::vector<std::string> helped_words(const Folder& folder, const std::string& path) {
+  std::vector<std::string> words;
+  std::string section;
+  for (const std::string& line : lines_of(help_of(folder, path).out)) {
+    if (!line.empty() && line[0] != ' ') section = line;
+    // An entry has two spaces before it; what is continued has more.
+    if (line.size() < 3 || line.substr(0, 2) != "  " || line[2] == ' ') continue;
+    std::string first = words_of(line)[0];
+    if (section != "Subcommands:" && section != "Options:") continue;
+    for (std::size_t comma; (comma = first.find(',')) != std::string::npos; first.erase(0, comma + 1))
+      words.push_back(first.substr(0, comma));
+    words.push_back(first);
+  }
+  return words;
+}
+
+/// "", "run", ... "experiment drift", ... of all there are.
+std::vector<std::string> command_paths(const Folder& folder) {
+  std::vector<std::string> paths = {""};
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    // Every experiment has the same options: one of them stands for all.
+    std::size_t experiments = 0;
+    for (const std::string& word : helped_words(folder, paths[i]))
+      if (word[0] != '-' && (paths[i] != "experiment" || ++experiments <= 1))
+        paths.push_back(paths[i].empty() ? word : paths[i] + ' ' + word);
+  }
+  return paths;
+}
+
+bool installed(const char* program) {
+  return std::system((std::string("command -v ") + program + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+std::string output_of(const std::string& command) {
+  std::string text;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  char block[4096];
+  while (const std::size_t got = std::fread(block, 1, sizeof block, pipe)) text.append(block, got);
+  pclose(pipe);
+  return text;
+}
+
+/// Restores the layout of the process.
+struct Columns {
+  explicit Columns(std::size_t columns) { cli::text_layout().columns = columns; }
+  ~Columns() { cli::text_layout() = cli::TextLayout(); }
+};
+
+std::string scene(const char* name) { return std::string("'" BRISTLE_SCENES "/") + name + ".toml'"; }
+
+}  // namespace
+
+TEST_CASE("Text is broken at spaces, and nothing of it is lost", "[answers]") {
+  const std::string text = "the brush holds \xC2\xB5m and mm, but averyveryverylongword has to be cut in two";
+  for (const std::size_t columns : {8u, 13u, 20u, 41u}) {
+    std::string joined;
+    for (const std::string& line : cli::broken_lines(text, columns)) {
+      CHECK(cli::width_of(line) <= columns);
+      CHECK(line.front() != ' ');
+      CHECK(line.back() != ' ');
+      joined += line;
+    }
+    std::string packed = text;
+    for (std::string* t : {&joined, &packed}) t->erase(std::remove(t->begin(), t->end(), ' '), t->end());
+    CHECK(joined == packed);
+  }
+  CHECK(cli::broken_lines("four five", 9) == std::vector<std::string>{"four five"});
+  CHECK(cli::broken_lines("four five", 8) == std::vector<std::string>{"four", "five"});
+  CHECK(cli::broken_lines("as long as it gets", 0).size() == 1);
+}
+
+TEST_CASE("Continued prose hangs below its text, behind a label", "[answers]") {
+  const std::string line =
+      "deadline    " + std::string(30, 'a') + ' ' + std::string(30, 'b') + ' ' + "endings of it";
+  CHECK(cli::filled(line + "\nshort\n") == "deadline    " + std::string(30, 'a') + ' ' +
+                                               std::string(30, 'b') + "\n            endings of it\nshort\n");
+  const Columns wide(0);
+  CHECK(cli::filled(line) == line);
+}
+
+TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room follow below",
+          "[answers]") {
+  cli::Table table({"<name", "a header of many words", "<why", "one", "two", "three", "four", "five", "six"});
+  const std::string why = "a reason that takes more than one line of the column that it is given here";
+  table.add({"first", "12.5", why, "1000000", "2000000", "3000000", "4000000", "5000000", "6000000"});
+  table.add_note("a note");
+  const std::string text = table.text();
+  CHECK(fault_of_text(text) == "");
+  for (const std::string& word : words_of(why + " 1000000 6000000 a header of many words six"))
+    CHECK_THAT(text, Contains(word));
+  // The name stands beside every part of its row, the note once.
+  std::size_t names = 0, notes = 0;
+  for (const std::string& line : lines_of(text)) {
+    names += line.rfind("first", 0) == 0 ? 1 : 0;
+    notes += line == "a note" ? 1 : 0;
+  }
+  CHECK(names >= 2);
+  CHECK(notes == 1);
+  {
+    const Columns wide(0);
+    CHECK(lines_of(table.text()).size() == 3);
+    CHECK(cli::width_of(lines_of(table.text())[1]) == table.natural_width());
+  }
+  cli::Table small({"<a", "b"});
+  small.add({"x", "1"});
+  CHECK(small.text() == "a  b\nx  1\n");
+}
+
+TEST_CASE("Columns for --wide are left out of 80 columns and of the page", "[answers]") {
+  const std::vector<cli::Column<int>> columns = {
+      {"n", [](const int& n) { return cli::Cell(std::to_string(n)); }},
+      {"more", [](const int&) { return cli::Cell("x"); }, cli::Column<int>::wide_only}};
+  const std::vector<int> rows = {7};
+  CHECK(cli::tabulate(rows, columns).columns() == 1);
+  CHECK(cli::tabulate(rows, columns, cli::Medium::page).columns() == 1);
+  const Columns wide(0);
+  CHECK(cli::tabulate(rows, columns).columns() == 2);
+}
+
+TEST_CASE("A run's first lines say how long a step takes, what was late, and how it slides", "[answers]") {
+  const Folder folder;
+  const Outcome outcome =
+      run_cli(folder, "run " + scene("fingertip") + " --steps 3000 --json '" + folder.at("r.json") + "'");
+  REQUIRE(outcome.code == 0);
+  CHECK(fault_of_text(outcome.out) == "");
+  const json report = json::parse(read_file(folder.at("r.json")));
+  const std::vector<std::string> lines = lines_of(outcome.out);
+  CHECK_THAT(lines[0],
+             StartsWith("A step of fingertip takes ") && Contains("% of its 1.00 ms on one thread"));
+  const std::string answer = answer_of(outcome.out);
+  const json& patch = report["patches"][0];
+  char slides[64];
+  std::snprintf(slides, sizeof slides, "tip slides at %.3f of its load (theory %.3f)",
+                patch["coefficient"]["sliding"].get<double>(),
+                patch["coefficient"]["kinetic_theory"].get<double>());
+  CHECK_THAT(answer, Contains(slides));
+  const std::uint64_t late = report["deadline"]["misses"];
+  CHECK_THAT(answer, Contains(late == 0 ? "no step was late" : std::to_string(late) + " of 3,000 were late"));
+}
+
+TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
+          "[answers]") {
+  if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene is in double precision
+  const Folder folder;
+  const std::string command = "run " + scene("two_surfaces") + " --steps 300";
+  const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
+  CHECK(fault_of_text(narrow) == "");
+  CHECK(fault_of_text(wide) != "");
+  CHECK(lines_of(wide).size() < lines_of(narrow).size());
+}
+
+TEST_CASE("An experiment's first lines say how much each model shows", "[answers]") {
+  const Folder folder;
+  const Outcome outcome = run_cli(
+      folder, "experiment coulomb --models coulomb,lugre,brush_redraw --json '" + folder.at("e.json") + "'");
+  REQUIRE(outcome.code == 0);
+  CHECK(fault_of_text(outcome.out) == "");
+  std::size_t shown = 0, phenomena = 0;
+  const json report = json::parse(read_file(folder.at("e.json")));
+  for (const json& finding : report["experiments"][0]["findings"]) {
+    if (finding["model"] != "brush_redraw") continue;
+    ++phenomena;
+    shown += finding["shown"].get<bool>() ? 1 : 0;
+  }
+  const std::string answer = answer_of(outcome.out);
+  CHECK_THAT(answer, StartsWith("coulomb, what is shown of "));
+  const std::string count = shown == phenomena && shown > 1 ? "all" : std::to_string(shown);
+  CHECK_THAT(answer, Contains(count + " by ") && Contains("brush, redraw"));
+}
+
+TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]") {
+  const Folder folder;
+  const Outcome outcome = run_cli(folder, "sweep " + scene("stroke") +
+                                              " --vary material.skin.kinetic=0.3,0.4 --steps 30 --set "
+                                              "patch.fingertip.bristles=100 --json '" +
+                                              folder.at("s.json") + "'");
+  CAPTURE(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(fault_of_text(outcome.out) == "");
+  CHECK_THAT(outcome.out, StartsWith("2 rows of scene stroke"));
+  bool said = false;
+  const json report = json::parse(read_file(folder.at("s.json")));
+  for (const json& column : report["columns"]) {
+    if (!column.contains("least") || column["least"] == column["greatest"]) continue;
+    said = said || answer_of(outcome.out).find(column["name"].get<std::string>() + " goes from ") !=
+                       std::string::npos;
+  }
+  CHECK(said);
+}
+
+TEST_CASE("Answers of an accuracy report name the choice, the fast setting and what to leave out",
+          "[answers]") {
+  const json setting = {{"as_scene", false},       {"bristles", 300},       {"dt_s", 1e-3},
+                        {"step_rule", "exact"},    {"precision", "single"}, {"sampling", "stratified"},
+                        {"force", "end"},          {"pareto", true},        {"scene_step_s", 2e-6},
+                        {"error", {{"rms", 0.07}}}};
+  json own = setting;
+  own["as_scene"] = true;
+  own["scene_step_s"] = 9e-6;
+  own["error"]["rms"] = 0.011;
+  cli::Json report = cli::Json::object();
+  report["settings"] = {setting, own};
+  report["features"] = {{{"feature", "energy"},
+                         {"advice", "leave out unless it is read"},
+                         {"state", "used"},
+                         {"saves", 0.24},
+                         {"quartiles", {0.2, 0.3}},
+                         {"error_with", 0.011},
+                         {"error_without", 0.011}},
+                        {{"feature", "redraw"},
+                         {"advice", "costs next to nothing"},
+                         {"state", "used"},
+                         {"saves", 0.01},
+                         {"quartiles", {-0.02, 0.04}},
+                         {"error_with", 0.01},
+                         {"error_without", 0.01}}};
+  report["recommendation"] = {{"wanted_error", 0.05},
+                              {"found", true},
+                              {"setting", setting},
+                              {"confirmed", {{"error", {{"rms", 0.0712}}}, {"scene_step_s", 2.5e-6}}},
+                              {"share_of_deadline", 0.0025}};
+  CHECK_THAT(cli::how_wrong_is_fast(report),
+             StartsWith("The fastest tried is 7 % wrong at 2.00 us a step: 300 bristles a patch") &&
+                 Contains("The scene as it is: 1.1 % wrong at 9.00 us."));
+  CHECK_THAT(cli::what_to_choose(report), StartsWith("For at most 5 % take 300 bristles") &&
+                                              Contains("7.12 % wrong when run again") &&
+                                              Contains("0.25 % of the deadline"));
+  // What the quartiles cannot tell from nothing is no saving.
+  CHECK_THAT(cli::what_to_leave_out(report),
+             Contains("energy (saves 24 %, error 1.1 % with, 1.1 % without)") && !Contains("redraw"));
+  report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};
+  CHECK_THAT(cli::what_to_choose(report), Contains("No setting tried meets 0.1 %") && Contains("0.29 %"));
+  report["features"] = cli::Json::array();
+  CHECK_THAT(cli::what_to_leave_out(report), StartsWith("Nothing"));
+}
+
+TEST_CASE("Every --help fits 80 columns and has no control byte", "[answers]") {
+  const Folder folder;
+  for (const std::string& path : command_paths(folder)) {
+    CAPTURE(path);
+    const Outcome& help = help_of(folder, path);
+    CHECK(help.code == 0);
+    CHECK(help.err.empty());
+    CHECK(fault_of_text(help.out) == "");
+  }
+  CHECK(fault_of_text(run_cli(folder, "experiment list").out) == "");
+  CHECK(fault_of_text(run_cli(folder, "--version").out) == "");
+}
+
+TEST_CASE("bash completes every command and option that --help lists", "[answers]") {
+  const Folder folder;
+  const std::string script = folder.write("completion", run_cli(folder, "completion bash").out);
+  const std::vector<std::string> paths = command_paths(folder);
+  // One shell for all: for each place the words after it, then those after it that begin with "--".
+  std::string program = "source '" + script +
+                        "'\ncompopt() { :; }\ntry() { COMP_WORDS=(\"$@\"); "
+                        "COMP_CWORD=$(($# - 1)); COMPREPLY=(); _bristle; echo \"${COMPREPLY[*]}\"; }\ncd '" +
+                        folder.at("") + "'\n";
+  for (const std::string& path : paths)
+    program += "try bristle " + path + " ''\ntry bristle " + path + " --\n";
+  program += "try bristle fit d.csv --law l\ntry bristle run --out compl\ntry bristle run --rate ''\n";
+  const std::vector<std::string> replies =
+      lines_of(output_of("bash '" + folder.write("try.sh", program) + "' 2>&1"));
+  REQUIRE(replies.size() == 2 * paths.size() + 3);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    CAPTURE(paths[i]);
+    const std::vector<std::string> all = words_of(replies[2 * i]), options = words_of(replies[2 * i + 1]);
+    const std::set<std::string> offered(all.begin(), all.end());
+    std::size_t long_options = 0;
+    for (const std::string& word : helped_words(folder, paths[i])) {
+      CAPTURE(word);
+      CHECK(offered.count(word) == 1);
+      long_options += word.rfind("--", 0) == 0 ? 1 : 0;
+    }
+    CHECK(long_options > 0);
+    CHECK(options.size() == long_options);
+  }
+  CHECK(replies[2 * paths.size()] == "lognormal");
+  CHECK(replies[2 * paths.size() + 1] == "completion");  // a file
+  CHECK(replies[2 * paths.size() + 2].empty());          // a number
+}
+
+TEST_CASE("Completion of zsh and fish names every option, and the shells can read it", "[answers]") {
+  const Folder folder;
+  const std::vector<std::string> paths = command_paths(folder);
+  for (const std::string shell : {"zsh", "fish"}) {
+    const std::string text = run_cli(folder, "completion " + shell).out;
+    const std::string script = folder.write(shell, text);
+    if (installed(shell.c_str())) CHECK(output_of(shell + " -n '" + script + "' 2>&1") == "");
+    for (const std::string& path : paths)
+      for (const std::string& word : helped_words(folder, path)) {
+        CAPTURE(shell, path, word);
+        const std::string form = shell == "zsh"   ? "'" + word + ":"
+                                 : word[0] != '-' ? " -a " + word + " "
+                                 : word[1] != '-' ? " -s " + word.substr(1) + " "
+                                                  : " -l " + word.substr(2) + " ";
+        CHECK(text.find(form) != std::string::npos);
+      }
+  }
+  CHECK(run_cli(folder, "completion tcsh").code == 2);
+}
+
+TEST_CASE("The manual has a page for each command with all of its options, and renders without a warning",
+          "[answers]") {
+  const Folder folder;
+  REQUIRE(run_cli(folder, "manual --out '" + folder.at("man") + "'", "SOURCE_DATE_EPOCH=1700000000").code ==
+          0);
+  for (const std::string& path : command_paths(folder)) {
+    if (path.find(' ') != std::string::npos) continue;
+    CAPTURE(path);
+    const std::string file = folder.at("man") + "/bristle" + (path.empty() ? "" : "-" + path) + ".1";
+    const std::string page = read_file(file);
+    CHECK_THAT(page, StartsWith(".TH BRISTLE") && Contains(" 2023-11-14 "));
+    for (std::string word : helped_words(folder, path)) {
+      for (std::size_t at = 0; (at = word.find('-', at)) != std::string::npos; at += 2) word.insert(at, "\\");
+      CAPTURE(word);
+      CHECK(page.find(word) != std::string::npos);
+    }
+    if (installed("groff"))
+      CHECK(output_of("groff -ww -man -Tutf8 -rLL=80n '" + file + "' 2>&1 >/dev/null") == "");
+    if (installed("mandoc")) CHECK(output_of("mandoc -T lint -W warning '" + file + "' 2>&1") == "");
+  }
+  CHECK(run_cli(folder, "manual run").out.rfind(".TH BRISTLE\\-RUN 1", 0) == 0);
+  CHECK(run_cli(folder, "manual walk").code == 2);
+}
+
+TEST_CASE("Colour is for terminals, and NO_COLOR takes it away", "[answers]") {
+  if (!installed("script")) return;
+  const Folder folder;
+  const auto on_terminal = [&](const std::string& environment) {
+    return output_of(environment + " script -qec \"'" BRISTLE_CLI "' run " + scene("stroke") +
+                     " --steps 3 --bristles 10\" /dev/null </dev/null 2>&1");
+  };
+  const std::string bold = "\x1B[1m";
+  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR="), Contains(bold));
+  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR=1"), !Contains("\x1B["));
+  CHECK_THAT(on_terminal("TERM=dumb NO_COLOR="), !Contains("\x1B["));
+  CHECK_THAT(run_cli(folder, "run " + scene("stroke") + " --steps 3 --bristles 10").out, !Contains("\x1B["));
+}

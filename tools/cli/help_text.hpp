@@ -1,0 +1,18 @@
+// --help within 80 columns.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace cli {
+
+class HelpText : public CLI::Formatter {
+ public:
+  HelpText();
+  std::string make_option(const CLI::Option* option, bool is_positional) const override;
+  std::string make_subcommand(const CLI::App* command) const override;
+  std::string make_usage(const CLI::App* app, std::string name) const override;
+  std::string make_description(const CLI::App* app) const override;
+  std::string make_footer(const CLI::App* app) const override;
+};
+
+}  // namespace cli
