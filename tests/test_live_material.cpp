@@ -94,6 +94,22 @@ TEST_CASE("A live change of the lubricant keeps the overload", "[load]") {
   }
 }
 
+TEST_CASE(
+    "Bristles that a live change leaves beyond their snap length lose all that they had stored, on both axes",
+    "[load][energy]") {
+  for (Precision precision : precisions()) {
+    INFO(name_of(precision));
+    OnePatch patch(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(n, 2, precision));
+    patch.step(0.3 * dbar, 0.7 * dbar, n);
+    patch.batch.set_material(patch.id, plain_material(SnapLength::single(0.5 * dbar), SnapRule::keep));
+    const Response r = patch.step(0.0, 0.0, n);
+    // Each a spring of 1 N/m, bent by 0.76 of its length, and 0.5 of it is what it can take now.
+    CHECK(r.dissipated == Approx(0.5 * n * (0.09 + 0.49) * dbar * dbar).epsilon(1e-5));
+    CHECK(r.snaps == n);
+    CHECK(std::abs(r.elastic[0]) + std::abs(r.elastic[1]) < 1e-9 * n * dbar);
+  }
+}
+
 TEST_CASE("The phase of a step too long to have one is another for another seed", "[extremes]") {
   for (Precision precision : precisions()) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep);
