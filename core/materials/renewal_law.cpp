@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <vector>
 
 #include "core/materials/elementary.hpp"
@@ -92,12 +93,42 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
+/// What find_forget looks at, and what it found. It takes milliseconds, and many materials differ in nothing
+/// but their springs.
+struct Known {
+  SnapLaw law;
+  SnapRule rule;
+  double first, second, renewal;
+  double forget;  ///< 0 = nothing yet
+
+  bool fits(const Material& m) const noexcept {
+    const SnapLength& length = m.snap_length;
+    return forget > 0.0 && law == length.law() && rule == m.snap_rule && first == length.first_parameter() &&
+           second == length.second_parameter() && renewal == m.shared_renewal;
+  }
+};
+
+/// find_forget, of the last materials of this thread by memory. (Of this thread: no lock that a fork could
+/// leave closed. Plain numbers: nothing keeps a library from being unloaded.)
+double recall_forget(const Material& m) {
+  thread_local Known known[32] = {};
+  thread_local std::size_t next = 0;
+  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);  // has more than two parameters
+  for (const Known& k : known)
+    if (k.fits(m)) return k.forget;
+  const double forget = find_forget(m);
+  known[next++ % std::size(known)] = {
+      m.snap_length.law(), m.snap_rule, m.snap_length.first_parameter(), m.snap_length.second_parameter(),
+      m.shared_renewal,    forget};
+  return forget;
+}
+
 }  // namespace
 
 RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
-  law.forget = find_forget(m);
+  law.forget = recall_forget(m);
   // The mean of 1 - S over the path.
   constexpr int parts = 8;
   double sum = 0.0;
