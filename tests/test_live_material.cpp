@@ -112,10 +112,10 @@ TEST_CASE(
 
 TEST_CASE("Materials that compare equal give the same bits, whichever of them a batch met first",
           "[determinism]") {
-  const Material zeros =
-      Material{}.with_snap_length(SnapLength::uniform(0.0, 2.0 * dbar)).with_stribeck_velocity(0.0);
+  const Material zeros = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw)
+                             .with_stribeck_velocity(0.0);
   Material negative = zeros;
-  negative.with_snap_length(SnapLength::uniform(-0.0, 2.0 * dbar)).with_stribeck_velocity(-0.0);
+  negative.with_stribeck_velocity(-0.0);
   negative.with_bristle_damping(-0.0).with_viscous_friction(-0.0);
   negative.with_residual_length(-0.0).with_shared_renewal(-0.0);
   REQUIRE(negative == zeros);
