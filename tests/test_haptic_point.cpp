@@ -19,18 +19,22 @@ using Eigen::Vector3d;
 
 namespace {
 
-const Material skin = Material::from_coefficients(
-    Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(20e-6).with_damping_per_newton(
-        2.0));
+/// Made where it is first used: finding it takes longer than the process of any other test takes to start.
+const Material& skin() {
+  static const Material made = Material::from_coefficients(
+      Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(20e-6).with_damping_per_newton(
+          2.0));
+  return made;
+}
 
 /// A point on a floor (z = 0) of the given stiffness.
 struct Floor {
   explicit Floor(const HapticOptions& options, double highest_load = 12.0)
       : point(options),
-        patch(batch.add(skin, PatchOptions{}
-                                  .with_max_normal_load(highest_load)
-                                  .with_bristles(2000)
-                                  .with_outputs(Outputs::all))) {
+        patch(batch.add(skin(), PatchOptions{}
+                                    .with_max_normal_load(highest_load)
+                                    .with_bristles(2000)
+                                    .with_outputs(Outputs::all))) {
     motion.id = patch;
   }
   Vector3d step(const Vector3d& position, double stiffness = 500.0) {
@@ -108,7 +112,7 @@ TEST_CASE("What the patch is moved by adds up to what the device moved, noise an
 
 TEST_CASE("Forces stay within the device's limit, wall and friction in their true proportion", "[haptic]") {
   const double limit = 3.3;
-  Floor floor(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin.peak_coefficient()));
+  Floor floor(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin().peak_coefficient()));
   std::mt19937_64 random(2);
   std::normal_distribution<double> gauss;
   Vector3d position(0, 0, 0);
@@ -125,7 +129,7 @@ TEST_CASE("Forces stay within the device's limit, wall and friction in their tru
   // Slow sliding at 6 N of wall: the force leans as it does at 1 N.
   double lean[2];
   for (int k : {0, 1}) {
-    Floor slow(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin.peak_coefficient()));
+    Floor slow(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin().peak_coefficient()));
     Vector3d mean(0, 0, 0);
     for (int i = 0; i < 3000; ++i) {
       const Vector3d force = slow.step(Vector3d(1e-6 * i, 0.0, k == 0 ? -0.002 : -0.012));
@@ -144,7 +148,7 @@ TEST_CASE("The limit gives no energy to the hand where scaling the whole force w
     const Vector3d force = scaled.step(position);
     return Vector3d(force * std::min(1.0, limit / std::max(1e-9, force.norm())));
   });
-  Floor capped(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin.peak_coefficient()));
+  Floor capped(HapticOptions{}.with_force_limit(limit).with_peak_coefficient(skin().peak_coefficient()));
   const double work_capped = work_of_cycle([&](const Vector3d& position) { return capped.step(position); });
   Floor free(HapticOptions{});
   const double work_free = work_of_cycle([&](const Vector3d& position) { return free.step(position); });

@@ -194,7 +194,8 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
 }
 
 TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determinism]") {
-  const std::vector<PatchCase> cases = every_variant(test_size(700));
+  // The infinite brush has no bristles to leave out: a few of it.
+  const std::vector<PatchCase> cases = every_variant_and_few_infinite(test_size(700), 7);
   struct Outcome {
     std::vector<Response> responses;
     std::vector<std::uint64_t> hashes;
@@ -236,10 +237,13 @@ TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determi
     CHECK(a.hashes == b.hashes);
   };
   const Outcome expected = run(BatchOptions{}.with_isa("scalar"));
+  bool eager = true;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
-    if (isa.usable && std::string(isa.name) != "scalar")
-      compare(expected, run(BatchOptions{}.with_isa(isa.name)), isa.name);
-  compare(expected, run(BatchOptions{}.with_eager(true).with_threads(3)), "eager, 3 threads");
+    if (isa.usable && (std::string(isa.name) != "scalar" || is_scalar(PatchBatch()))) {
+      compare(expected, run(BatchOptions{}.with_isa(isa.name).with_eager(eager).with_threads(eager ? 3 : 1)),
+              isa.name);
+      eager = !eager;
+    }
 }
 
 TEST_CASE("Saving, restoring and new materials keep the detail", "[overload]") {

@@ -2,6 +2,7 @@
 // made by an independent solver (tests/data/rubbing_*.csv), and what must hold of every patch.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -103,6 +104,26 @@ TEST_CASE("Rubbed bristles follow the virgin curve of the tables in steps of any
                     "mean deflection");
       }
     }
+  }
+}
+
+TEST_CASE("Bristles that are renewed and snap again within a step renew others too", "[rubbing][virgin]") {
+  // Exponential lengths have no memory: whatever came before, a bristle begins anew at a rate of 1 + kappa a
+  // mean length.
+  const std::uint32_t n = test_size(200000);
+  for (double kappa : {1.0, 3.0}) {
+    const double rate = 1.0 + kappa;
+    TableCase c;
+    c.law = SnapLength::exponential(dbar);
+    c.renewal = kappa;
+    Rub rub(c, n, 1);
+    const double piece = 0.25 * std::min(1.0, 2.0 / kappa);  // the longest that is not cut up
+    const double bend = (1.0 - std::exp(-rate * piece)) / rate;
+    const double squares =
+        2.0 / (rate * rate) * (1.0 - std::exp(-rate * piece) * (1.0 + rate * piece)) - bend * bend;
+    INFO("kappa " << kappa);
+    expect_near(rub.bend(rub.move(piece)), bend, 5.0 * std::sqrt(squares / n) + 0.002 * bend,
+                "mean deflection");
   }
 }
 

@@ -146,21 +146,6 @@ TEST_CASE("A run taken up from a state file goes on with the same bits", "[state
   CHECK(saved_state(second.batch) == saved_state(whole.batch));
 }
 
-TEST_CASE("A saved state has the same bytes on every instruction set, lazy or eager", "[state]") {
-  Scripted reference(bristle::BatchOptions{}.with_isa("scalar").with_eager(true));
-  reference.run(0, 40);
-  const std::vector<std::byte> expected = saved_state(reference.batch);
-  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
-    // The scalar kernels are the slowest: lazy once, where there are no others.
-    if (!isa.usable || (std::string(isa.name) == "scalar" && bristle::instruction_sets().size() > 1))
-      continue;
-    Scripted other(bristle::BatchOptions{}.with_isa(isa.name));
-    other.run(0, 40);
-    INFO(isa.name);
-    CHECK((saved_state(other.batch) == expected));  // as a bool: nobody reads megabytes of bytes
-  }
-}
-
 TEST_CASE("The size of a saved state does not depend on what the patches do", "[state]") {
   Scripted scripted;
   const std::size_t size = scripted.batch.state_size();

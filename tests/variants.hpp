@@ -5,6 +5,7 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scenes.hpp"
@@ -233,6 +234,16 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
   if (!BRISTLE_MINIMAL) add_fluctuating_variants(cases);
   if (!BRISTLE_MINIMAL) add_aged_variants(cases, bristles);
+  return cases;
+}
+
+/// The same, but of infinite brushes, which take most of the time, one in `every`.
+inline std::vector<PatchCase> every_variant_and_few_infinite(std::uint32_t bristles, int every) {
+  std::vector<PatchCase> cases;
+  int infinite = 0;
+  for (PatchCase& c : every_variant(bristles))
+    if (c.options.population != bristle::Population::infinite || infinite++ % every == 0)
+      cases.push_back(std::move(c));
   return cases;
 }
 

@@ -196,13 +196,22 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
+/// Zeros lose their sign: materials that compare equal are one (a batch keeps the first of them), so they
+/// have the same hash and give the same bits.
+void make_zeros_positive(Material& m) noexcept {
+  for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
+                    &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
+    *x += 0.0;
+}
+
+/// Of a material whose zeros are positive; its law may still hold negative ones.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :
        {m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity, m.normal_stiffness,
         m.asperity_height_deviation, m.snap_length.first_parameter(), m.snap_length.second_parameter()})
-    hasher.add(x);
-  for (double x : m.snap_length.table_values()) hasher.add(x);
+    hasher.add(x + 0.0);
+  for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
   // Only where they are used: the hash of the paper's brush is that of files saved before there were these.
@@ -281,6 +290,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   auto compiled = std::make_shared<CompiledMaterial>();
   CompiledMaterial& c = *compiled;
   c.material = material;
+  make_zeros_positive(c.material);
   const SnapLength& length = material.snap_length;
 
   int exponent = 0;
@@ -297,7 +307,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
-  c.hash = hash_material(material);
+  c.hash = hash_material(c.material);
   // The laws' own limits (cv of the lognormal, largest over mean of a table) see to it.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <vector>
 
 #include "core/materials/elementary.hpp"
@@ -25,8 +26,11 @@ class Slide {
     if (redraw_) {
       mass_.assign(1, std::vector<double>(cells + 1, 0.0));
       mass_[0][0] = 1.0;
+      std::vector<double> survival;
       for (int k = 0; k <= cells; ++k)
-        survival_.push_back(m.snap_length.survival(mean * k / static_cast<double>(per_mean)));
+        survival.push_back(m.snap_length.survival(mean * k / static_cast<double>(per_mean)));
+      for (std::size_t k = 0; k < cells; ++k)
+        snapping_.push_back(survival[k] > 0.0 ? 1.0 - survival[k + 1] / survival[k] : 0.0);
       return;
     }
     for (int j = 0; j < classes; ++j) {
@@ -43,21 +47,25 @@ class Slide {
     std::vector<double> born(mass_.size(), 0.0);
     for (std::size_t j = 0; j < mass_.size(); ++j) {
       std::vector<double>& mass = mass_[j];
-      for (std::size_t k = mass.size(); k-- > 0;) {
+      const std::size_t reached = std::min(steps_, mass.size() - 1);  // cells beyond are empty
+      for (std::size_t k = reached + 1; k-- > 0;) {
         double lost = k + 1 == mass.size() ? mass[k] : 0.0;
-        if (redraw_ && k + 1 < mass.size() && survival_[k] > 0.0)
-          lost = mass[k] * (1.0 - survival_[k + 1] / survival_[k]);
-        if (k + 1 < mass.size()) mass[k + 1] = mass[k] - lost;
+        if (k + 1 < mass.size()) {
+          if (redraw_) lost = mass[k] * snapping_[k];
+          mass[k + 1] = mass[k] - lost;
+        }
         born[j] += lost;
       }
       snapped += born[j];
     }
+    ++steps_;
     const double stay = exp(-renewal_ * snapped);
     double bend = 0.0;
     for (std::size_t j = 0; j < mass_.size(); ++j) {
       std::vector<double>& mass = mass_[j];
+      const std::size_t end = std::min(steps_ + 1, mass.size());
       mass[0] = born[j];
-      for (std::size_t k = 1; k < mass.size(); ++k) {
+      for (std::size_t k = 1; k < end; ++k) {
         mass[0] += mass[k] * (1.0 - stay);
         mass[k] *= stay;
         bend += mass[k] * static_cast<double>(k);
@@ -70,7 +78,8 @@ class Slide {
   double renewal_;
   bool redraw_;
   std::vector<std::vector<double>> mass_;
-  std::vector<double> survival_;
+  std::vector<double> snapping_;  ///< share of a cell's bristles that the next cell does not get
+  std::size_t steps_ = 0;
 };
 
 double find_forget(const Material& m) {
@@ -84,12 +93,42 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
+/// What find_forget looks at, and what it found. It takes milliseconds, and many materials differ in nothing
+/// but their springs.
+struct Known {
+  SnapLaw law;
+  SnapRule rule;
+  double first, second, renewal;
+  double forget;  ///< 0 = nothing yet
+
+  bool fits(const Material& m) const noexcept {
+    const SnapLength& length = m.snap_length;
+    return forget > 0.0 && law == length.law() && rule == m.snap_rule && first == length.first_parameter() &&
+           second == length.second_parameter() && renewal == m.shared_renewal;
+  }
+};
+
+/// find_forget, of the last materials of this thread by memory. (Of this thread: no lock that a fork could
+/// leave closed. Plain numbers: nothing keeps a library from being unloaded.)
+double recall_forget(const Material& m) {
+  thread_local Known known[32] = {};
+  thread_local std::size_t next = 0;
+  if (m.snap_length.law() == SnapLaw::table) return find_forget(m);  // has more than two parameters
+  for (const Known& k : known)
+    if (k.fits(m)) return k.forget;
+  const double forget = find_forget(m);
+  known[next++ % std::size(known)] = {
+      m.snap_length.law(), m.snap_rule, m.snap_length.first_parameter(), m.snap_length.second_parameter(),
+      m.shared_renewal,    forget};
+  return forget;
+}
+
 }  // namespace
 
 RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
-  law.forget = find_forget(m);
+  law.forget = recall_forget(m);
   // The mean of 1 - S over the path.
   constexpr int parts = 8;
   double sum = 0.0;

@@ -48,7 +48,8 @@ class Twins {
         response = batches[b].find_force(dt, own);
       else
         batches[b].step(dt, {&own, 1}, {&response, 1});
-      if (b == 0) trace(dt, motion, response, stored());
+      if (traces()) std::fprintf(stderr, "%s ", batches[b].isa());
+      trace(dt, motion, response, batches[b].stored_energy(ids[b]));
       check_finite(response);
       response.id = ids[0];
       if (b == 0) first = response;
