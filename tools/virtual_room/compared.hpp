@@ -28,7 +28,7 @@ inline constexpr std::array<ComparedScene, 4> compared_scenes = {{
      {"brush", "LuGre", "Coulomb"}},
     {"Rubbing",
      "rubbing",
-     "strokes of 1.5 bristle lengths: the default's loop closes on itself, the paper's law hardens",
+     "strokes 2.5 bristle lengths wide: the default's loop closes on itself, the paper's law hardens",
      1,
      true,
      {"default law", "the paper's law", ""}},
@@ -65,7 +65,7 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
 
 // ------------------------------------------------------------------------------------------- the carriage
 
-inline constexpr double rubbing_per_s = 3.0, rubbing_amplitude = 0.75;  ///< cycles; of the bristle length
+inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;  ///< cycles; of the bristle length
 /// Rests between slides of one second each; then the same the other way.
 inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
 inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< m/s, s

@@ -93,7 +93,8 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
                     const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   if (room.compared == 0) return;
   const ComparedScene& scene = scene_of(room.settings.compare);
-  const bool narrow = layout.picture.scene.width < 560 * layout.scale;
+  // Blocks that a carriage moves have long labels, which nothing may cover.
+  const bool narrow = scene.driven || layout.picture.scene.width < 560 * layout.scale;
   // Beside the block where `off` (m) puts it, so that no name covers another.
   const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,
                          const std::string& text, ImU32 colour) {
@@ -112,7 +113,6 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
   const auto says = [&](double moved, double strength, double beside) {
     return says_of(room, moved, strength, beside);
   };
-  // Where all move along x the names stand to the right of each other's way.
   label(0, to_vector(room.block_position), right, 0.0f, says(room.moved, room.strength, room.strength_beside),
         colours::friction);
   for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {

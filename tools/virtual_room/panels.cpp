@@ -265,7 +265,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
   // The buttons take as many rows as they need.
   const float bar = (w - left) / scale;
-  const float above = panels ? std::round((bar >= 880 ? 46 : bar >= 470 ? 76 : 106) * scale) : 0;
+  const float above = panels ? std::round((bar >= 1020 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
   const float below =
       panels ? std::min(std::round(std::clamp(0.26f * h, 150 * scale, 300 * scale)), 0.5f * h) : 0;
   layout.picture.width = width;
@@ -561,10 +561,12 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
   std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
-  plot_force_over_time(draw, fonts, first, history, state.plot_seconds, over_time, beside, state.ranges,
-                       elapsed);
-  plot_hysteresis(draw, fonts, second, history, state.first_bending, state.plot_seconds,
-                  room.presliding_length, levels, beside, state.ranges, elapsed);
+  // A scene of rests is seen whole.
+  const float seconds =
+      room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
+  plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);
+  plot_hysteresis(draw, fonts, second, history, state.first_bending, seconds, room.presliding_length, levels,
+                  beside, state.ranges, elapsed);
   if (!two) plot_deadline(draw, fonts, third, times, room.loop);
   ImGui::End();
 }

@@ -299,6 +299,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     }
     values.push_back(friction);
     values.push_back(applied);
+    if (!(levels.peak > 0)) values.push_back(history[i].holds);
     if (!beside.driven) continue;
     for (std::size_t k = 0; k < beside.count; ++k) values.push_back(others[k]);
   }

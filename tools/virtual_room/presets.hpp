@@ -47,7 +47,7 @@ inline Settings settings_of(Comparison scene) {
   Settings s;
   if (scene == Comparison::models) return comparison();
   s.compare = scene;
-  if (scene == Comparison::rubbing) s.presliding_length = 4e-3;
+  if (scene == Comparison::rubbing) s.presliding_length = 3e-3;
   // Twice as fast as wood ages, so that it shows; without noise, as the cohorts that it is.
   if (scene == Comparison::rest) s.growth_per_decade = 0.10;
   s.infinite = scene == Comparison::rest;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/gl_program.hpp"
 #include "tools/virtual_room/mesh.hpp"
 #include "tools/virtual_room/shaders.hpp"
@@ -382,10 +383,14 @@ struct Renderer::Impl {
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
       const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
+      // As the curves, where there are any.
+      const bool first =
+          scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
+      const bool brush = other.model == FrictionModel::brush;
       bodies.push_back({&block, place,
-                        other.model == FrictionModel::coulomb ? coulomb_paint
-                        : other.model == FrictionModel::lugre ? lugre_paint
-                                                              : beside_paint,
+                        !first  ? coulomb_paint
+                        : brush ? beside_paint
+                                : lugre_paint,
                         plain, 0.16f});
       bodies.back().by_block = false;
     }
