@@ -44,13 +44,16 @@ void FirstBending::add(const PlotPoint& point) {
   if (!begun_ || point.time < last_time_) {
     points_.clear();
     begin_ = point.displacement;
+    farthest_ = 0.0f;
     begun_ = true;
     complete_ = false;
   }
   last_time_ = point.time;
   if (complete_) return;
   const float x = point.displacement - begin_;
-  complete_ = std::abs(x) > lengths * length_ || points_.size() == capacity;
+  farthest_ = std::max(farthest_, std::abs(x));
+  complete_ =
+      farthest_ > lengths * length_ || std::abs(x) < farthest_ - back * length_ || points_.size() == capacity;
   const bool moved = points_.empty() || std::abs(x - points_.back().first) > 0.004f * length_;
   if (moved && !complete_) points_.emplace_back(x, -point.friction);
 }

@@ -41,6 +41,7 @@ class FirstBending {
  public:
   static constexpr std::size_t capacity = 4000;
   static constexpr float lengths = 4.0f;  ///< of the presliding length: as far as it goes
+  static constexpr float back = 0.5f;     ///< it ends where the block has come back by so many
 
   /// Each tick once, in order. A time that goes back begins anew.
   void add(const PlotPoint& point);
@@ -53,7 +54,7 @@ class FirstBending {
 
  private:
   std::vector<std::pair<float, float>> points_;
-  float length_ = 1e-3f, begin_ = 0.0f, last_time_ = 0.0f;
+  float length_ = 1e-3f, begin_ = 0.0f, last_time_ = 0.0f, farthest_ = 0.0f;
   bool begun_ = false, complete_ = false;
 };
 
