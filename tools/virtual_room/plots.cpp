@@ -195,6 +195,11 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
       static_cast<double>(most) * static_cast<double>(in.width) / (1e3 * static_cast<double>(seconds));
   std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
   if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
+  const float line = fonts.small->FontSize;
+  if (in.height < 8 * line) return;  // the legend stands there
+  const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
+  draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
+                     (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);
   frame.label(in.x + 4, low - high - 1.15f * fonts.small->FontSize, colours::snaps, text, 0);
 }
 
@@ -313,7 +318,6 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
-  draw_snaps(draw, frame, fonts, history, first, seconds);
   if (!(levels.peak > 0)) {
     draw_curve(draw, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(fonts),
                [](const PlotPoint& p) { return p.holds; });
@@ -328,6 +332,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   }
   draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
              [](const PlotPoint& p) { return -p.friction; });
+  draw_snaps(draw, frame, fonts, history, first, seconds);
   if (history.size() > first) {
     const PlotPoint& peak = history[find_peak(history, first)];
     if (-peak.friction > 0.05f) {
