@@ -539,7 +539,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
   // Where there is little room, what the loop takes stands in the panel alone.
-  const bool two = p.width < 640 * layout.scale;
+  const bool two = p.width < 720 * layout.scale;
   const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
   const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
   const Area first{p.x + gap, top, share[0] * inner, high};
