@@ -21,6 +21,7 @@
 #include "temporary_folder.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
 #include "tools/virtual_room/moved.hpp"
@@ -367,7 +368,7 @@ TEST_CASE("Compared beside each other the brush stays, LuGre and Coulomb creep a
   settings.bristles = 512;
   const auto moved_alone = [&](FrictionModel model) {
     Settings s = settings;
-    s.compare = false;
+    s.compare = Comparison::none;
     s.model = model;
     Run run(s);
     return run.until(10.002).moved;
@@ -386,10 +387,90 @@ TEST_CASE("Compared beside each other the brush stays, LuGre and Coulomb creep a
   CHECK(now.beside[1].moved == moved_alone(FrictionModel::coulomb));
   // Comparing changes nothing of the block itself.
   Settings alone = settings;
-  alone.compare = false;
+  alone.compare = Comparison::none;
   Run other(alone);
   other.until(10.002);
   CHECK(other.loop().state_hash() == run.loop().state_hash());
+}
+
+TEST_CASE(
+    "Rubbed by strokes of 2.5 lengths the default keeps its strength, the paper's law hardens beside it",
+    "[room]") {
+  Settings settings = settings_of(Comparison::rubbing);
+  settings.infinite = true;  // without noise
+  Run run(settings);
+  const Snapshot& now = run.until(6.002);  // 24 cycles
+  REQUIRE(now.compared == 1);
+  CHECK(now.beside[0].model == FrictionModel::brush);
+  CHECK(now.strength_beside == Approx(1.0).margin(0.1));
+  CHECK(now.beside[0].strength_beside > 1.3);
+  // No more than if all bristles were straight at the middle of the stroke: K times its half width.
+  const double load = settings.mass * g;
+  CHECK(now.beside[0].strength <= rubbing_amplitude * settings.presliding_length * 1.001 *
+                                      material_of(settings_beside(settings, 0)).bristle_stiffness *
+                                      material_of(settings_beside(settings, 0)).bristles_in_contact(load));
+}
+
+TEST_CASE("After rests a block that ages starts stronger, by the growth per decade; others do not",
+          "[room]") {
+  const Settings settings = settings_of(Comparison::rest);
+  Run run(settings);
+  const double load = settings.mass * g, kinetic = settings.kinetic * load;
+  // Slides of 1 s after rests of 0.1, 0.3 and 1 s: the third ends at 5.4 s.
+  run.until(2.05);
+  const double after_short = run.until(2.09).strength;
+  CHECK(run.now().strength_beside == 0.1);
+  const Snapshot& now = run.until(5.3);
+  CHECK(now.strength_beside == 1.0);
+  const double after_long = now.strength;
+  // Lives of about 1 mm / 8 mm/s = 0.13 s are the age that sliding has: 1.1 s more is about a decade.
+  const double growth = settings.growth_per_decade * std::log10((0.1 + 1.0 + 0.13) / (0.1 + 0.1 + 0.13));
+  CHECK((after_long - after_short) / kinetic > 0.4 * growth);
+  CHECK((after_long - after_short) / kinetic < 1.2 * growth);
+  CHECK(now.beside[0].strength == Approx(kinetic).epsilon(0.02));
+  CHECK(now.beside[0].strength_beside == 1.0);
+  CHECK(now.beside[1].model == FrictionModel::lugre);
+  CHECK(now.beside[1].strength == Approx(kinetic).epsilon(0.05));
+}
+
+TEST_CASE("The carriage slides for a second, rests for longer and longer, and comes back the same way",
+          "[room]") {
+  double t = 0.0, place = 0.0;
+  for (const double rest : rests_s) {
+    place += slide_speed * slide_lasts;
+    CHECK(rest_phase(t + 0.5).slides);
+    CHECK(rest_phase(t + 0.5).place == Approx(place - 0.5 * slide_speed));
+    t += slide_lasts;
+    CHECK_FALSE(rest_phase(t + 0.5 * rest).slides);
+    CHECK(rest_phase(t + 0.5 * rest).place == Approx(place));
+    CHECK(rest_phase(t + 0.5 * rest).rested == rest);
+    t += rest;
+    CHECK(rest_phase(t + 0.5).rested == rest);
+  }
+  t += slide_lasts;  // 20.4 s
+  CHECK(t == Approx(20.4));
+  CHECK(rest_phase(t).place == Approx(6 * slide_speed));
+  CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));
+  CHECK(rest_phase(2 * t + 0.5).place == Approx(0.5 * slide_speed));
+}
+
+TEST_CASE("A material that was saved brings back the surface and leaves block and slope", "[room]") {
+  Settings saved;
+  saved.kinetic = 0.7;
+  saved.peak = 0.9;
+  saved.growth_per_decade = 0.05;
+  saved.mass = 3.0;
+  Settings now;
+  now.mass = 0.5;
+  now.slope = 0.1;
+  Settings wanted = now;
+  wanted.kinetic = 0.7;
+  wanted.peak = 0.9;
+  wanted.growth_per_decade = 0.05;
+  const auto read = [&](const std::string& text) { return parse_script(text, "m.toml", {}, now).settings; };
+  CHECK(read("[material]\n" + material_as_toml(saved)) == wanted);
+  CHECK(read("[settings]\n" + settings_as_toml(saved)) == saved);
+  CHECK_THROWS_WITH(read("[material]\nmass = 1.0\n"), Catch::Contains("m.toml:2") && Catch::Contains("mass"));
 }
 
 TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") {

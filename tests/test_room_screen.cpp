@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -330,6 +331,122 @@ TEST_CASE("The glass bends every hair as far as its bristle and tells who has sn
   glass.update(room, 1.0f);
   CHECK(glass.snaps() == 0);
   CHECK(glass.hairs()[50].flash == 0.0f);
+}
+
+TEST_CASE("Cohorts are drawn as sheets as thick as their mass, and age until they snap", "[room]") {
+  room::BristleGlass glass;
+  Snapshot room = made_up::room_with_block_at(0, 1, 0);
+  room.settings.infinite = true;
+  const auto mean = static_cast<float>(room.presliding_length);
+  // A quarter of the bristles bent by 0.2 lengths, the rest by 0.7.
+  for (std::size_t i = 0; i < room::bristles_shown; ++i) room.bristles.zx[i] = (i < 100 ? 0.2f : 0.7f) * mean;
+  glass.update(room, 0.02f);
+  REQUIRE(glass.shows_cohorts());
+  REQUIRE(glass.hairs().size() == 2);
+  CHECK(glass.hairs()[1].half[0] == Approx(3 * glass.hairs()[0].half[0]).epsilon(1e-3));
+  CHECK(glass.hairs()[0].lean[0] == Approx(0.2 * room::BristleGlass::lean_per_length));
+  // They go on by 0.1 lengths in half a second; a quarter of the second snaps into a new one.
+  room.time += 0.5;
+  room.block_position[0] += 0.1 * room.presliding_length;
+  for (std::size_t i = 0; i < room::bristles_shown; ++i)
+    room.bristles.zx[i] = i < 300 ? room.bristles.zx[i] + 0.1f * mean : 0.0f;
+  glass.update(room, 0.02f);
+  REQUIRE(glass.hairs().size() == 3);
+  CHECK(glass.hairs()[0].age == 0.0f);
+  CHECK(glass.hairs()[1].age == Approx(0.5));
+  CHECK(glass.hairs()[2].age == Approx(0.5));
+  CHECK(room::BristleGlass::age_colour(0.01f) == Approx(0.0));
+  CHECK(room::BristleGlass::age_colour(1.0f) == Approx(0.5));
+  CHECK(room::BristleGlass::age_colour(1e4f) == 1.0f);
+}
+
+TEST_CASE("A bristle's age is the time since it snapped", "[room]") {
+  room::BristleGlass glass;
+  Snapshot room = made_up::room_with_block_at(0, 1, 0.3);
+  glass.update(room, 0.02f);
+  room.time += 2.0;
+  room.bristles.zx[7] = 0.0f;
+  room.bristles.snap_length[7] *= 1.4f;
+  glass.update(room, 0.02f);
+  CHECK(glass.hairs()[7].age == 0.0f);
+  CHECK(glass.hairs()[8].age == Approx(2.0));
+}
+
+TEST_CASE("The first bending is kept from the reset to four lengths, and no further", "[room]") {
+  room::FirstBending first;
+  first.set_length(1e-3);
+  const auto add = [&](float time, float x, float friction) {
+    room::PlotPoint p;
+    p.time = time;
+    p.displacement = x;
+    p.friction = -friction;
+    first.add(p);
+  };
+  for (int i = 0; i <= 1000; ++i)
+    add(0.001f * static_cast<float>(i), 0.1f + 1e-5f * static_cast<float>(i), 0.5f);
+  REQUIRE(first.size() > 300);
+  CHECK(first[0].first == 0.0f);
+  CHECK(first[first.size() - 1].first == Approx(4e-3).epsilon(0.02));
+  CHECK(first[1].second == 0.5f);
+  const std::size_t size = first.size();
+  add(2.0f, 0.1f, 0.1f);  // back again: pinned
+  CHECK(first.size() == size);
+  add(0.0f, 0.3f, 0.0f);  // a reset
+  CHECK(first.size() == 1);
+  for (int i = 0; i <= 200; ++i)
+    add(0.001f * static_cast<float>(i), 0.3f + 1e-5f * static_cast<float>(i), 0.5f);
+  for (int i = 0; i <= 200; ++i)
+    add(0.3f + 0.001f * static_cast<float>(i), 0.302f - 1e-5f * static_cast<float>(i), 0.5f);
+  CHECK(first[first.size() - 1].first > 1.49e-3f);  // rubbed: only as far as the first turn back
+  CHECK(first[first.size() - 1].first < 1.53e-3f);
+}
+
+namespace {
+
+// What is left of a colour for an eye without red, green or blue cones (Machado, Oliveira, Fernandes 2009),
+// and how far two colours are from each other in CIE Lab.
+using Rgb = std::array<double, 3>;
+Rgb lab_for(ImU32 colour, int missing) {
+  static const double seen[3][3][3] = {
+      {{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}},
+      {{0.367322, 0.860646, -0.227968}, {0.280085, 0.672501, 0.047413}, {-0.011820, 0.042940, 0.968881}},
+      {{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}};
+  Rgb linear, left{};
+  for (int c = 0; c < 3; ++c) {
+    const double v = ((colour >> (8 * c)) & 255u) / 255.0;
+    linear[static_cast<std::size_t>(c)] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  }
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t c = 0; c < 3; ++c) left[row] += seen[missing][row][c] * linear[c];
+    left[row] = std::clamp(left[row], 0.0, 1.0);
+  }
+  const auto f = [](double v) { return v > 0.008856 ? std::cbrt(v) : 7.787 * v + 16.0 / 116.0; };
+  const double x = f((0.4124 * left[0] + 0.3576 * left[1] + 0.1805 * left[2]) / 0.9505);
+  const double y = f(0.2126 * left[0] + 0.7152 * left[1] + 0.0722 * left[2]);
+  const double z = f((0.0193 * left[0] + 0.1192 * left[1] + 0.9505 * left[2]) / 1.089);
+  return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
+}
+
+}  // namespace
+
+TEST_CASE("Colours that mean different things beside each other differ for every eye", "[room]") {
+  using namespace room::colours;
+  const std::vector<std::vector<ImU32>> together = {
+      {friction, applied, snaps},
+      {friction, room::compared_colour(0), room::compared_colour(1)},
+      {good, warning, bad}};
+  for (const auto& set : together) {
+    for (int missing = 0; missing < 3; ++missing) {
+      for (std::size_t a = 0; a < set.size(); ++a) {
+        for (std::size_t b = a + 1; b < set.size(); ++b) {
+          const Rgb p = lab_for(set[a], missing), q = lab_for(set[b], missing);
+          INFO("colours " << a << " and " << b << ", cone " << missing);
+          // 2.3 is just seen.
+          CHECK(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > 20.0);
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("The plots' memory keeps the newest points in order and begins anew when time goes back",

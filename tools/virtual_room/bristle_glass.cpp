@@ -47,22 +47,104 @@ void BristleGlass::find_snaps(const BristleView& now) {
   for (std::size_t i = 0; i < count; ++i) {
     const float x = now.zx[i] - before_.zx[i] - displacement[0],
                 y = now.zy[i] - before_.zy[i] - displacement[1];
-    const bool redrawn = now.snap_length[i] != before_.snap_length[i];
+    // Bristles that age grow longer at rest; one that was redrawn is another by more than that.
+    const bool redrawn =
+        std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
     // One that has bent again since is no news: in fast sliding all snap between two pictures.
     if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
+    hairs_[i].age = 0.0f;
     ++snaps_;
   }
 }
 
+float BristleGlass::age_colour(float age_s) {
+  return std::clamp((std::log10(std::max(age_s, 1e-6f)) + 2.0f) / 4.0f, 0.0f, 1.0f);
+}
+
 void BristleGlass::update(const Snapshot& room, float elapsed) {
+  const double simulated = room.time - time_;
+  const bool continues =
+      simulated >= 0 && room.bristles.key == before_.key && cohorts_ == room.settings.infinite;
+  if (!continues) {
+    hairs_.clear();
+    seen_.clear();
+  }
+  cohorts_ = room.settings.infinite;
+  // Materials that age: the snap length grows by this share at most between two pictures.
+  grows_ = room.settings.growth_per_decade > 0.0 ? 0.02f : 0.0f;
+  const float passed = continues && std::isfinite(simulated) ? static_cast<float>(simulated) : 0.0f;
+  if (cohorts_) {
+    update_cohorts(room, passed);
+  } else {
+    update_hairs(room, elapsed, passed);
+  }
+  for (Hair& hair : hairs_) hair.age_colour = age_colour(hair.age);
+  before_ = room.bristles;
+  time_ = room.time;
+  for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
+}
+
+// What is shown of cohorts is their bristles, spread by mass: those of one cohort are bent alike, and follow
+// each other. From picture to picture a cohort moves with the block; one that was not there before is new.
+void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
+  const BristleView& now = room.bristles;
+  const std::size_t count = std::min(now.count, bristles_shown);
+  const double mean = std::max(room.presliding_length, 1e-12);
+  const float share = 1.0f / static_cast<float>(std::max<std::size_t>(count, 1));
+  std::vector<Cohort> found;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(now.zx[i]) || !std::isfinite(now.zy[i])) continue;
+    if (i == 0 || found.empty() || now.zx[i] != now.zx[i - 1] || now.zy[i] != now.zy[i - 1])
+      found.push_back({0, now.zx[i], now.zy[i], 0});
+    found.back().mass += share;
+  }
+  const double moved[2] = {room.block_position[0] - place_[0], room.block_position[1] - place_[1]};
+  const auto near = static_cast<float>(0.003 * mean);
+  for (Cohort& cohort : found) {
+    for (const Cohort& old : seen_) {
+      const float x = old.zx + static_cast<float>(moved[0]) - cohort.zx,
+                  y = old.zy + static_cast<float>(moved[1]) - cohort.zy;
+      if (std::abs(x) < near && std::abs(y) < near) cohort.age = std::max(cohort.age, old.age + simulated);
+    }
+  }
+  seen_ = found;
+  // Beside each other in the order of their bending, each as wide as its mass.
+  std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
+  hairs_.resize(found.size());
+  float from = -0.86f * reach;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Cohort& cohort = found[i];
+    Hair& hair = hairs_[i];
+    const float wide = 2 * 0.86f * reach * cohort.mass, x = from + 0.5f * wide;
+    from += wide;
+    hair.root[0] = x;
+    hair.root[1] = 0;
+    hair.half[0] = std::max(0.40f * wide, 0.4f * Hair::thin);
+    hair.half[1] = 0.8f * std::sqrt(std::max(0.9f * reach * reach - x * x, 0.04f));
+    const auto z = std::hypot(cohort.zx, cohort.zy);
+    const float scale = lean_per_length / static_cast<float>(mean) *
+                        std::min(1.0f, 2.2f * static_cast<float>(mean) / std::max(z, 1e-12f));
+    hair.lean[0] = scale * cohort.zx;
+    hair.lean[1] = scale * cohort.zy;
+    hair.bent = z / static_cast<float>(mean);
+    hair.flash = 0;
+    hair.age = cohort.age;
+  }
+  snaps_ = 0;
+}
+
+void BristleGlass::update_hairs(const Snapshot& room, float elapsed, float simulated) {
   const BristleView& now = room.bristles;
   const std::size_t count = std::min(now.count, bristles_shown);
   if (hairs_.size() != count || now.key != before_.key) {
     hairs_.assign(count, Hair{});
     for (std::size_t i = 0; i < count; ++i) place_root(i, count, hairs_[i].root);
   }
-  for (Hair& hair : hairs_) hair.flash = std::max(0.0f, hair.flash - elapsed / flash_lasts_s);
+  for (Hair& hair : hairs_) {
+    hair.flash = std::max(0.0f, hair.flash - elapsed / flash_lasts_s);
+    hair.age += simulated;
+  }
   find_snaps(now);
   const float mean = static_cast<float>(std::max(room.presliding_length, 1e-12));
   for (std::size_t i = 0; i < count; ++i) {
@@ -74,7 +156,6 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
     hairs_[i].bent = bent(now, i);
     if (hairs_[i].bent > 2 * bent_after_flash) hairs_[i].flash = 0.0f;
   }
-  before_ = now;
 }
 
 }  // namespace room

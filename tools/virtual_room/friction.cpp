@@ -213,6 +213,7 @@ void Friction::step_brush(double dt_s, Body& body, const Velocity& external,
   batch_.step(dt_s, {motions_.data(), points_ + cells_}, {responses_.data(), points_ + cells_});
   Velocity beside = external;
   std::size_t point = 0;
+  snaps_ = 0;
   for (PatchContact& c : contacts) {
     if (is_pad(c.patch)) {
       bristle::ExtendedResponse pad;
@@ -231,6 +232,7 @@ void Friction::step_brush(double dt_s, Body& body, const Velocity& external,
     c.force[1] = response.end[1];
     c.limit = response.force_limit;
     c.status = response.status;
+    snaps_ += response.snaps;
   }
   bristle::apply_end_forces<velocities>(dt_s, body, beside, {feet_.data(), points_},
                                         {responses_.data(), points_});

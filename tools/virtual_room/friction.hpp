@@ -56,6 +56,8 @@ class Friction {
   }
   /// Representatives in contact, with the fraction; 0 for a rival.
   double active_bristles(std::size_t i) const noexcept;
+  /// Of bristles on the floor, in the last step; 0 for a rival.
+  std::uint64_t snaps() const noexcept { return model_ == FrictionModel::brush ? snaps_ : 0; }
   std::uint64_t state_hash() const noexcept;  ///< of the brush's patches, or of the rival's states
 
  private:
@@ -85,6 +87,7 @@ class Friction {
   bristle::ExtendedPatches* pad_ = nullptr;
   bristle::PatchId pad_id_;
   bristle::ExtendedMotion pad_motion_;
+  std::uint64_t snaps_ = 0;
   std::size_t points_ = 0, cells_ = 0;  // among the feet; cells_ 0: the pad does not touch
 };
 

@@ -16,7 +16,11 @@ inline constexpr ImU32 friction = IM_COL32(255, 133, 64, 255), applied = IM_COL3
 // After Okabe and Ito: told apart by the colour-blind too.
 inline constexpr ImU32 good = IM_COL32(36, 190, 145, 255), warning = IM_COL32(240, 228, 66, 255);
 inline constexpr ImU32 bad = IM_COL32(236, 92, 52, 255), accent = IM_COL32(70, 178, 255, 255);
+// Of the curves of blocks that are compared, beside `friction`.
+inline constexpr ImU32 beside[] = {IM_COL32(86, 180, 233, 255), IM_COL32(190, 196, 206, 255)};
+inline constexpr ImU32 snaps = IM_COL32(240, 228, 66, 255);
 }  // namespace colours
+inline ImU32 compared_colour(std::size_t i) { return colours::beside[i == 0 ? 0 : 1]; }
 
 struct Fonts {
   ImFont* text = nullptr;

@@ -4,6 +4,7 @@
 #include "tools/virtual_room/haptic_loop.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -22,6 +23,7 @@
 
 #include "bench/paced_loop.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/hand_motion.hpp"
 #include "tools/virtual_room/mouse_device.hpp"
 #include "tools/virtual_room/moved.hpp"
@@ -61,7 +63,7 @@ enum class Recording : unsigned char { as_it_is, begin, end };
 /// From the desk to the haptic thread. One at a time: the desk waits until it was taken.
 struct Order {
   bool has_parameters = false;
-  Parameters parameters;
+  Parameters parameters, beside[most_compared];
   std::uint64_t revision = 0;
   bool reset = false;
   Device* device = nullptr;  ///< null: the one there is
@@ -97,12 +99,22 @@ std::string free_name(const std::string& wanted) {
 }  // namespace
 
 struct HapticLoop::Impl {
+  /// A block that is compared, in a room of its own; stepped only where it is shown.
+  struct Beside {
+    explicit Beside(const RoomMeasures& measures)
+        : batch(bristle::BatchOptions{}.with_threads(1)), world(measures, batch), maker(batch) {
+      batch.warm_up();
+    }
+    bristle::PatchBatch batch;
+    World world;
+    PatchMaker maker;
+    bool has_patches = false;  // desk: the world, of its maker
+  };
+
   Impl(const LoopOptions& given, std::unique_ptr<Device> given_device)
       : options(given),
         dt(1.0 / given.rate_hz),
         world(given.measures, batch),
-        lugre(given.measures, batch),
-        coulomb(given.measures, batch),
         maker(batch),
         own_device(std::move(given_device)),
         computing(dt),
@@ -114,10 +126,12 @@ struct HapticLoop::Impl {
     if (!own_device) own_device = std::make_unique<MouseDevice>(exchange);
     device = own_device.get();
     changes.assign(given.changes.begin(), given.changes.end());
-    const Parameters first = maker.make(given.settings, true);
-    settings = first.settings;
+    for (auto& other : beside) other = std::make_unique<Beside>(given.measures);
+    const Order first_order = parameters_order(given.settings, true);
+    const Parameters& first = first_order.parameters;
     batch.warm_up();
-    take_parameters(first);
+    take_parameters(first_order);
+    revision = revisions = 0;
     reset_worlds();
     remember(first.message);
     if (!given.forces_csv.empty()) recorder.start_forces(given.forces_csv);
@@ -185,52 +199,62 @@ struct HapticLoop::Impl {
     simulated.store(world.time(), std::memory_order_release);
   }
 
-  void take_parameters(const Parameters& p) noexcept {
-    const bool begins = p.settings.compare && !world.settings().compare;
-    world.take(p);
-    Parameters beside = p;
-    beside.patches = {};
-    beside.pad = nullptr;
-    for (World* other : {&lugre, &coulomb}) {
-      beside.settings.model = other == &lugre ? FrictionModel::lugre : FrictionModel::coulomb;
-      other->take(beside);
-      if (begins) other->reset();
+  void take_parameters(const Order& order) noexcept {
+    const bool begins = order.parameters.settings.compare != world.settings().compare;
+    world.take(order.parameters);
+    for (std::size_t i = 0; i < most_compared; ++i) {
+      beside[i]->world.take(order.beside[i]);
+      if (begins) beside[i]->world.reset();
     }
-    if (begins) {
-      for (Moved& m : moved) m.begin();
-    }
+    if (begins) begin_comparison();
+  }
+
+  void begin_comparison() noexcept {
+    for (Moved& m : moved) m.begin();
+    for (Strength& s : strength) s.begin();
   }
 
   void reset_worlds() noexcept {
-    for (World* each : {&world, &lugre, &coulomb}) each->reset();
-    for (Moved& m : moved) m.begin();
+    world.reset();
+    for (const auto& other : beside) other->world.reset();
+    begin_comparison();
   }
 
+  std::size_t compared() const noexcept { return scene_of(world.settings().compare).beside; }
+
   void step_beside() noexcept {
-    moved[0].take(world.time(), world.block_position().x());
-    if (!world.settings().compare) return;
+    const auto note = [&](std::size_t i, const World& each) {
+      moved[i].take(world.time(), each.block_position().x());
+      strength[i].take(world.settings().compare, world.time(), each.friction().x());
+    };
+    note(0, world);
     Hand nobody;
     nobody.holds = false;
-    for (World* other : {&lugre, &coulomb}) {
-      other->step(dt, nobody, 0.0, 1.0);
-      if (!other->is_sound()) other->reset();
+    for (std::size_t i = 0; i < compared(); ++i) {
+      World& other = beside[i]->world;
+      other.step(dt, nobody, 0.0, 1.0);
+      if (!other.is_sound()) other.reset();
+      note(i + 1, other);
     }
-    moved[1].take(world.time(), lugre.block_position().x());
-    moved[2].take(world.time(), coulomb.block_position().x());
   }
 
   void show_beside(Snapshot& s) const noexcept {
+    const Comparison scene = world.settings().compare;
     s.moved = moved[0].metres();
-    s.compared = world.settings().compare ? most_compared : 0;
+    s.strength = strength[0].newton();
+    s.strength_beside = strength[0].beside(scene);
+    s.compared = compared();
     for (std::size_t i = 0; i < s.compared; ++i) {
-      const World& other = i == 0 ? lugre : coulomb;
+      const World& other = beside[i]->world;
       ComparedBlock& to = s.beside[i];
-      to.model = i == 0 ? FrictionModel::lugre : FrictionModel::coulomb;
+      to.model = other.settings().model;
       const Rotation& q = other.block_orientation();
       const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
       std::copy(wxyz, wxyz + 4, to.orientation);
       for (int axis = 0; axis < 3; ++axis) to.position[axis] = other.block_position()[axis];
       to.moved = moved[i + 1].metres();
+      to.strength = strength[i + 1].newton();
+      to.strength_beside = strength[i + 1].beside(scene);
     }
   }
 
@@ -278,7 +302,7 @@ struct HapticLoop::Impl {
     Order& order = order_taken;
     if (!orders.pop(order)) return;
     if (order.has_parameters) {
-      take_parameters(order.parameters);
+      take_parameters(order);
       revision = order.revision;
     }
     if (order.device) {
@@ -354,9 +378,19 @@ struct HapticLoop::Impl {
 
   PlotPoint plot_point(double step_time) noexcept {
     finish_row();
-    return {static_cast<float>(world.time()), static_cast<float>(world.block_position().x()),
-            static_cast<float>(world.friction().x()), static_cast<float>(world.applied().x()),
-            static_cast<float>(step_time)};
+    PlotPoint p;
+    p.time = static_cast<float>(world.time());
+    p.displacement = static_cast<float>(world.block_position().x());
+    p.friction = static_cast<float>(world.friction().x());
+    p.applied = static_cast<float>(world.applied().x());
+    p.step_time = static_cast<float>(step_time);
+    p.snaps = static_cast<float>(world.snaps());
+    p.holds = static_cast<float>(world.holds());
+    for (std::size_t i = 0; i < compared(); ++i) {
+      p.beside_displacement[i] = static_cast<float>(beside[i]->world.block_position().x());
+      p.beside_friction[i] = static_cast<float>(beside[i]->world.friction().x());
+    }
+    return p;
   }
 
   void publish() noexcept {
@@ -416,6 +450,9 @@ struct HapticLoop::Impl {
     Order order;
     order.parameters = maker.make(wanted, anew);
     order.has_parameters = true;
+    for (std::size_t i = 0; i < most_compared; ++i) {
+      order.beside[i] = beside_parameters(*beside[i], order.parameters, i, anew);
+    }
     order.revision = ++revisions;
     order.message = to_message(order.parameters.message);
     recorder.know(revisions, order.parameters.settings);
@@ -423,9 +460,27 @@ struct HapticLoop::Impl {
     return order;
   }
 
+  // Of a block beside the first one: only a brush has patches, in a batch of its own.
+  Parameters beside_parameters(Beside& other, const Parameters& main, std::size_t i, bool anew) {
+    Parameters p = main;
+    p.settings = settings_beside(main.settings, i);
+    p.settings.pad_radius = 0.0;
+    p.pad = nullptr;
+    p.patches = {};
+    p.new_patches = anew;
+    if (i >= scene_of(main.settings.compare).beside || p.settings.model != FrictionModel::brush) {
+      other.has_patches = false;
+      return p;
+    }
+    p = other.maker.make(p.settings, anew || !other.has_patches);
+    other.has_patches = true;
+    return p;
+  }
+
   // What an order replaced is no longer used once it was taken.
   void clear_up() {
     maker.remove_old();
+    for (const auto& other : beside) other->maker.remove_old();
     leaving_device.reset();
     if (closing) close_recording();
     if (failed) {
@@ -604,8 +659,9 @@ struct HapticLoop::Impl {
   double dt;
   Exchange exchange;
   bristle::PatchBatch batch;
-  World world, lugre, coulomb;  // the last two only where they are compared
+  World world;
   PatchMaker maker;
+  std::array<std::unique_ptr<Beside>, most_compared> beside;
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
 
@@ -618,6 +674,7 @@ struct HapticLoop::Impl {
   double feedback = 1.0;  // share of the force that goes to the device
   double last_force[3] = {0, 0, 0};
   Moved moved[1 + most_compared];
+  Strength strength[1 + most_compared];
   std::size_t speed = 0;  // of speeds
   double progress = 0.0;  // of the next tick that steps
   std::uint64_t ticks = 0, revision = 0;

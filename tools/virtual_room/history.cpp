@@ -33,6 +33,31 @@ std::size_t History::first_of_last(float seconds) const {
   return low;
 }
 
+void FirstBending::set_length(double presliding_length) {
+  if (presliding_length > 0 && std::isfinite(presliding_length))
+    length_ = static_cast<float>(presliding_length);
+}
+
+void FirstBending::add(const PlotPoint& point) {
+  if (!std::isfinite(point.time) || !std::isfinite(point.displacement) || !std::isfinite(point.friction))
+    return;
+  if (!begun_ || point.time < last_time_) {
+    points_.clear();
+    begin_ = point.displacement;
+    farthest_ = 0.0f;
+    begun_ = true;
+    complete_ = false;
+  }
+  last_time_ = point.time;
+  if (complete_) return;
+  const float x = point.displacement - begin_;
+  farthest_ = std::max(farthest_, std::abs(x));
+  complete_ =
+      farthest_ > lengths * length_ || std::abs(x) < farthest_ - back * length_ || points_.size() == capacity;
+  const bool moved = points_.empty() || std::abs(x - points_.back().first) > 0.004f * length_;
+  if (moved && !complete_) points_.emplace_back(x, -point.friction);
+}
+
 void TimeHistogram::add(double seconds) {
   if (!(seconds > 0)) return;
   const double which = std::floor(per_decade * std::log10(seconds / least));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tools/virtual_room/room_state.hpp"
@@ -33,6 +34,28 @@ class History {
  private:
   std::vector<PlotPoint> points_;
   std::size_t next_ = 0, size_ = 0;
+};
+
+/// The first bending since the beginning: pinned, while the plots move on.
+class FirstBending {
+ public:
+  static constexpr std::size_t capacity = 4000;
+  static constexpr float lengths = 4.0f;  ///< of the presliding length: as far as it goes
+  static constexpr float back = 0.5f;     ///< it ends where the block has come back by so many
+
+  /// Each tick once, in order. A time that goes back begins anew.
+  void add(const PlotPoint& point);
+  /// `presliding_length`, m: how finely it is kept, and when it is complete.
+  void set_length(double presliding_length);
+
+  std::size_t size() const { return points_.size(); }
+  /// Displacement (m) from the beginning, friction (N) against it.
+  const std::pair<float, float>& operator[](std::size_t i) const { return points_[i]; }
+
+ private:
+  std::vector<std::pair<float, float>> points_;
+  float length_ = 1e-3f, begin_ = 0.0f, last_time_ = 0.0f, farthest_ = 0.0f;
+  bool begun_ = false, complete_ = false;
 };
 
 /// Counts of computing times in classes of equal ratio.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
 
 namespace room {
@@ -72,41 +73,55 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
   }
 }
 
-// Each block's name, and how far it has crept.
+// What is said of a block, behind its name: how far it has crept, or how strong its contact is.
+std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
+  if (room.settings.compare == Comparison::models) {
+    if (room.time < 6.5) return " settles";
+    const double micrometres = 1e6 * moved;
+    return std::abs(micrometres) < 0.01
+               ? ": moved < 0.01 µm"
+               : fmt::format(": moved {:.{}f} µm", micrometres, std::abs(micrometres) < 10 ? 2 : 0);
+  }
+  if (!(strength > 0)) return "";
+  if (room.settings.compare == Comparison::rubbing)
+    return beside > 0 ? fmt::format(": {:.2f} N, {:.2f} x the first", strength, beside) : "";
+  return fmt::format(": {:.2f} N after {:g} s", strength, beside);
+}
+
+// Each block's name, and what is said of it.
 void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                     const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   if (room.compared == 0) return;
-  static constexpr const char* names[] = {"brush", "LuGre", "Coulomb"};
-  const bool narrow = layout.picture.scene.width < 560 * layout.scale;
+  const ComparedScene& scene = scene_of(room.settings.compare);
+  // Blocks that a carriage moves have long labels, which nothing may cover.
+  const bool narrow = scene.driven || layout.picture.scene.width < 700 * layout.scale;
   // Beside the block where `off` (m) puts it, so that no name covers another.
-  const auto label = [&](const Vector3f& block, const Vector3f& off, float anchor, FrictionModel model,
-                         double moved, ImU32 colour) {
+  const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,
+                         const std::string& text, ImU32 colour) {
     float x, y;
     if (!camera.find_pixel(layout.picture.scene, tilt * (block + off), x, y)) return;
     if (narrow) {  // one below the other, where nothing else is
       x = layout.picture.scene.x + 12 * layout.scale;
-      y = layout.picture.scene.y + (14.0f + 24.0f * static_cast<float>(model)) * layout.scale;
+      y = layout.picture.scene.y + (14.0f + 24.0f * static_cast<float>(which)) * layout.scale;
       anchor = 0.0f;
     }
-    const double micrometres = 1e6 * moved;
-    const std::string far = std::abs(micrometres) < 0.01
-                                ? "< 0.01 µm"
-                                : fmt::format("{:.{}f} µm", micrometres, std::abs(micrometres) < 10 ? 2 : 0);
-    const std::string text =
-        fmt::format("{}: {}{}", names[static_cast<std::size_t>(model)], narrow ? "" : "moved ", far);
-    pen.tag(x, y, anchor, colour,
-            room.time < 6.5 ? fmt::format("{} settles", names[static_cast<std::size_t>(model)]) : text,
-            pen.fonts.bold);
+    pen.tag(x, y, anchor, colour, fmt::format("{}{}", scene.names[which], text), pen.fonts.bold);
   };
   const auto half = static_cast<float>(0.5 * measures.block[0]), high = static_cast<float>(measures.block[2]);
   const Vector3f above(0, 0, 0.9f * high), right(1.15f * half, 0, 0.2f * high),
       below(0, -0.6f * half, -0.95f * high);
-  label(to_vector(room.block_position), right, 0.0f, room.settings.model, room.moved, colours::friction);
+  const auto says = [&](double moved, double strength, double beside) {
+    return says_of(room, moved, strength, beside);
+  };
+  label(0, to_vector(room.block_position), right, 0.0f, says(room.moved, room.strength, room.strength_beside),
+        colours::friction);
   for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {
     Vector3f at = to_vector(room.beside[i].position);
     at.y() += aside_of(i);
-    label(at, i == 0 ? above : below, i == 0 ? 0.0f : 0.5f, room.beside[i].model, room.beside[i].moved,
-          colours::text);
+    const ComparedBlock& other = room.beside[i];
+    label(i + 1, at, i == 0 ? above : below, i == 0 ? 0.0f : 0.5f,
+          says(other.moved, other.strength, other.strength_beside),
+          scene.driven ? compared_colour(i) : colours::text);
   }
 }
 
@@ -141,6 +156,18 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
 }
 
 // A round mark of the colours of hairs: from straight to about to snap.
+void draw_age_scale(const Pen& pen, float x, float y, float width) {
+  // The roots of the shader's colours, in the light that falls on hairs.
+  static constexpr ImU32 stops[] = {IM_COL32(246, 231, 127, 255), IM_COL32(102, 180, 165, 255),
+                                    IM_COL32(102, 72, 165, 255)};
+  const float high = 5 * pen.scale, half = 0.5f * width;
+  for (int i = 0; i < 2; ++i) {
+    const float from = x + half * static_cast<float>(i);
+    pen.draw.AddRectFilledMultiColor({from, y}, {from + half, y + high}, stops[i], stops[i + 1], stops[i + 1],
+                                     stops[i]);
+  }
+}
+
 void draw_scale(const Pen& pen, float x, float y, float width) {
   static constexpr ImU32 stops[] = {IM_COL32(111, 172, 211, 255), IM_COL32(90, 211, 202, 255),
                                     IM_COL32(247, 222, 123, 255), IM_COL32(243, 123, 90, 255)};
@@ -187,12 +214,16 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
   // The mean snap length at the scale at which hairs lean, on the near rim of the floor.
   const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
   std::string shown =
-      fmt::format("{} of {} bristles in this patch", with_commas(glass.hairs().size()), total);
+      glass.shows_cohorts()
+          ? fmt::format("{} cohorts, each bent alike{}", glass.hairs().size(), glass.by_age ? ", by age" : "")
+          : fmt::format("{} of {} bristles{}", with_commas(glass.hairs().size()), total,
+                        glass.by_age ? " by age" : " in this patch");
   const Area& scene = layout.picture.scene;
   if (centre.x + 0.5f * pen.size(pen.fonts.small, shown).x + 10 * pen.scale > scene.x + scene.width ||
       centre.x - 0.5f * pen.size(pen.fonts.small, shown).x - 10 * pen.scale < scene.x) {
-    shown = fmt::format("{} bristles of {}", with_commas(glass.hairs().size()),
-                        room.settings.infinite ? "∞" : with_commas(room.bristles.total));
+    shown = glass.shows_cohorts() ? fmt::format("{} cohorts", glass.hairs().size())
+                                  : fmt::format("{} bristles of {}", with_commas(glass.hairs().size()),
+                                                with_commas(room.bristles.total));
   }
   const float half =
       std::max(0.5f * pen.size(pen.fonts.small, shown).x,
@@ -204,14 +235,18 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
   words(y, colours::text, shown, pen.fonts.small);
   y += pen.fonts.small->FontSize + 5 * pen.scale;
   const float wide = 0.9f * p.glass_radius;
-  draw_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
+  if (glass.by_age) {
+    draw_age_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
+  } else {
+    draw_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
+  }
   const auto beside = [&](float x, float anchor, const char* text) {
     const ImVec2 s = pen.size(pen.fonts.small, text);
     pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
                      {std::round(x - anchor * s.x), std::round(y)}, colours::faint_text, text);
   };
-  beside(centre.x - 0.5f * wide - 7 * pen.scale, 1, "straight");
-  beside(centre.x + 0.5f * wide + 7 * pen.scale, 0, "snaps");
+  beside(centre.x - 0.5f * wide - 7 * pen.scale, 1, glass.by_age ? "10 ms" : "straight");
+  beside(centre.x + 0.5f * wide + 7 * pen.scale, 0, glass.by_age ? "100 s" : "snaps");
 }
 
 }  // namespace

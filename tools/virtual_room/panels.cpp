@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <iterator>
 
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/parameters.hpp"
 #include "tools/virtual_room/presets.hpp"
 #include "tools/virtual_room/quantity_text.hpp"
@@ -119,6 +121,10 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
 void surface(Panel& panel, const Snapshot& room, Settings& s) {
   const Effective works(s);
   panel.heading("Surface");
+  double load = 0;
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
+  }
   double ratio = std::clamp(s.peak / std::max(s.kinetic, 1e-9), 1.01, 2.0);
   const double kinetic_before = s.kinetic, ratio_before = ratio;
   panel.slider("kinetic µ", s.kinetic, 1, 0.01, 1.5, "%.3f", false, "friction over load in slow sliding");
@@ -128,6 +134,20 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   panel.slider("bristle length", s.presliding_length, 1e-6, 1,
                1e6 * range_of(&Settings::presliding_length).max, "%.0f µm", true,
                "presliding length: the mean deflection at which a bristle snaps", works.peak);
+  // The paper's way to say the same: K = zeta sigma0, of all bristles that touch. It goes as one over the
+  // length.
+  if (load > 0 && room.stiffness_per_newton > 0 && room.settings.presliding_length > 0) {
+    const double times_length = room.stiffness_per_newton * load * room.settings.presliding_length;
+    double stiffness = times_length / s.presliding_length;
+    const double before = stiffness;
+    panel.slider("stiffness ζσ₀", stiffness, 1, times_length / range_of(&Settings::presliding_length).max,
+                 times_length / 1e-6, "%.0f N/m", true,
+                 "of all bristles together while they stick: moves with the bristle length", works.peak);
+    if (stiffness != before) {
+      const SettingRange& range = range_of(&Settings::presliding_length);
+      s.presliding_length = std::clamp(times_length / stiffness, range.min, range.max);
+    }
+  }
   panel.slider("damping", s.damping_per_newton, 1, 0, 10, "%.2f s/m", false,
                "of all bristles, over the load, while they stick", works.damping);
   panel.slider("lubrication", s.viscous_friction, 1, 0, 20, "%.2f N s/m", false,
@@ -138,7 +158,9 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
   panel.begin_row("after a snap", "redraw: another bristle with another snap length; keep: the same again");
   ImGui::PopID();
   static constexpr const char* rules[] = {"redraw", "keep"};
-  if (const int rule = panel.choice(rules, nullptr, 2, s.keep ? 1 : 0); rule >= 0) {
+  static constexpr const char* rules_say[] = {"another bristle with another snap length",
+                                              "the same snap length again"};
+  if (const int rule = panel.choice(rules, rules_say, 2, s.keep ? 1 : 0); rule >= 0) {
     s.keep = rule == 1;
     panel.changed = true;
   }
@@ -162,16 +184,15 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
       "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
       works.ageing_time);
-  double load = 0;
-  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
-    if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
-  }
   panel.readout("peak", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.peak_coefficient, load,
                                     room.peak_coefficient * load));
   panel.readout("kinetic friction", fmt::format("µ {:.3f} × {:.2f} N = {:.2f} N", room.kinetic_coefficient,
                                                 load, room.kinetic_coefficient * load));
-  panel.readout("stiffness in presliding",
-                room.stiffness_per_newton > 0 ? with_unit(room.stiffness_per_newton * load, "N/m") : "–");
+  if (works.bristles && room.bristle_stiffness > 0) {
+    panel.readout("bristles ζ × stiffness σ₀",
+                  fmt::format("{:.0f} × {}", room.stiffness_per_newton / room.bristle_stiffness * load,
+                              with_unit(room.bristle_stiffness, "N/m")));
+  }
 }
 
 void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
@@ -244,7 +265,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
   // The buttons take as many rows as they need.
   const float bar = (w - left) / scale;
-  const float above = panels ? std::round((bar >= 880 ? 46 : bar >= 470 ? 76 : 106) * scale) : 0;
+  const float above = panels ? std::round((bar >= 1020 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
   const float below =
       panels ? std::min(std::round(std::clamp(0.26f * h, 150 * scale, 300 * scale)), 0.5f * h) : 0;
   layout.picture.width = width;
@@ -380,10 +401,12 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"space, full stop", "pause or run, one tick"},
       {"- and =", "slow motion to 1 : 100, and back"},
       {"R", "reset the block"},
-      {"1, 2, 3", "brush, LuGre, Coulomb; K: all three on a tapped slope, and back"},
+      {"1, 2, 3", "brush, LuGre, Coulomb"},
+      {"K", "blocks compared: models, rubbing, slide-hold-slide, and back"},
       {"Ctrl+Z", "undo the last change of the settings"},
       {"C, P", "record, replay"},
-      {"E, S", "plots as CSV, settings as a script; drop a script on the window to load its settings"},
+      {"E, S", "plots as CSV, settings and material as scripts; drop one on the window to load it"},
+      {"A", "bristles coloured by age or by bending"},
       {"F12, G, H, F1", "picture, glass, panels, this page"},
       {"Ctrl+click on a slider", "type a value"}};
   const Area& a = layout.picture.scene;
@@ -411,7 +434,8 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
   ImGui::End();
 }
 
-void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wishes& wishes) {
+void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, const GuiState& state,
+              Wishes& wishes) {
   if (layout.bar.height < 1) return;
   begin_panel("bar", layout.bar);
   const float scale = layout.scale;
@@ -454,15 +478,36 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wi
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
   if (button("Picture", "F12: this window as PNG", 16)) wishes.screenshot = true;
   if (button("CSV", "E: what the plots show, as CSV")) wishes.export_plots = true;
-  if (button("Save", "S: the settings as a script; drop one on the window to load it"))
+  if (button("Save", "S: all settings as a script, and the material alone, for 'Load'"))
     wishes.save_scene = true;
+  if (button("Load", "settings or a material of a file in the working folder")) {
+    wishes.list_files = true;
+    ImGui::OpenPopup("files");
+  }
+  if (ImGui::BeginPopup("files")) {
+    if (state.files.empty()) ImGui::TextUnformatted("no .toml file in the working folder");
+    for (const std::string& file : state.files) {
+      if (ImGui::MenuItem(file.c_str())) wishes.load = file;
+    }
+    ImGui::EndPopup();
+  }
   if (button("Glass", "G: the magnifying glass", 16)) wishes.toggle_glass = true;
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
-  if (room.compared > 0) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
-  if (button("Compare", "K: the block under brush, LuGre and Coulomb on a tapped slope, and back")) {
-    wishes.compare = true;
+  const bool compares = room.compared > 0;
+  if (compares) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
+  if (button("Compare", "K: blocks beside each other: models, rubbing, slide-hold-slide, and back")) {
+    ImGui::OpenPopup("scenes");
   }
-  if (room.compared > 0) ImGui::PopStyleColor();
+  if (compares) ImGui::PopStyleColor();
+  if (ImGui::BeginPopup("scenes")) {
+    for (std::size_t i = 0; i < compared_scenes.size(); ++i) {
+      const auto which = static_cast<Comparison>(i);
+      if (ImGui::MenuItem(compared_scenes[i].name, nullptr, room.settings.compare == which))
+        wishes.scene = which;
+      if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", compared_scenes[i].says);
+    }
+    ImGui::EndPopup();
+  }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
   const std::string time = fmt::format("{:.2f} s", room.time);
@@ -494,7 +539,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
   // Where there is little room, what the loop takes stands in the panel alone.
-  const bool two = p.width < 640 * layout.scale;
+  const bool two = p.width < 720 * layout.scale;
   const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
   const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
   const Area first{p.x + gap, top, share[0] * inner, high};
@@ -505,16 +550,23 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
     if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
   }
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
+  FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
-    // What the bristles hold now: it grows while they rest.
-    levels.peak = 0;
+    // What the bristles hold now: it grows while they rest, which the plot over time shows as a curve.
+    levels.peak = over_time.peak = 0;
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
     }
   }
-  plot_force_over_time(draw, fonts, first, history, state.plot_seconds, levels, state.ranges, elapsed);
-  plot_hysteresis(draw, fonts, second, history, state.plot_seconds, room.presliding_length, levels,
-                  state.ranges, elapsed);
+  const ComparedScene& scene = scene_of(room.settings.compare);
+  ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
+  std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
+  // A scene of rests is seen whole.
+  const float seconds =
+      room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
+  plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);
+  plot_hysteresis(draw, fonts, second, history, state.first_bending, seconds, room.presliding_length, levels,
+                  beside, state.ranges, elapsed);
   if (!two) plot_deadline(draw, fonts, third, times, room.loop);
   ImGui::End();
 }

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/virtual_room/gui_style.hpp"
 #include "tools/virtual_room/history.hpp"
@@ -27,7 +29,10 @@ struct Wishes {
   bool settings = false;  ///< they changed
   Act act = Act::none;
   bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
-  bool export_plots = false, save_scene = false, full_speed = false, compare = false;
+  bool export_plots = false, save_scene = false, full_speed = false;
+  bool list_files = false;  ///< the button Load was pressed
+  std::optional<Comparison> scene;
+  std::string load;  ///< a file to load
 };
 
 /// Settings of before each change. A slider that is dragged is one change.
@@ -59,13 +64,16 @@ struct GuiState {
   SettingsUndo undo;
   PlotRanges ranges;
   float plot_seconds = 8;
+  std::vector<std::string> files;  ///< that can be loaded, as they were when the list was opened
+  FirstBending first_bending;
 };
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
                    Wishes& wishes);
 /// Keys and mouse, over the room.
 void draw_help(const Layout& layout, const Fonts& fonts);
-void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, Wishes& wishes);
+void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, const GuiState& state,
+              Wishes& wishes);
 void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, const History& history,
                 const TimeHistogram& times, GuiState& state, float elapsed);
 

@@ -24,6 +24,7 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
                                    : wall_load)
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
+      .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)  // how many snap
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
@@ -83,6 +84,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     }
   }
   if (static_cast<unsigned>(s.model) > static_cast<unsigned>(FrictionModel::coulomb)) s.model = before.model;
+  if (static_cast<unsigned>(s.compare) > static_cast<unsigned>(Comparison::rest)) s.compare = before.compare;
   if (s.bristles < fewest_bristles || s.bristles > most_bristles) {
     const std::uint32_t given = s.bristles;
     s.bristles = std::clamp(given, fewest_bristles, most_bristles);
@@ -173,6 +175,7 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
     next.peak = material.peak_coefficient();
   }
   next.presliding_length = material.snap_length.mean() + material.residual_length;
+  next.bristle_stiffness = material.bristle_stiffness;
   next.stiffness_per_newton = material.bristle_stiffness * material.bristles_in_contact(1.0);
   message.copy(next.message, sizeof next.message - 1);
   next.message[std::min(message.size(), sizeof next.message - 1)] = '\0';

@@ -71,6 +71,7 @@ struct Parameters {
   double kinetic = 0.0, peak = 0.0;   ///< friction over load, as they follow from the bristles
   double presliding_length = 0.0;     ///< m, mean bend at which a bristle snaps
   double stiffness_per_newton = 0.0;  ///< 1/m, of sticking
+  double bristle_stiffness = 0.0;     ///< N/m, of one bristle: sigma0
   char message[128] = {};
 };
 

@@ -173,6 +173,65 @@ void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, st
   if (any && last.x < in.x + in.width + 1) draw.AddCircleFilled(last, 1.8f * thickness, colour);
 }
 
+// Snaps per millisecond as bars on the lower edge, the highest of them a fifth of the plot high.
+void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const History& history,
+                std::size_t first, float seconds) {
+  const Area& in = frame.inner();
+  std::vector<float> columns(static_cast<std::size_t>(in.width) + 1, 0.0f);
+  for (std::size_t i = first; i < history.size(); ++i) {
+    const float x = frame.at(static_cast<double>(history[i].time), 0).x - in.x;
+    if (x >= 0 && x < in.width) columns[static_cast<std::size_t>(x)] += history[i].snaps;
+  }
+  const float most = *std::max_element(columns.begin(), columns.end());
+  if (!(most > 0) || !std::isfinite(most)) return;
+  const float low = in.y + in.height, high = 0.2f * in.height;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (!(columns[k] > 0)) continue;
+    const float x = in.x + static_cast<float>(k);
+    draw.AddRectFilled({x, low - std::max(1.0f, high * columns[k] / most)}, {x + 1, low},
+                       (colours::snaps & 0x00ffffffu) | 0x90000000u);
+  }
+  const double per_ms =
+      static_cast<double>(most) * static_cast<double>(in.width) / (1e3 * static_cast<double>(seconds));
+  std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
+  if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
+  const float line = fonts.small->FontSize;
+  if (in.height < 8 * line) return;  // the legend stands there
+  const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
+  draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
+                     (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);
+  frame.label(in.x + 4, low - high - 1.15f * fonts.small->FontSize, colours::snaps, text, 0);
+}
+
+// A window into the plot that stays: how the bristles bent at first.
+void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending) {
+  const Area& in = frame.inner();
+  const float line = fonts.small->FontSize;
+  if (bending.size() < 3 || in.width < 15 * line || in.height < 7.5f * line) return;
+  const Area box{in.x + 0.58f * in.width, in.y + 0.52f * in.height, 0.41f * in.width, 0.46f * in.height};
+  draw.AddRectFilled({box.x, box.y}, {box.x + box.width, box.y + box.height}, IM_COL32(24, 28, 34, 240), 2);
+  draw.AddRect({box.x, box.y}, {box.x + box.width, box.y + box.height}, colours::line, 2);
+  float x_low = 0, x_high = 0, y_low = 0, y_high = 0;
+  for (std::size_t i = 0; i < bending.size(); ++i) {
+    x_low = std::min(x_low, bending[i].first);
+    x_high = std::max(x_high, bending[i].first);
+    y_low = std::min(y_low, bending[i].second);
+    y_high = std::max(y_high, bending[i].second);
+  }
+  const Area curve{box.x + 4, box.y + 1.5f * line, box.width - 8, box.height - 1.5f * line - 4};
+  const auto at = [&](std::size_t i) -> ImVec2 {
+    return {curve.x + curve.width * (bending[i].first - x_low) / std::max(x_high - x_low, 1e-9f),
+            curve.y + curve.height * (1 - (bending[i].second - y_low) / std::max(y_high - y_low, 1e-6f))};
+  };
+  for (std::size_t i = 1; i < bending.size(); ++i)
+    draw.AddLine(at(i - 1), at(i), colours::friction, stroke(fonts));
+  const float most = std::abs(y_low) > y_high ? y_low : y_high;
+  frame.label(box.x + 4, box.y + 1, colours::faint_text,
+              box.width > 10 * line ? fmt::format("first bending, to {:.2f} N", static_cast<double>(most))
+                                    : fmt::format("first: {:.2f} N", static_cast<double>(most)),
+              0);
+}
+
 void legend(const Frame& frame, ImDrawList& draw, const Fonts& fonts, float right, float y, ImU32 colour,
             const std::string& text, float& used) {
   const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str());
@@ -229,20 +288,25 @@ AxisText length_axis(double low, double high) {
 }
 
 void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                          float seconds, FrictionLevels levels, PlotRanges& ranges, float elapsed) {
+                          float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
+                          float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
   // Means of some milliseconds.
   constexpr std::size_t together = 16;
   std::vector<float> values;
   values.reserve(2 * (history.size() - first) / together + 2);
   for (std::size_t i = first; i + together <= history.size(); i += together) {
-    float friction = 0, applied = 0;
+    float friction = 0, applied = 0, others[most_compared] = {};
     for (std::size_t j = i; j < i + together; ++j) {
       friction -= history[j].friction / together;
       applied += history[j].applied / together;
+      for (std::size_t k = 0; k < beside.count; ++k) others[k] -= history[j].beside_friction[k] / together;
     }
     values.push_back(friction);
     values.push_back(applied);
+    if (!(levels.peak > 0)) values.push_back(history[i].holds);
+    if (!beside.driven) continue;
+    for (std::size_t k = 0; k < beside.count; ++k) values.push_back(others[k]);
   }
   const ValueRange most = range_of_most(values, 1.3 * levels.peak);
   ranges.force.follow(std::min(-0.05, most.low), std::max({0.2, 1.1 * levels.peak, most.high}), 0.1, elapsed);
@@ -254,10 +318,21 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
-  draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
-             [](const PlotPoint& p) { return p.applied; });
+  if (!(levels.peak > 0)) {
+    draw_curve(draw, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(fonts),
+               [](const PlotPoint& p) { return p.holds; });
+  }
+  for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;) {
+    draw_curve(draw, frame, history, first, compared_colour(k), 0.8f * stroke(fonts),
+               [k](const PlotPoint& p) { return -p.beside_friction[k]; });
+  }
+  if (!beside.driven) {
+    draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
+               [](const PlotPoint& p) { return p.applied; });
+  }
   draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
              [](const PlotPoint& p) { return -p.friction; });
+  draw_snaps(draw, frame, fonts, history, first, seconds);
   if (history.size() > first) {
     const PlotPoint& peak = history[find_peak(history, first)];
     if (-peak.friction > 0.05f) {
@@ -280,13 +355,17 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
                        {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
   }
-  legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
-  legend(frame, draw, fonts, right, y, colours::friction, "friction", used);
+  if (beside.driven) {  // the names stand beside the blocks, in the curves' colours
+    legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
+  } else {
+    legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
+    legend(frame, draw, fonts, right, y, colours::friction, "friction", used);
+  }
 }
 
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                     float seconds, double presliding_length, FrictionLevels levels, PlotRanges& ranges,
-                     float elapsed) {
+                     const FirstBending& first_bending, float seconds, double presliding_length,
+                     FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
   double x_low = 0, x_high = 0;
   std::vector<float> values;
@@ -297,6 +376,8 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
     x_low = std::min(x_low, x);
     x_high = std::max(x_high, x);
     values.push_back(-history[i].friction);
+    if (!beside.driven) continue;
+    for (std::size_t k = 0; k < beside.count; ++k) values.push_back(-history[i].beside_friction[k]);
   }
   ranges.displacement.follow(x_low, x_high, std::max(1e-8, 0.5 * presliding_length), elapsed);
   const ValueRange most = range_of_most(values, 1.3 * levels.peak);
@@ -313,20 +394,31 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
-  if (history.size()) {
-    ImVec2 last = frame.at(history[first].displacement, -history[first].friction);
+  const auto loop = [&](ImU32 colour, auto x_of, auto y_of) {
+    ImVec2 last = frame.at(x_of(history[first]), y_of(history[first]));
     for (std::size_t i = first + 1; i < history.size(); ++i) {
-      const ImVec2 next = frame.at(history[i].displacement, -history[i].friction);
+      const ImVec2 next = frame.at(x_of(history[i]), y_of(history[i]));
       const float dx = next.x - last.x, dy = next.y - last.y;
       if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
       const float age = (history.newest().time - history[i].time) / seconds;
-      draw.AddLine(last, next,
-                   (colours::friction & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
+      draw.AddLine(last, next, (colour & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
                    stroke(fonts));
       last = next;
     }
+    return last;
+  };
+  if (history.size()) {
+    for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;) {
+      loop(
+          compared_colour(k), [k](const PlotPoint& p) { return p.beside_displacement[k]; },
+          [k](const PlotPoint& p) { return -p.beside_friction[k]; });
+    }
+    const ImVec2 last = loop(
+        colours::friction, [](const PlotPoint& p) { return p.displacement; },
+        [](const PlotPoint& p) { return -p.friction; });
     draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
   }
+  draw_inset(draw, fonts, frame, first_bending);
   frame.unclip();
 }
 

@@ -38,18 +38,29 @@ struct FrictionLevels {
   double kinetic = 0, peak = 0;
 };
 
+/// Blocks that are compared: their curves beside the block's own. `driven`: a carriage moves them all, and
+/// nothing is applied by hand.
+struct ShownBeside {
+  std::size_t count = 0;
+  bool driven = false;
+  const char* names[1 + most_compared] = {};
+};
+
 /// What the plots remember from picture to picture.
 struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };
 
 /// Friction is drawn as it resists a motion along x: with the sign of what is applied against it. Dashed: the
-/// levels; a ring: the highest friction of the `seconds` looked back on.
+/// levels; a ring: the highest friction of the `seconds` looked back on. Bars at the bottom: snaps per
+/// millisecond. Without a level for the peak, the curve of what the bristles hold at each time.
 void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                          float seconds, FrictionLevels levels, PlotRanges& ranges, float elapsed);
+                          float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
+                          float elapsed);
+/// With the first bending since the beginning as an inset, where there is room.
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                     float seconds, double presliding_length, FrictionLevels levels, PlotRanges& ranges,
-                     float elapsed);
+                     const FirstBending& first_bending, float seconds, double presliding_length,
+                     FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed);
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    const LoopStatistics& loop);
 

@@ -38,7 +38,19 @@ inline Settings comparison() {
   Settings s;
   s.slope = 10.0 * 3.14159265358979323846 / 180.0;
   s.tapping = 0.2;
-  s.compare = true;
+  s.compare = Comparison::models;
+  return s;
+}
+
+/// The scenes that compare, of the default surface with changes that show what each is about.
+inline Settings settings_of(Comparison scene) {
+  Settings s;
+  if (scene == Comparison::models) return comparison();
+  s.compare = scene;
+  if (scene == Comparison::rubbing) s.presliding_length = 3e-3;
+  // Twice as fast as wood ages, so that it shows; without noise, as the cohorts that it is.
+  if (scene == Comparison::rest) s.growth_per_decade = 0.10;
+  s.infinite = scene == Comparison::rest;
   return s;
 }
 

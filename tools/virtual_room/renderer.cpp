@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/gl_program.hpp"
 #include "tools/virtual_room/mesh.hpp"
 #include "tools/virtual_room/shaders.hpp"
@@ -29,7 +30,8 @@ const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.05
     backdrop(0.014f, 0.017f, 0.022f);
 const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f),
     lost_paint(0.6f, 0.08f, 0.05f);
-const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.37f);
+const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.37f),
+    beside_paint(0.09f, 0.38f, 0.60f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
 constexpr float shadow_reach = 0.46f;  // m, from the middle of the room
@@ -229,11 +231,14 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    for (GLuint i = 2; i < 4; ++i) {
+    constexpr GLint sizes[] = {4, 2, 3};  // place, state, shape
+    std::size_t offset = 0;
+    for (GLuint i = 2; i < 5; ++i) {
       glEnableVertexAttribArray(i);
-      glVertexAttribPointer(i, i == 2 ? 4 : 2, GL_FLOAT, GL_FALSE, sizeof(Hair),
-                            reinterpret_cast<const void*>(i == 2 ? 0 : 4 * sizeof(float)));
+      glVertexAttribPointer(i, sizes[i - 2], GL_FLOAT, GL_FALSE, sizeof(Hair),
+                            reinterpret_cast<const void*>(offset * sizeof(float)));
       glVertexAttribDivisor(i, 1);
+      offset += static_cast<std::size_t>(sizes[i - 2]);
     }
   }
   ~Impl() { glDeleteBuffers(1, &hairs); }
@@ -378,7 +383,15 @@ struct Renderer::Impl {
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
       const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
-      bodies.push_back({&block, place, i == 0 ? lugre_paint : coulomb_paint, plain, 0.16f});
+      // As the curves, where there are any.
+      const bool first =
+          scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
+      const bool brush = other.model == FrictionModel::brush;
+      bodies.push_back({&block, place,
+                        !first  ? coulomb_paint
+                        : brush ? beside_paint
+                                : lugre_paint,
+                        plain, 0.16f});
       bodies.back().by_block = false;
     }
   }
@@ -560,11 +573,11 @@ struct Renderer::Impl {
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(glass.hairs().size() * sizeof(Hair)),
                  glass.hairs().data(), GL_STREAM_DRAW);
     hair.use();
+    hair.set("by_age", glass.by_age ? 1 : 0);
     hair.set("camera", through);
     hair.set("circle", circle);
     hair.set("look", 0);
     hair.set("sun", sun);
-    hair.set("thickness", 0.030f);
     hair.set("reach", BristleGlass::reach);
     strand.draw_many(static_cast<GLsizei>(glass.hairs().size()));
     if (!glass.hairs().empty()) {

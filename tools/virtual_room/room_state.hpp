@@ -14,6 +14,9 @@ namespace room {
 
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 
+/// What stands beside the block, and moves as it does (compared.hpp).
+enum class Comparison : unsigned char { none, models, rubbing, rest };
+
 /// What a person can change while the loops run. The graphic loop sends it whole; the desk makes patches and
 /// materials of the newest and hands them to the haptic loop (haptic_loop.cpp).
 struct Settings {
@@ -38,7 +41,7 @@ struct Settings {
   double hand_damping = 2.0;       ///< N s/m
   double pad_radius = 0.0;         ///< m, of the tool's contact, a disc under uniform pressure; 0: a point
   double pad_friction = 0.0;  ///< kinetic friction of the tool over its load; 0: as of the other surfaces
-  bool compare = false;       ///< the same block under LuGre and under Coulomb is shown beside it
+  Comparison compare = Comparison::none;
 
   bool operator==(const Settings&) const = default;
 };
@@ -99,6 +102,7 @@ struct ComparedBlock {
   FrictionModel model = FrictionModel::lugre;
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
   double moved = 0.0;                                             ///< m, as Snapshot::moved
+  double strength = 0.0, strength_beside = 0.0;                   ///< as Snapshot's
 };
 
 struct LoopStatistics {
@@ -117,6 +121,7 @@ struct Snapshot {
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};  ///< m; quaternion w, x, y, z
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};            ///< m/s, rad/s
   double moved = 0.0;  ///< m, down the slope between taps, since six seconds, when the block has settled
+  double strength = 0.0, strength_beside = 0.0;  ///< N, and what compared.hpp says; of the block itself
   std::size_t compared = 0;
   ComparedBlock beside[most_compared];
   double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};  ///< m: the sphere that touches; the hand that pulls it
@@ -131,6 +136,7 @@ struct Snapshot {
   double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< as they follow from the settings
   double presliding_length = 0.0;                            ///< m, the same
   double stiffness_per_newton = 0.0;                         ///< 1/m, the same
+  double bristle_stiffness = 0.0;                            ///< N/m, of one: sigma0
   Settings settings;                                         ///< those in force
   char message[128] = {};                                    ///< one line for the person, or empty
   LoopStatistics loop;
@@ -140,6 +146,9 @@ struct Snapshot {
 struct PlotPoint {
   float time = 0.0f, displacement = 0.0f, friction = 0.0f, applied = 0.0f;  ///< s, m, N, N along the floor
   float step_time = 0.0f;                                                   ///< s
+  float snaps = 0.0f;  ///< of bristles on the floor, in this tick
+  float holds = 0.0f;  ///< N: highest elastic friction of the floor under the present load
+  float beside_displacement[most_compared] = {}, beside_friction[most_compared] = {};
 };
 
 /// The room's fixed measures, m.

@@ -25,11 +25,13 @@ RoomView::~RoomView() {
 
 void RoomView::add(const PlotPoint& point) {
   history_.add(point);
+  gui.first_bending.add(point);
   times_.add(static_cast<double>(point.step_time));
 }
 
 void RoomView::forget() {
   history_.clear();
+  gui.first_bending = {};
   times_.clear();
   gui.ranges = {};
 }
@@ -76,13 +78,15 @@ Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed
   layout_ = make_layout(width, height, scale_, panels, glass_shown, glass_left_);
   if (glass_shown) keep_glass_off_the_block(room, width, height);
   glass_.update(room, room.paused ? 0.0f : elapsed);
+  gui.first_bending.set_length(room.presliding_length);
+  glass_.by_age = colours_by_age(room);
 
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   Wishes wishes;
   draw_overlay(layout_, fonts_, room, glass_, camera, measures_, notice);
   draw_settings(layout_, fonts_, room, gui, wishes);
-  draw_bar(layout_, fonts_, room, wishes);
+  draw_bar(layout_, fonts_, room, gui, wishes);
   if (help_shown) draw_help(layout_, fonts_);
   draw_plots(layout_, fonts_, room, history_, times_, gui, elapsed);
   ImGui::Render();

@@ -1,6 +1,7 @@
 // The whole picture, room and panels, into any frame buffer: the window's or one without a window.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "tools/virtual_room/bristle_glass.hpp"
@@ -23,7 +24,8 @@ class RoomView {
   Camera camera;
   GuiState gui;
   bool panels = true, glass_shown = true, help_shown = false;
-  std::string notice;  ///< one line for the person, or empty
+  std::string notice;          ///< one line for the person, or empty
+  std::optional<bool> by_age;  ///< how the glass colours; none: by age where the material ages
   ///@}
 
   /// Each tick once, in order.
@@ -41,6 +43,10 @@ class RoomView {
   /// `elapsed`: s since the last picture.
   Wishes draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target);
 
+  bool colours_by_age(const Snapshot& room) const {
+    return by_age.value_or(room.settings.growth_per_decade > 0.0 &&
+                           room.settings.model == FrictionModel::brush);
+  }
   const History& history() const { return history_; }
 
   /// Of the last picture.

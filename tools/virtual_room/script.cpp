@@ -9,6 +9,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_table.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/parameters.hpp"
 
 namespace room {
@@ -26,7 +27,12 @@ void read_settings(const TomlTable& table, Settings& s) {
                                                     static_cast<std::size_t>(s.model)));
   s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
   s.infinite = table.choice("population", {"representatives", "infinite"}, s.infinite ? 1 : 0) == 1;
-  s.compare = table.choice("compare", {"no", "yes"}, s.compare ? 1 : 0) == 1;
+  // "yes" is what "models" was called.
+  const std::size_t scene = table.choice(
+      "compare",
+      {compared_scenes[0].key, compared_scenes[1].key, compared_scenes[2].key, compared_scenes[3].key, "yes"},
+      static_cast<std::size_t>(s.compare));
+  s.compare = scene == 4 ? Comparison::models : static_cast<Comparison>(scene);
   s.bristles =
       static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
   for (const SettingRange& r : setting_ranges) {
@@ -36,6 +42,16 @@ void read_settings(const TomlTable& table, Settings& s) {
   std::string message;
   checked_settings(s, Settings{}, message);
   if (!message.empty()) table.fail(message);
+}
+
+// What of the settings the surface is made of: the first so many of setting_ranges, and the rule.
+constexpr std::size_t material_numbers = 10;
+static_assert(setting_ranges[material_numbers - 1].member == &Settings::ageing_time);
+
+void read_material(const TomlTable& table, Settings& s) {
+  table.allow({"rule", "kinetic", "peak", "presliding_length", "damping_per_newton", "viscous_friction",
+               "stribeck_velocity", "residual_share", "shared_renewal", "growth_per_decade", "ageing_time"});
+  read_settings(table, s);
 }
 
 void allow_settings(const TomlTable& table, bool with_time) {
@@ -98,7 +114,8 @@ void read_room(const TomlTable& table, const std::string& path, const RoomMeasur
 
 }  // namespace
 
-Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures) {
+Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures,
+                    const Settings& before) {
   toml::table parsed;
   try {
     parsed = toml::parse(text, path);
@@ -106,14 +123,16 @@ Script parse_script(const std::string& text, const std::string& path, const Room
     throw cli::UserError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
   }
   const TomlTable root(path, parsed, "the script");
-  root.allow({"room", "settings", "change", "hand"});
+  root.allow({"room", "settings", "material", "change", "hand"});
   Script script;
+  if (root.has("material") && !root.has("settings")) script.settings = before;
   if (root.has("room")) read_room(root.table("room"), path, measures, script);
   if (root.has("settings")) {
     const TomlTable table = root.table("settings");
     allow_settings(table, false);
     read_settings(table, script.settings);
   }
+  if (root.has("material")) read_material(root.table("material"), script.settings);
   Settings settings = script.settings;
   for (const TomlTable& table : root.tables("change")) {
     allow_settings(table, true);
@@ -141,19 +160,31 @@ Script parse_script(const std::string& text, const std::string& path, const Room
   return script;
 }
 
-Script read_script(const std::string& path, const RoomMeasures& measures) {
-  return parse_script(cli::read_text_file(path), path, measures);
+Script read_script(const std::string& path, const RoomMeasures& measures, const Settings& before) {
+  return parse_script(cli::read_text_file(path), path, measures, before);
+}
+
+namespace {
+
+// TOML requires a point or an exponent in a float; {:e} has both.
+std::string as_toml(const SettingRange& range, const Settings& s) {
+  return fmt::format("{} = {:.17e}\n", range.name, s.*range.member);
+}
+
+}  // namespace
+
+std::string material_as_toml(const Settings& s) {
+  std::string text = fmt::format("rule = \"{}\"\n", s.keep ? "keep" : "redraw");
+  for (std::size_t i = 0; i < material_numbers; ++i) text += as_toml(setting_ranges[i], s);
+  return text;
 }
 
 std::string settings_as_toml(const Settings& s) {
   std::string text =
       fmt::format("model = \"{}\"\nrule = \"{}\"\npopulation = \"{}\"\nbristles = {}\ncompare = \"{}\"\n",
                   model_names[static_cast<std::size_t>(s.model)], s.keep ? "keep" : "redraw",
-                  s.infinite ? "infinite" : "representatives", s.bristles, s.compare ? "yes" : "no");
-  for (const SettingRange& r : setting_ranges) {
-    // TOML requires a point or an exponent in a float; {:e} has both.
-    text += fmt::format("{} = {:.17e}\n", r.name, s.*r.member);
-  }
+                  s.infinite ? "infinite" : "representatives", s.bristles, scene_of(s.compare).key);
+  for (const SettingRange& r : setting_ranges) text += as_toml(r, s);
   return text;
 }
 

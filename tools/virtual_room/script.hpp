@@ -22,11 +22,15 @@ struct Script {
   double lost_at = 1e300, back_at = 1e300;  ///< s: the device fails for a while
 };
 
-/// Throws cli::UserError naming file, line and key.
-Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures);
-Script read_script(const std::string& path, const RoomMeasures& measures);
+/// Throws cli::UserError naming file, line and key. Where there is a table [material] and no [settings], all
+/// but the material stays as in `before`.
+Script parse_script(const std::string& text, const std::string& path, const RoomMeasures& measures,
+                    const Settings& before = {});
+Script read_script(const std::string& path, const RoomMeasures& measures, const Settings& before = {});
 
 /// Settings as a TOML table's lines, exact to the bit: what parse_script reads.
 std::string settings_as_toml(const Settings& settings);
+/// The same of what the surface is made of, for the table [material].
+std::string material_as_toml(const Settings& settings);
 
 }  // namespace room

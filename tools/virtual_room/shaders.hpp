@@ -29,8 +29,8 @@ void main() {
 }
 )";
 
-// One material for all: looks 0 plain, 1 wood, 2 floor with its grid, 3 wall, 4 glowing (no light), 5 the table
-// below, that fades.
+// One material for all: looks 0 plain, 1 wood, 2 floor with its grid, 3 wall, 4 glowing (no light), 5 the
+// table below, that fades.
 inline constexpr const char* lit_fragment = R"(#version 330 core
 in vec3 world, facing, local;
 uniform int look;
@@ -150,18 +150,20 @@ inline constexpr const char* hair_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;   // a rod along z from 0 to 1
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 place;      // root x, y; deflection x, y
-layout(location = 3) in vec2 state;      // deflection over snap length; flash
+layout(location = 3) in vec2 state;      // colour, 0 to 1; flash
+layout(location = 4) in vec3 shape;      // half thickness in x and y; colour by age, 0 to 1
 uniform mat4 camera;
-uniform float thickness;
+uniform int by_age;
 out vec3 facing, at;
 out float bent, flash, along;
 void main() {
   float s = position.z, lean = s * s * (1.5 - 0.5 * s);  // a cantilever under a load at its tip
   vec2 centre = place.xy + lean * place.zw;
-  float radius = thickness * (1.0 - 0.45 * s) * (1.0 + 0.3 * state.y);
-  at = vec3(centre + radius * position.xy, s);
+  // A hair tapers; a sheet, which has no flash, hardly.
+  float taper = (1.0 - (shape.y > 0.1 ? 0.1 : 0.45) * s) * (1.0 + 0.3 * state.y);
+  at = vec3(centre + taper * shape.xy * position.xy, s);
   facing = normalize(vec3(normal.xy, 0.0) - 0.5 * vec3(0.0, 0.0, dot(normal.xy, place.zw)));
-  bent = state.x;
+  bent = by_age != 0 ? shape.z : state.x;
   flash = state.y;
   along = s;
   gl_Position = camera * vec4(at, 1.0);
@@ -176,7 +178,12 @@ uniform int look;
 uniform vec3 circle;                     // centre and radius, pixels from below left
 uniform vec3 sun;
 uniform float reach;                     // of the floor, hairs
+uniform int by_age;
 out vec4 result;
+vec3 by_years(float r) {
+  vec3 young = vec3(0.93, 0.82, 0.25), middle = vec3(0.16, 0.50, 0.42), old = vec3(0.16, 0.08, 0.42);
+  return r < 0.5 ? mix(young, middle, 2.0 * r) : mix(middle, old, 2.0 * r - 1.0);
+}
 vec3 by_bending(float r) {
   vec3 rest = vec3(0.16, 0.42, 0.66), low = vec3(0.10, 0.66, 0.60), mid = vec3(0.93, 0.74, 0.20), high = vec3(0.90, 0.20, 0.10);
   r = clamp(r, 0.0, 1.0);
@@ -190,7 +197,7 @@ void main() {
   float a = 1.0;
   if (look == 0) {
     float light = 0.42 + 0.58 * max(dot(normalize(facing), sun), 0.0);
-    c = by_bending(bent) * light * (0.35 + 0.65 * smoothstep(0.0, 0.5, along));
+    c = (by_age != 0 ? by_years(clamp(bent, 0.0, 1.0)) : by_bending(bent)) * light * (0.35 + 0.65 * smoothstep(0.0, 0.5, along));
     c = mix(c, vec3(1.0, 0.97, 0.88), flash);
   } else if (look == 1) {
     float fade = smoothstep(reach, 0.55 * reach, length(at.xy));

@@ -15,10 +15,14 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
 #include "tools/virtual_room/png_file.hpp"
 #include "tools/virtual_room/presets.hpp"
@@ -195,7 +199,9 @@ class RoomWindow {
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
     if (wishes.reset_view) view_->camera = Camera{};
     if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
-    if (wishes.compare) compare();
+    if (wishes.scene) compare(*wishes.scene);
+    if (wishes.list_files) list_files();
+    if (!wishes.load.empty()) load_settings(wishes.load.c_str());
     if (wishes.export_plots) export_plots();
     if (wishes.save_scene) save_settings();
     for (int k = 0; wishes.full_speed && k < 8; ++k) act(Act::faster);
@@ -235,26 +241,49 @@ class RoomWindow {
   }
 
   void save_settings() {
-    write_file(dated_name(".toml"), "[settings]\n" + settings_as_toml(view_->gui.settings));
+    const std::string name = dated_name(".toml");
+    write_file(dated_name("-material.toml"), "[material]\n" + material_as_toml(view_->gui.settings));
+    write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
+  }
+
+  // What 'Load' offers: the newest first.
+  void list_files() {
+    std::vector<std::pair<std::filesystem::file_time_type, std::string>> found;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(".", error)) {
+      if (entry.path().extension() == ".toml")
+        found.emplace_back(entry.last_write_time(error), entry.path().filename());
+    }
+    std::sort(found.rbegin(), found.rend());
+    constexpr std::size_t most = 16;
+    view_->gui.files.clear();
+    for (std::size_t i = 0; i < std::min(found.size(), most); ++i)
+      view_->gui.files.push_back(found[i].second);
   }
 
   void load_settings(const char* path) {
     try {
-      const Settings loaded = read_script(path, view_->measures()).settings;
+      const Settings now = view_->gui.settings;
+      const Settings loaded = read_script(path, view_->measures(), now).settings;
       change_settings(loaded);
+      if (loaded.compare != now.compare) act(Act::reset);
       say(std::string("settings of ") + path);
     } catch (const std::exception& error) {
       say(error.what());
     }
   }
 
-  // To the scene that compares, and back to a level floor; both from the beginning.
-  void compare() {
-    const Settings& now = view_->gui.settings;
-    Settings to = now.compare ? Settings{} : comparison();
-    to.bristles = now.bristles;
+  // To a scene that compares, or back to a level floor; from the beginning.
+  void compare(Comparison scene) {
+    Settings to = settings_of(scene);
+    to.bristles = view_->gui.settings.bristles;
     change_settings(to);
     act(Act::reset);
+    say(scene_of(scene).says);
+  }
+  void compare_next() {
+    const auto next = static_cast<std::size_t>(view_->gui.settings.compare) + 1;
+    compare(static_cast<Comparison>(next % compared_scenes.size()));
   }
 
   void change_settings(const Settings& to) {
@@ -363,7 +392,10 @@ class RoomWindow {
         view_->help_shown = !view_->help_shown;
         return;
       case GLFW_KEY_K:
-        return compare();
+        return compare_next();
+      case GLFW_KEY_A:
+        view_->by_age = !view_->colours_by_age(room());
+        return;
       case GLFW_KEY_E:
         return export_plots();
       case GLFW_KEY_S:

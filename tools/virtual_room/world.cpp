@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "tools/scene/waveform.hpp"
+#include "tools/virtual_room/compared.hpp"
 
 namespace room {
 namespace {
@@ -24,6 +25,8 @@ constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;  // s: a tap do
 constexpr double far_away = 5.0;                                  // m: a block that got there is lost
 // A load that changes by less stays as it was: rounding alone does not make a patch look at its bristles.
 constexpr double load_grain = 1e-9;
+// N/m and N, of the carriage that moves blocks which are compared.
+constexpr double carriage_stiffness = 1e5, carriage_force = 20.0;
 
 // A half sine, down and up the slope in turn.
 double tap(double time) {
@@ -105,6 +108,7 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
   refresh_mass();
   Velocity external = force_beside_contacts(hand);
   add_hand_spring(dt, grip, force_limit, external);
+  if (scene_of(parameters_.settings.compare).driven) add_carriage(dt, external);
   find_loads(dt, external);
   collect_patches();
   const bristle::Span<PatchContact> contacts{contacts_.data(), contact_count_};
@@ -194,6 +198,21 @@ void World::add_hand_spring(double dt, double grip, double force_limit, Velocity
   const double gain = dt * spring_ + damper_ + air_damping;
   external.tail<3>() += spring_ * stretch + damper_ * target_velocity_ - gain * velocity;
   coupled_.mass.diagonal().tail<3>().array() += dt * gain;
+}
+
+// A stiff spring from the block's middle to a carriage on rails, at the end of the step like the hand's. A
+// block that lies elsewhere is drawn there gently.
+void World::add_carriage(double dt, Velocity& external) noexcept {
+  const Settings& s = parameters_.settings;
+  const double damper = 2.0 * std::sqrt(carriage_stiffness * s.mass), gain = dt * carriage_stiffness + damper;
+  const double now = carriage_place(s, time_), next = carriage_place(s, time_ + dt);
+  const double target[2] = {now, 0.0}, speed[2] = {(next - now) / dt, 0.0};
+  for (int axis = 0; axis < 2; ++axis) {
+    const double longest = carriage_force / carriage_stiffness;
+    const double stretch = std::clamp(target[axis] - block_.position[axis], -longest, longest);
+    external[axis] += carriage_stiffness * stretch + gain * (speed[axis] - body_.velocity[axis]);
+    coupled_.mass(axis, axis) += dt * gain;
+  }
 }
 
 // Loads of the step to come. A contact is a spring and, where bodies overlap, an overdamped one, both at the
@@ -364,6 +383,15 @@ Vector3 World::friction() const noexcept {
   return sum;
 }
 
+double World::holds() const noexcept {
+  double sum = 0.0;
+  for (std::size_t corner = 0; corner < corners; ++corner) {  // the floor's places come first
+    const Place& place = places_[corner];
+    if (place.patch >= 0) sum += place.limit;
+  }
+  return sum;
+}
+
 Vector3 World::applied() const noexcept {
   const Place& place = places_[surfaces * corners];
   Vector3 force = place.force;
@@ -408,6 +436,7 @@ void World::show(Snapshot& to) const noexcept {
   to.peak_coefficient = parameters_.peak;
   to.presliding_length = parameters_.presliding_length;
   to.stiffness_per_newton = parameters_.stiffness_per_newton;
+  to.bristle_stiffness = parameters_.bristle_stiffness;
   to.contacts = 0;
   to.bristles_total = 0;
   for (std::size_t i = 0; i < touches_.count && to.contacts < most_contacts; ++i) {

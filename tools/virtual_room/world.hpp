@@ -42,6 +42,8 @@ class World {
   const Vector3& tool() const noexcept { return tool_; }
   Vector3 friction() const noexcept;  ///< N, of all patches on the block, those of the tool left out
   Vector3 applied() const noexcept;   ///< N, of the tool on the block
+  std::uint64_t snaps() const noexcept { return friction_.snaps(); }  ///< on the floor, in the last tick
+  double holds() const noexcept;  ///< N: highest elastic friction of the floor as it is loaded now
   const Vector3& device_force() const noexcept { return device_force_; }
   bool is_sound() const noexcept;  ///< every number of the state is finite, the block still near
   std::uint64_t state_hash() const noexcept;
@@ -78,6 +80,7 @@ class World {
   void refresh_mass() noexcept;
   Velocity force_beside_contacts(const Hand& hand) const noexcept;
   void add_hand_spring(double dt_s, double grip, double force_limit, Velocity& external) noexcept;
+  void add_carriage(double dt_s, Velocity& external) noexcept;
   void find_loads(double dt_s, Velocity& external) noexcept;
   void collect_patches() noexcept;
   int free_patch(const Touch& touch) const noexcept;
