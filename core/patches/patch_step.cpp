@@ -81,6 +81,20 @@ std::int64_t find_units(const Patch& p, double scaled, int axis, PatchStep& step
   return moved;
 }
 
+/// Field by field: g++ clears a whole struct of this size by `rep stos`, which takes longer than the rest of
+/// read_motion.
+void clear(Advance& a) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    a.from[axis] = a.to[axis] = 0;
+    a.direction[axis] = 0.0;
+  }
+  a.length = a.residual = a.start = a.duration = a.energy_unit = 0.0;
+  a.phase_key = 0;
+  a.snaps_all = a.in_double = a.skips_blocks = a.renews_bounds = a.commit = 0;
+  a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
+  a.ageing_form = 0;
+}
+
 /// Where the motion leads, in scaled lengths.
 void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) noexcept {
   Advance& a = step.advance;
@@ -116,6 +130,60 @@ void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) 
   step.moves = moved[0] != 0.0 || moved[1] != 0.0;
 }
 
+/// A light step (can_step_lightly): numbers as find_way, find_direction, holds_still and hold find them. The
+/// force is in Patch::elastic. `looks`: a patch that is beyond its bound may look whether its bristles hold
+/// all the same; else only one that glides is asked. False = nothing has changed.
+template <bool looks>
+[[gnu::always_inline]] inline bool go_lightly(Patch& p, const double (&displacement)[2]) noexcept {
+  std::int64_t fixed[2], to[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    const double d = displacement[axis] * p.lengths_per_metre;
+    if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
+    fixed[axis] = std::llrint(d * fixed_per_length);
+    to[axis] = sum_of(p.position[axis], fixed[axis]);
+  }
+  bool holds = (fixed[0] | fixed[1]) == 0;
+  const bool bounded = p.bound.reach >= 0.0;
+  if (!holds && bounded) {
+    const double x = to_lengths(difference(to[0], p.bound.anchor[0]));
+    const double y = to_lengths(difference(to[1], p.bound.anchor[1]));
+    holds = std::sqrt(x * x + y * y) < p.bound.reach;
+  }
+  double end[2] = {0.0, 0.0};
+  if (!holds) {
+    if (p.model->step_lightly == nullptr || (!looks && bounded)) return false;
+    const double moved[2] = {to_lengths(fixed[0]), to_lengths(fixed[1])};
+    const LightStep light = p.model->step_lightly(p, to, moved, end);
+    if (light == LightStep::none) return false;
+    holds = light == LightStep::holds;
+  }
+  if (holds) {
+    for (int axis = 0; axis < 2; ++axis) {
+      p.sum[axis] += Int128{p.whole} * fixed[axis];
+      p.position[axis] = to[axis];
+      Int128 sum = p.sum[axis];
+      if (p.part > 0.0)
+        sum += p.part_sum[axis] + weighted(p.part, difference(to[axis], p.part_position[axis]));
+      end[axis] = to_double(sum);
+    }
+  }
+  p.held = holds;
+  p.rests = true;
+  p.pending_dissipated = p.pending_loss = 0.0;
+  p.pending_snaps = 0;
+  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
+  return true;
+}
+
+/// What most steps are: under the load that it has, a patch without dampers that is asked for the end force
+/// alone sticks or glides. False = it is another step, and nothing has changed.
+bool step_quickly(Patch& p, const Motion& motion, Response& out) noexcept {
+  if (p.bound.reach == no_reach || motion.normal_load != p.normal_load || !can_step_lightly(p)) return false;
+  if (!go_lightly<false>(p, motion.displacement)) return false;
+  answer_at_rest(p, out);  // nor does the velocity matter
+  return true;
+}
+
 }  // namespace
 
 void find_direction(Advance& a) noexcept {
@@ -141,8 +209,10 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
 }
 
 PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool commit) noexcept {
-  PatchStep step{};
+  PatchStep step;
+  clear(step.advance);
   for (int axis = 0; axis < 2; ++axis) {
+    step.remainder[axis] = 0.0;
     step.displacement[axis] = motion.displacement[axis];
     // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
     const double v =
@@ -189,11 +259,12 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   const double damping = find_damping(p, step.velocity);
   out.status = p.overloaded ? Status::overload : Status::ok;
   double work = 0.0;
+  double elastic[2];  // read back from the response as a pair, they would have to wait for it
   for (int axis = 0; axis < 2; ++axis) {
     // 0 - x: no negative zero for a patch at rest.
     out.damper[axis] = 0.0 - damping * step.velocity[axis];
-    out.elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
-    out.end[axis] = out.elastic[axis] + out.damper[axis];
+    elastic[axis] = out.elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
+    out.end[axis] = elastic[axis] + out.damper[axis];
     if (mean)
       out.mean[axis] = p.literal ? out.end[axis]
                                  : 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
@@ -216,13 +287,14 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   }
   p.pending_dissipated = p.pending_loss = 0.0;
   p.pending_snaps = 0;
-  p.elastic[0] = out.elastic[0];
-  p.elastic[1] = out.elastic[1];
+  p.elastic[0] = elastic[0];
+  p.elastic[1] = elastic[1];
   p.rests = !p.ages;  // the force limit of one that ages grows
   if (p.ages) note_slide(p, step, growth);
 }
 
 std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {
+  if (step_quickly(p, motion, out)) return 0;
   double contact_loss = 0.0;
   if (motion.normal_load != p.normal_load) contact_loss = p.model->apply_load(p, motion.normal_load);
   PatchStep step = read_motion(p, motion, dt_s, true);
@@ -246,45 +318,8 @@ bool can_step_lightly(const Patch& p) noexcept {
 }
 
 bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2]) noexcept {
-  // Numbers as find_way, find_direction, holds_still and hold find them.
-  std::int64_t fixed[2], to[2];
-  for (int axis = 0; axis < 2; ++axis) {
-    const double d = displacement[axis] * p.lengths_per_metre;
-    if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
-    fixed[axis] = std::llrint(d * fixed_per_length);
-    to[axis] = sum_of(p.position[axis], fixed[axis]);
-  }
-  bool holds = (fixed[0] | fixed[1]) == 0;
-  if (!holds && p.bound.reach >= 0.0) {
-    const double x = to_lengths(difference(to[0], p.bound.anchor[0]));
-    const double y = to_lengths(difference(to[1], p.bound.anchor[1]));
-    holds = std::sqrt(x * x + y * y) < p.bound.reach;
-  }
-  double end[2] = {0.0, 0.0};
-  if (!holds) {
-    if (p.model->step_lightly == nullptr) return false;
-    const double moved[2] = {to_lengths(fixed[0]), to_lengths(fixed[1])};
-    const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
-    const double direction[2] = {moved[0] / length, moved[1] / length};
-    const LightStep light = p.model->step_lightly(p, to, direction, length, end);
-    if (light == LightStep::none) return false;
-    holds = light == LightStep::holds;
-  }
-  if (holds) {
-    for (int axis = 0; axis < 2; ++axis) {
-      p.sum[axis] += Int128{p.whole} * fixed[axis];
-      p.position[axis] = to[axis];
-      Int128 sum = p.sum[axis];
-      if (p.part > 0.0)
-        sum += p.part_sum[axis] + weighted(p.part, difference(to[axis], p.part_position[axis]));
-      end[axis] = to_double(sum);
-    }
-  }
-  p.held = holds;
-  p.rests = true;
-  p.pending_dissipated = p.pending_loss = 0.0;
-  p.pending_snaps = 0;
-  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
+  if (!go_lightly<true>(p, displacement)) return false;
+  for (int axis = 0; axis < 2; ++axis) elastic[axis] = p.elastic[axis];
   return true;
 }
 
