@@ -373,10 +373,13 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
 /// weakest may have snapped again since (a law with S < 1 that early): they are counted as one group. Books
 /// energy and path integral. `at` is the end of the piece of this length; `snapped` of the mass had snapped.
 /// `renewed_rate`: how often a bristle is drawn for renewal, by length of path. `spread`: how the places at
-/// which they were straight vary, which is no loss yet.
+/// which they were straight vary, which is no loss yet. Inlined by force: what it returns would be written
+/// number by number and read pair by pair, and the processor waits for such pairs.
 template <bool rubs, bool ages>
-Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a, double piece, const double at[2],
-             double snapped, double renewed_rate, const CohortTimes& times, CohortTotals& t, double& spread) {
+[[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
+                                           double piece, const double at[2], double snapped,
+                                           double renewed_rate, const CohortTimes& times, CohortTotals& t,
+                                           double& spread) {
   const double gap = p.gap / p.lost;
   // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));

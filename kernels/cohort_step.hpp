@@ -122,11 +122,12 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;  ///< what is asked for; the rest stays 0
-  CohortBits emptied;
+  bool books, ranked;       ///< what is asked for; the rest stays 0
+  CohortBits& emptied;      ///< where they go: a copy of bits just set would have to wait for them
   std::uint32_t first = 0;  ///< of the row that is visited
 
-  VectorSums(bool books_, bool ranked_) : books(books_), ranked(ranked_) {}
+  VectorSums(bool books_, bool ranked_, CohortBits& emptied_)
+      : books(books_), ranked(ranked_), emptied(emptied_) {}
 
   void note_empty(Mask<double> which, std::uint32_t k) {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
@@ -156,8 +157,7 @@ struct VectorSums {
     if (axes == 2) sum(y, kept * place.get(cohort_y));
   }
   template <int axes, bool rubs>
-  PieceSums totals() const {
-    PieceSums p{};
+  void write(PieceSums& p) const {
     p.lost = lost.total();
     p.gap = gap.total();
     p.gap_gap = gap_gap.total();
@@ -173,8 +173,6 @@ struct VectorSums {
       p.ranks = ranks.total();
       p.rank_squares = rank_squares.total();
     }
-    p.emptied = emptied;
-    return p;
   }
 };
 
@@ -285,7 +283,7 @@ struct VectorEngine {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {
-    VectorSums sums(a.books, s.layered != 0);
+    VectorSums sums(a.books, s.layered != 0, p.emptied);
     bool bent = false;
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row, sums.first += cohort_lanes)
@@ -293,19 +291,21 @@ struct VectorEngine {
         if (bend<axes, rubs, ages>(law, least_mass, {rows + k * vector_size}, k, a, length, at, times,
                                    ages ? times.births + (i + k * vector_size) : nullptr, sums))
           bent = true;
-    if (bent) p = sums.totals<axes, rubs>();
+    if (bent) sums.write<axes, rubs>(p);
     return bent;
   }
 
   template <int axes>
   static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                              double length, const double at[2], double hazard) {
-    VectorSums sums(a.books, s.layered != 0);
+    PieceSums p{};
+    VectorSums sums(a.books, s.layered != 0, p.emptied);
     const double least_mass = s.mass * law.negligible;
     for (std::uint32_t i = 0; i < s.count; i += cohort_lanes, rows += cohort_row, sums.first += cohort_lanes)
       for (std::uint32_t k = 0; k < row_parts; ++k)
         renew_share<axes>(law, least_mass, {rows + k * vector_size}, k, a, length, at, hazard, sums);
-    return sums.totals<axes, true>();
+    sums.write<axes, true>(p);
+    return p;
   }
 
   template <int axes, bool ages>

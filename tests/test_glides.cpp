@@ -184,3 +184,74 @@ TEST_CASE("What is read, tried or saved in a glide changes nothing", "[cohorts][
   }
   CHECK(plain.batch.state_hash() == watched.batch.state_hash());
 }
+
+namespace {
+
+/// Steps of every kind by turns: tremor, slides that go straight on, turn slowly or sharply, rests, creeps,
+/// another load, a velocity that is given, a step of many lengths.
+Motion motion_of(int i) {
+  const double kinds[][2] = {{0.03, 0.0}, {0.1, 0.0}, {0.1, 0.002}, {0.3, 0.7}, {3.0, 0.001}, {0.0, 0.0}};
+  const double(&kind)[2] = kinds[i / 150 % 6];
+  const bool trembles = i / 150 % 6 == 0;
+  const double angle = 0.4 + kind[1] * i;
+  const double way = (trembles && i % 2 == 1 ? -1.0 : 1.0) * kind[0] * dbar;
+  Motion motion;
+  motion.displacement[0] = way * std::cos(angle);
+  motion.displacement[1] = way * std::sin(angle);
+  if (i % 50 == 49) motion.displacement[1] = 1e-22;
+  if (i % 211 == 210) motion.displacement[0] = 1e25 * dbar;
+  motion.normal_load = i % 70 < 60 ? load_n : 0.9 * load_n;
+  motion.has_velocity = i % 3 == 0 ? 1 : 0;
+  motion.velocity[0] = 0.1;
+  return motion;
+}
+
+void check_same(const Response& a, const Response& b) {
+  for (int axis = 0; axis < 2; ++axis) {
+    expect(a.end[axis] == b.end[axis], "end");
+    expect(a.elastic[axis] == b.elastic[axis], "elastic");
+    expect(a.damper[axis] == b.damper[axis], "damper");
+  }
+  expect(a.status == b.status, "status");
+  expect(a.stiffness == b.stiffness && a.damping == b.damping, "stiffness and damping");
+  expect(a.force_limit == b.force_limit, "force limit");
+}
+
+}  // namespace
+
+TEST_CASE("A step that sticks or glides has the same bits by the short way",
+          "[cohorts][glide][determinism]") {
+  // A batch that is eager takes the long way in every step.
+  const Material infinite = law_of(SnapLength::lognormal(dbar, 0.3), 1.0, 0.1);
+  const Material damped = law_of(SnapLength::lognormal(dbar, 0.3), 0.0, 0.0).with_viscous_friction(2.0);
+  const Material keep = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
+  const PatchOptions representatives = plain_options(1000, 2, Precision::single, Outputs::end);
+  struct Case {
+    const char* name;
+    Material material;
+    PatchOptions options;
+  };
+  const Case cases[] = {{"infinite", infinite, infinite_options().with_outputs(Outputs::end)},
+                        {"viscous", damped, infinite_options().with_outputs(Outputs::end)},
+                        {"mean", infinite, infinite_options().with_outputs(Outputs::mean)},
+                        {"representatives", keep, representatives}};
+  for (const Case& what : cases) {
+    INFO(what.name);
+    OnePatch quick(what.material, what.options);
+    OnePatch eager(what.material, what.options, BatchOptions{}.with_eager(true));
+    int unasked = 0;  // steps in which no bristle was looked at
+    for (int i = 0; i < 3600; ++i) {
+      Motion motion = motion_of(i);
+      motion.id = quick.id;
+      const Response tried = quick.batch.find_force(tick, motion);
+      const Response a = quick.step(motion);
+      motion.id = eager.id;
+      const Response b = eager.step(motion);
+      check_same(a, b);
+      check_same(tried, b);
+      expect(quick.hash() == eager.hash(), "state");
+      unasked += quick.report.bristles_visited == 0;
+    }
+    CHECK(unasked > 500);
+  }
+}

@@ -24,6 +24,11 @@ enum class LightStep {
   done    ///< the state is what `advance` would leave, and `end` its sums
 };
 
+/// Values of Patch::bound.reach of a patch of which something may snap: nothing more is known, or its model
+/// may take a step lightly.
+constexpr double no_reach = -1.0;
+constexpr double light_reach = -2.0;
+
 struct ContactModel {
   const char* name;  ///< part of the signature of a saved state
 
@@ -70,8 +75,8 @@ struct ContactModel {
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 
   /// A step that moves, of a patch of two axes that neither ages nor is asked for more than the end force:
-  /// what a look at its bristles can spare. Null = nothing ever.
-  LightStep (*step_lightly)(Patch&, const std::int64_t (&to)[2], const double (&direction)[2], double length,
+  /// what a look at its bristles can spare. `moved`: the way, scaled. Null = nothing ever.
+  LightStep (*step_lightly)(Patch&, const std::int64_t (&to)[2], const double (&moved)[2],
                             double (&end)[2]) noexcept = nullptr;
 };
 

@@ -81,16 +81,19 @@ std::int64_t find_units(const Patch& p, double scaled, int axis, PatchStep& step
   return moved;
 }
 
-/// Advance{}, field by field: g++ clears the whole with an instruction that takes longer to begin than these.
+/// Advance{}, field by field: g++ clears the whole by `rep stos`, which takes longer than these.
 void clear(Advance& a) noexcept {
-  a.from[0] = a.from[1] = a.to[0] = a.to[1] = 0;
-  a.direction[0] = a.direction[1] = 0.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    a.from[axis] = a.to[axis] = 0;
+    a.direction[axis] = 0.0;
+  }
   a.length = a.residual = a.start = a.duration = a.energy_unit = 0.0;
   a.phase_key = 0;
   a.snaps_all = a.in_double = a.skips_blocks = a.renews_bounds = a.commit = 0;
   a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
   a.ageing_form = 0;
   static_assert(sizeof(Advance) == 152, "a new field of Advance: clear it above");
+}
 }
 
 /// Where the motion leads, in scaled lengths.
@@ -156,6 +159,7 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   PatchStep step;
   clear(step.advance);
   for (int axis = 0; axis < 2; ++axis) {
+    step.remainder[axis] = 0.0;
     step.displacement[axis] = motion.displacement[axis];
     // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
     const double v =
@@ -202,11 +206,12 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   const double damping = find_damping(p, step.velocity);
   out.status = p.overloaded ? Status::overload : Status::ok;
   double work = 0.0;
+  double elastic[2];  // read back from the response as a pair, they would have to wait for it
   for (int axis = 0; axis < 2; ++axis) {
     // 0 - x: no negative zero for a patch at rest.
     out.damper[axis] = 0.0 - damping * step.velocity[axis];
-    out.elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
-    out.end[axis] = out.elastic[axis] + out.damper[axis];
+    elastic[axis] = out.elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
+    out.end[axis] = elastic[axis] + out.damper[axis];
     if (mean)
       out.mean[axis] = p.literal ? out.end[axis]
                                  : 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
@@ -229,8 +234,8 @@ void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Respo
   }
   p.pending_dissipated = p.pending_loss = 0.0;
   p.pending_snaps = 0;
-  p.elastic[0] = out.elastic[0];
-  p.elastic[1] = out.elastic[1];
+  p.elastic[0] = elastic[0];
+  p.elastic[1] = elastic[1];
   p.rests = !p.ages;  // the force limit of one that ages grows
   if (p.ages) note_slide(p, step, growth);
 }
@@ -289,15 +294,25 @@ void note_light_step(Patch& p, bool held, const double (&end)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
 }
 
-/// A patch that held in its last step, under the load of then, and in which nothing damps or ages.
-bool may_stick_on(const Patch& p, const Motion& motion) noexcept {
-  return p.held && motion.normal_load == p.normal_load && !motion.has_velocity && !p.damps &&
-         p.rest_damping == 0.0 && p.skips && !p.ages && !p.literal;
+/// A step beyond the bound, where the contact model may spare a look at its bristles. Returns false if it
+/// does not: nothing has changed. Else the bristles hold all the same, or `end` becomes the sums.
+bool pass_lightly(Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2], double (&end)[2],
+                  bool& holds) noexcept {
+  if (p.model->step_lightly == nullptr) return false;
+  const double moved[2] = {to_lengths(fixed[0]), to_lengths(fixed[1])};
+  const LightStep light = p.model->step_lightly(p, to, moved, end);
+  holds = light == LightStep::holds;
+  return light != LightStep::none;
 }
 
-/// The usual step of such a patch: it holds on. Returns false if it does not: nothing has changed. Numbers as
-/// find_way, holds_still, hold and write_response find them; most of a step costs less than asking all that
-/// they ask.
+/// Nothing of the patch damps or ages, so that the velocity does not matter.
+bool is_plain(const Patch& p) noexcept {
+  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0;
+}
+
+/// The usual step of a plain patch that held in the last one: it holds on. Returns false if it does not:
+/// nothing has changed. Numbers as find_way, holds_still, hold and write_response find them; most of a step
+/// costs less than asking all that they ask.
 bool stick_on(Patch& p, const double (&displacement)[2], Response& out) noexcept {
   std::int64_t fixed[2], to[2];
   if (!find_end(p, displacement, fixed, to) || !holds_at(p, fixed, to)) return false;
@@ -323,10 +338,22 @@ bool stick_on(Patch& p, const double (&displacement)[2], Response& out) noexcept
   return true;
 }
 
+/// What most steps are: under the load that it has, a plain patch sticks on, or glides on if it is asked for
+/// the end force alone. Returns false if it is another step: nothing has changed.
+bool step_quickly(Patch& p, const Motion& motion, Response& out) noexcept {
+  if (motion.normal_load != p.normal_load) return false;
+  if (p.bound.reach != light_reach || !can_step_lightly(p))
+    return p.held && is_plain(p) && stick_on(p, motion.displacement, out);
+  double elastic[2];
+  if (!step_lightly(p, motion.displacement, elastic)) return false;
+  answer_at_rest(p, out);
+  return true;
+}
+
 }  // namespace
 
 std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {
-  if (may_stick_on(p, motion) && stick_on(p, motion.displacement, out)) return 0;
+  if (step_quickly(p, motion, out)) return 0;
   double contact_loss = 0.0;
   if (motion.normal_load != p.normal_load) contact_loss = p.model->apply_load(p, motion.normal_load);
   PatchStep step = read_motion(p, motion, dt_s, true);
@@ -345,29 +372,18 @@ std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& 
 }
 
 bool can_step_lightly(const Patch& p) noexcept {
-  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0 && p.axes == 2 &&
-         p.outputs == Outputs::end;
+  return is_plain(p) && p.axes == 2 && p.outputs == Outputs::end;
 }
 
 bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2]) noexcept {
   std::int64_t fixed[2], to[2];
   if (!find_end(p, displacement, fixed, to)) return false;
   bool holds = holds_at(p, fixed, to);
-  double end[2] = {0.0, 0.0};
-  if (!holds) {
-    if (p.model->step_lightly == nullptr) return false;
-    const double moved[2] = {to_lengths(fixed[0]), to_lengths(fixed[1])};
-    const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
-    const double direction[2] = {moved[0] / length, moved[1] / length};
-    const LightStep light = p.model->step_lightly(p, to, direction, length, end);
-    if (light == LightStep::none) return false;
-    holds = light == LightStep::holds;
-  }
-  double unused[2];
+  double end[2] = {0.0, 0.0}, unused[2];
+  if (!holds && !pass_lightly(p, fixed, to, end, holds)) return false;
   if (holds) carry_along<false>(p, fixed, to, end, unused);
   note_light_step(p, holds, end);
-  elastic[0] = p.elastic[0];
-  elastic[1] = p.elastic[1];
+  for (int axis = 0; axis < 2; ++axis) elastic[axis] = p.elastic[axis];
   return true;
 }
 

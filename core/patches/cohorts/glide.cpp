@@ -25,7 +25,8 @@ struct Arc {
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
-  const double even = std::sqrt(1.0 - turned * turned);
+  const double rest = 1.0 - turned * turned;
+  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // a straight path need not wait for the root
   return {{c.direction[0] * even - c.direction[1] * turned, c.direction[1] * even + c.direction[0] * turned},
           c.curve};
 }
@@ -82,12 +83,12 @@ std::int64_t units_of(double mass_length) noexcept { return std::llrint(mass_len
 
 }  // namespace
 
-Course begin_course(const double (&direction)[2], double length) noexcept {
-  Course c;
+void begin_course(const double (&direction)[2], double length, Course& c) noexcept {
   for (int axis = 0; axis < 2; ++axis) c.direction[axis] = c.node[axis] = direction[axis];
   c.length = length;
   c.way = 0.5 * length;
-  return c;
+  c.curve = 0.0;
+  c.known = 0;
 }
 
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept {
@@ -95,7 +96,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   if (!(direction[0] * c.node[0] + direction[1] * c.node[1] > 0.5)) return false;
   if (length >= r.long_step) {
     if (!(std::abs(cross(c.direction, direction)) <= long_bend)) return false;
-    c = begin_course(direction, length);
+    begin_course(direction, length, c);
     c.known = 1;
     return true;
   }
@@ -197,16 +198,19 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     // A far step says only how far: the patch and its places stay where they are.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
-  p.bound.reach = -1.0;
+  p.bound.reach = light_reach;
   return true;
 }
 
-LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&direction)[2],
-                               double length, double (&end)[2]) noexcept {
+LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&moved)[2],
+                               double (&end)[2]) noexcept {
   Cohorts& r = cohorts(p);
   Glide& g = r.glide;
+  if (g.on == 0 && !(p.bound.reach >= 0.0)) return LightStep::none;
+  const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
   if (g.on != 0) {
     if (p.position[0] != r.slid_to[0] || p.position[1] != r.slid_to[1]) return LightStep::none;
+    const double direction[2] = {moved[0] / length, moved[1] / length};
     if (!go_on(r, direction, length, g)) return LightStep::none;
     double z[2];
     find_mean(g, find_arc(r, g, g.chord_share), z);
@@ -219,7 +223,7 @@ LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const doub
   }
   // What has snapped last most likely slides on. Deflections are convex: what is not beyond its reach at the
   // end never was.
-  if (!r.glides || r.count == 0 || length > r.law.piece || p.bound.reach < 0.0) return LightStep::none;
+  if (!r.glides || r.count == 0 || length > r.law.piece) return LightStep::none;
   const double at[2] = {to_lengths(difference(to[0], r.base[0])), to_lengths(difference(to[1], r.base[1]))};
   const double slack = r.kernels->find_slack(r.law, r, r.rows, at) - bound_margin;
   if (!(slack >= 0.0)) return LightStep::none;
@@ -266,6 +270,7 @@ void end_glide(Patch& p) noexcept {
   if (r.glide.on == 0) return;
   write_glide(p, r, r.rows);
   r.glide.on = 0;
+  p.bound.reach = no_reach;
   for (int axis = 0; axis < p.axes; ++axis) p.sum[axis] = deflections_at(r, place(p, r, axis), axis);
 }
 

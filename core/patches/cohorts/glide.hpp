@@ -38,13 +38,13 @@ struct Glide : Course {
 
 /// Goes on with a course by a step; false = the path turned too much, and nothing has changed.
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
-Course begin_course(const double (&direction)[2], double length) noexcept;
+void begin_course(const double (&direction)[2], double length, Course& c) noexcept;
 
 /// Takes a step if the patch glides; false = it does not, and nothing has changed.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
 /// ContactModel::step_lightly: goes on with a glide, or finds that nothing snaps.
-LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&direction)[2],
-                               double length, double (&end)[2]) noexcept;
+LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&moved)[2],
+                               double (&end)[2]) noexcept;
 /// Numbers of a glide that follow from its rows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
 /// The shared part's sum of a patch that glides.

@@ -367,7 +367,7 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     ageing_fields(read, *r.ageing);
     read.column(r.births(), r.capacity);
   }
-  p.bound.reach = -1.0;
+  p.bound.reach = no_reach;
   note_cohorts(p);
   for (int axis = 0; axis < 2; ++axis) note_sum(p, axis, noted[axis]);
   if (r.glide.on == 0) return;

@@ -64,7 +64,7 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   const bool goes_on = p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 &&
                        go_on(r, a.direction, a.length, slide.course);
   slide.run = goes_on ? r.run : 0.0;
-  if (!goes_on) slide.course = begin_course(a.direction, a.length);
+  if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
 /// Whether a step of a patch that may glide goes elsewhere than the one before.
@@ -229,7 +229,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     p.part_sum[axis] = 0;
     p.sum[axis] = axis < p.axes ? deflections_at(r, slide.move.to[axis], axis) : 0;
   }
-  p.bound.reach = -1.0;
+  p.bound.reach = no_reach;
   p.fetched_lines = r.fetched_lines();
 }
 
