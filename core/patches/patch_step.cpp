@@ -94,7 +94,6 @@ void clear(Advance& a) noexcept {
   a.ageing_form = 0;
   static_assert(sizeof(Advance) == 152, "a new field of Advance: clear it above");
 }
-}
 
 /// Where the motion leads, in scaled lengths.
 void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) noexcept {
