@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iomanip>
 #include <map>
 #include <set>
 #include <sstream>
@@ -238,6 +239,21 @@ TEST_CASE("An experiment's first lines say how much each model shows", "[answers
   CHECK_THAT(answer, StartsWith("coulomb, what is shown of "));
   const std::string count = shown == phenomena && shown > 1 ? "all" : std::to_string(shown);
   CHECK_THAT(answer, Contains(count + " by ") && Contains("brush, redraw"));
+}
+
+TEST_CASE("A fit's first lines say how much of the force the brush explains, and the friction",
+          "[answers][fit]") {
+  const Folder folder;
+  const Outcome outcome =
+      run_cli(folder, "fit '" BRISTLE_SCENES "/sled.csv' --json '" + folder.at("f.json") + "'");
+  CAPTURE(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(fault_of_text(outcome.out) == "");
+  const json report = json::parse(read_file(folder.at("f.json")));
+  std::ostringstream share;
+  share << std::fixed << std::setprecision(2) << 100.0 * report["residuals"]["explained"].get<double>();
+  CHECK_THAT(answer_of(outcome.out),
+             StartsWith("The brush explains " + share.str() + " % of the force") && Contains(": kinetic 0."));
 }
 
 TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]") {

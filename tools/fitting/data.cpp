@@ -568,7 +568,6 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x) {
 std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
                                  double& left) {
   constexpr std::size_t widest = 25;
-  constexpr std::size_t rest_window = 6;  // samples to either side: below, a count of an encoder may be late
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
   const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);

@@ -466,7 +466,7 @@ std::string judgement_table(const Judgements& all) {
     return found;
   };
   std::string text = fmt::format(
-      "{} is closest to the rest of the record, and {} in its reversals.\nFitted to the first {:g} s ({} "
+      "{} is closest to the rest of the record, and {} in its reversals.\n\nFitted to the first {:g} s ({} "
       "samples), "
       "judged on the rest: {} samples within {:.3g} um\nafter a turn (reversal, twice the presliding "
       "length), {} "

@@ -21,6 +21,7 @@
 #include "tools/reports/fit_page.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/table.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
@@ -157,8 +158,29 @@ const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
   return *follow[row - fit_parameters];
 }
 
+/// In words: how well it fits, and the first two parameters.
+static std::string fit_answer(const FitData& data, const FitResult& r) {
+  std::string found;
+  std::size_t fitted = 0;
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
+    if (!e.fitted || !concerns(data, r, i) || ++fitted > 2) continue;
+    const double k = rows[i].per_si;
+    found +=
+        fmt::format("{}{} {:.4g}{}{} ({:.4g} to {:.4g})", fitted > 1 ? ", " : "", rows[i].name, k * e.value,
+                    rows[i].unit[0] != '\0' ? " " : "", rows[i].unit, k * e.low, k * e.high);
+  }
+  if (fitted > 2) found += fmt::format(", and {} more below", fitted - 2);
+  return fmt::format(
+      "{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
+      "fitted{}{}.\n\n",
+      r.explained < 0.5 ? "Not a fit to build on. " : "", 100.0 * r.explained, r.held_out_rms,
+      found.empty() ? "" : ": ", found);
+}
+
 std::string fit_table(const FitData& data, const FitOptions& options, const FitResult& r) {
-  std::string text = fmt::format(
+  std::string text = fit_answer(data, r);
+  text += fmt::format(
       "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
       "{:.4g} mm\n",
       count_text(data.samples()), data.length(), 1.0 / data.sample_time, data.reversals, 1e3 * data.travelled,
@@ -460,7 +482,7 @@ void rivals_command(const FitOptions& options) {
   const double third = (columns.t.back() - columns.t.front()) / 3.0;
   const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
   if (!options.json.empty()) OutputFile(options.json).write(judgement_json(columns, judgements));
-  if (!on_stdout) fmt::print("{}", judgement_table(judgements));
+  if (!on_stdout) print_report(judgement_table(judgements));
 }
 
 }  // namespace
@@ -486,7 +508,7 @@ void fit_command(const FitOptions& options) {
   if (!options.plot.empty()) draw(data, result, options.plot);
   write(options.json, fit_json(data, options, result));
   if (!options.html.empty()) write(options.html, fit_html(data, options, result));
-  if (!on_stdout) fmt::print("{}", fit_table(data, options, result));
+  if (!on_stdout) print_report(fit_table(data, options, result));
 }
 
 }  // namespace cli
