@@ -282,10 +282,11 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
     run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
-    // Two at least: they have a period between them.
-    const auto bare = static_cast<std::uint64_t>(std::ceil(realtime.bare_share * static_cast<double>(ticks)));
-    run_segment(result.bare,
-                [&] { run_bare_segment(result.bare, std::max<std::uint64_t>(bare, 2), clock, queue); });
+    // Two, where ours are as many: they have a period between them.
+    const auto share =
+        static_cast<std::uint64_t>(std::ceil(realtime.bare_share * static_cast<double>(ticks)));
+    const std::uint64_t bare = std::max(share, std::min<std::uint64_t>(ticks, 2));
+    run_segment(result.bare, [&] { run_bare_segment(result.bare, bare, clock, queue); });
   }
   result.stopped = stop_requested();
   result_.steps = done;
