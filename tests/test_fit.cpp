@@ -589,7 +589,7 @@ TEST_CASE("A force that goes with the speed alone is refused as no friction of a
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal(0.0, 0.002);
   const std::string csv = made(
-      600, [](double t) { return 1e-3 * std::sin(3.0 * t); },
+      200, [](double t) { return 1e-3 * std::sin(3.0 * t); },
       [&](double t) { return 0.9 * std::cos(3.0 * t) + normal(generator); });
   CHECK_THAT(refusal(csv), Contains("of the force is friction of a brush"));
 }
