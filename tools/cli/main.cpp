@@ -302,8 +302,9 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->check(within(0.0, 1e6))
       ->needs(realtime);
   run_app
-      ->add_option("--bare-share", options.bare_share,
-                   "Ticks of the bare sleep loop for each of bristle's: 1 (default) doubles the time of a run")
+      ->add_option(
+          "--bare-share", options.bare_share,
+          "Ticks of the bare sleep loop for each of bristle's: 1 (default) doubles the time of a run")
       ->check(within(1e-3, 1.0))
       ->needs(realtime);
   run_app->add_flag("--mlock", options.thread.lock_memory, "Lock the process in memory, if permitted")
