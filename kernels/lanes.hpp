@@ -55,13 +55,6 @@ inline Lanes<T> load(const T* from) {
   return Lanes<T>::load_aligned(from);
 }
 
-#if defined(BRISTLE_ISA_NEON64)
-// xsimd 8.1 approximates float division and square root on NEON.
-inline Lanes<float> divide(Lanes<float> a, Lanes<float> b) { return vdivq_f32(a, b); }
-inline Lanes<float> root(Lanes<float> a) { return vsqrtq_f32(a); }
-inline Lanes<double> divide(Lanes<double> a, Lanes<double> b) { return vdivq_f64(a, b); }
-inline Lanes<double> root(Lanes<double> a) { return vsqrtq_f64(a); }
-#else
 template <class T>
 inline Lanes<T> divide(Lanes<T> a, Lanes<T> b) {
   return a / b;
@@ -69,6 +62,16 @@ inline Lanes<T> divide(Lanes<T> a, Lanes<T> b) {
 template <class T>
 inline Lanes<T> root(Lanes<T> a) {
   return xsimd::sqrt(a);
+}
+#if defined(BRISTLE_ISA_NEON64)
+// xsimd 8.1 approximates float division and square root on NEON.
+template <>
+inline Lanes<float> divide(Lanes<float> a, Lanes<float> b) {
+  return vdivq_f32(a, b);
+}
+template <>
+inline Lanes<float> root(Lanes<float> a) {
+  return vsqrtq_f32(a);
 }
 #endif
 
