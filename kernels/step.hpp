@@ -68,12 +68,11 @@ class Stepper {
   /// Redraw: below this share of bristles that snap in a step most vectors are left out.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // The same for lengths that are looked up, by the length of the step in mean snap lengths. With vectors
-  // narrower than a row it pays to leave out those in which none snaps.
+  // The same for lengths that are looked up, by the length of the step in mean snap lengths; up to where
+  // jumps begin. With vectors narrower than a row it pays to leave out those in which none snaps.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
   static constexpr double two_looked_up = 1.0;  ///< from here two draws, else one, are made in any case
-  static constexpr double most_looked_up = 2.5;
 
   template <bool is>
   struct Flag {
@@ -456,7 +455,7 @@ class Stepper {
     if (!(advance.length < law.jump_from)) return 0;
     if (looks_up_in_registers && (law.kind == law_normal || law.kind == law_lognormal)) {
       const double lengths = advance.length * law.inverse_mean;
-      return lengths < few_looked_up || lengths > most_looked_up ? 0 : lengths < two_looked_up ? 1 : 2;
+      return lengths < few_looked_up ? 0 : lengths < two_looked_up ? 1 : 2;
     }
     if (law.kind != law_uniform) return 0;
     if (advance.length < few_snap * law.mean) return 0;
