@@ -119,7 +119,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(list(info), fields)
         self.assertEqual((info["detail"], info["bristles"]), (1800, 1800))
         self.assertAlmostEqual(info["max_normal_load"], LOAD, delta=1e-12 * LOAD)
-        stub = pathlib.Path(__file__).parents[1] / "tools/python/package/__init__.pyi"
+        stub = pathlib.Path(bristle.__file__).with_name("__init__.pyi")
         typed = [c for c in ast.parse(stub.read_text()).body if getattr(c, "name", "") == "_PatchInfo"]
         self.assertEqual([line.target.id for line in typed[0].body], fields)
 
