@@ -71,7 +71,8 @@ def licence_of(library):
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
         target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
-        build = pathlib.Path(self.build_temp).resolve() / "cmake"
+        # As deep below the sources as the folders of the presets: a cache of objects made there (ccache) serves here.
+        build = ROOT / "build" / pathlib.Path(self.build_temp).name.replace("temp.", "python-")
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DBRISTLE_SHARED=OFF", "-DBRISTLE_BUILD_PYTHON=ON", "-DBRISTLE_BUILD_TESTS=OFF",
                    "-DBRISTLE_BUILD_BENCH=OFF", "-DCMAKE_DISABLE_FIND_PACKAGE_netCDF=ON", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
                    f"-DPython_EXECUTABLE={sys.executable}",

@@ -299,7 +299,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double dissipated;   /**< J, lost in snaps */
   double contact_loss; /**< J, energy of bristles that lost contact */
   double damper_work;  /**< J, taken by dampers and lubricant */
-  uint64_t snaps;      /**< representatives' snaps */
+  uint64_t snaps;      /**< representatives' snaps; where they jump an estimate */
 } bristle_response;
 
 /** The result of a step as a whole: bristle::StepReport. */
@@ -625,7 +625,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
   double dissipated;
   double contact_loss;
   double damper_work;
-  uint64_t snaps;
+  uint64_t snaps; /**< of all cells' representatives; where they jump an estimate */
 } bristle_extended_response;
 
 /** Cells of bristle::Outline::ellipse (`around` = 0: chosen). Writes at most `capacity` of them; `count`
