@@ -177,22 +177,34 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   return step;
 }
 
+namespace {
+
+/// All bristles carried along an axis: what their whole sum becomes. `end`: the sum of deflections there;
+/// with `mean`, `twice_mean` is that over the way.
+[[gnu::always_inline]] inline Int128 carry_along(const Patch& p, int axis, std::int64_t from, std::int64_t to,
+                                                 bool mean, double& end, double& twice_mean) noexcept {
+  const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(to, from);
+  Int128 sum = whole;
+  Int128 twice = p.sum[axis] + whole;
+  if (p.part > 0.0) {
+    const Int128 after = weighted(p.part, difference(to, p.part_position[axis]));
+    sum += p.part_sum[axis] + after;
+    if (mean)
+      twice += 2 * static_cast<Int128>(p.part_sum[axis]) +
+               weighted(p.part, difference(from, p.part_position[axis])) + after;
+  }
+  end = to_double(sum);
+  if (mean) twice_mean = to_double(twice);
+  return whole;
+}
+
+}  // namespace
+
 void hold(Patch& p, const Advance& a, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
   for (int axis = 0; axis < p.axes; ++axis) {
-    const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
-    const Int128 whole = p.sum[axis] + carried;
-    Int128 end = whole;
-    Int128 twice_mean = p.sum[axis] + whole;
-    if (p.part > 0.0) {
-      const Int128 after = weighted(p.part, difference(a.to[axis], p.part_position[axis]));
-      end += p.part_sum[axis] + after;
-      if (mean)
-        twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
-                      weighted(p.part, difference(a.from[axis], p.part_position[axis])) + after;
-    }
-    sums.end[axis] = to_double(end);
-    if (mean) sums.twice_mean[axis] = to_double(twice_mean);
+    const Int128 whole =
+        carry_along(p, axis, a.from[axis], a.to[axis], mean, sums.end[axis], sums.twice_mean[axis]);
     if (!a.commit) continue;
     p.sum[axis] = whole;
     p.position[axis] = a.to[axis];
@@ -262,25 +274,12 @@ bool holds_at(const Patch& p, const std::int64_t (&fixed)[2], const std::int64_t
   return std::sqrt(x * x + y * y) < p.bound.reach;
 }
 
-/// Carries all bristles along. `end` becomes the sum of their deflections, `twice_mean` that over the step.
+/// Takes a patch that holds there: `hold` of a step that is committed.
 template <bool mean>
-void carry_along(Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2], double (&end)[2],
-                 double (&twice_mean)[2]) noexcept {
+void carry_to(Patch& p, const std::int64_t (&to)[2], double (&end)[2], double (&twice_mean)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
-    Int128 sum = p.sum[axis] + Int128{p.whole} * fixed[axis];
-    Int128 twice = p.sum[axis] + sum;
-    const std::int64_t from = p.position[axis];
-    p.sum[axis] = sum;
+    p.sum[axis] = carry_along(p, axis, p.position[axis], to[axis], mean, end[axis], twice_mean[axis]);
     p.position[axis] = to[axis];
-    if (p.part > 0.0) {
-      const Int128 after = weighted(p.part, difference(to[axis], p.part_position[axis]));
-      sum += p.part_sum[axis] + after;
-      if (mean)
-        twice += 2 * static_cast<Int128>(p.part_sum[axis]) +
-                 weighted(p.part, difference(from, p.part_position[axis])) + after;
-    }
-    end[axis] = to_double(sum);
-    if (mean) twice_mean[axis] = to_double(twice);
   }
 }
 
@@ -318,9 +317,9 @@ bool stick_on(Patch& p, const double (&displacement)[2], Response& out) noexcept
   double end[2], twice_mean[2];
   const bool mean = has(p.outputs, Outputs::mean);
   if (mean)
-    carry_along<true>(p, fixed, to, end, twice_mean);
+    carry_to<true>(p, to, end, twice_mean);
   else
-    carry_along<false>(p, fixed, to, end, twice_mean);
+    carry_to<false>(p, to, end, twice_mean);
   const double dissipated = p.pending_dissipated;
   const double loss = p.pending_loss;
   const std::uint64_t snaps = p.pending_snaps;
@@ -380,7 +379,7 @@ bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2
   bool holds = holds_at(p, fixed, to);
   double end[2] = {0.0, 0.0}, unused[2];
   if (!holds && !pass_lightly(p, fixed, to, end, holds)) return false;
-  if (holds) carry_along<false>(p, fixed, to, end, unused);
+  if (holds) carry_to<false>(p, to, end, unused);
   note_light_step(p, holds, end);
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = p.elastic[axis];
   return true;

@@ -138,6 +138,15 @@ std::string key_svg(const std::vector<PointSeries>& series) {
   return svg + "</g>\n";
 }
 
+void fit_to_frame(LogAxis& x, LogAxis& y) {
+  x.widen();
+  y.widen();
+  x.from = left;
+  x.to = width - right;
+  y.from = height - bottom;
+  y.to = top;
+}
+
 }  // namespace
 
 std::string point_chart_svg(const PointChart& chart) {
@@ -151,12 +160,7 @@ std::string point_chart_svg(const PointChart& chart) {
   }
   if (!x.any) return "";
   for (const GuideLine& guide : chart.guides) (guide.upright ? x : y).take(guide.at);
-  x.widen();
-  y.widen();
-  x.from = left;
-  x.to = width - right;
-  y.from = height - bottom;
-  y.to = top;
+  fit_to_frame(x, y);
   std::string svg = frame(chart.title) + axes_svg(x, y, chart.x_title, chart.y_title) + key_svg(chart.series);
   const auto out = std::back_inserter(svg);
   for (const GuideLine& guide : chart.guides) {
@@ -200,12 +204,7 @@ std::string map_chart_svg(const MapChart& chart, const std::vector<std::string>&
   for (const double value : chart.xs) x.take(value);
   for (const double value : chart.ys) y.take(value);
   if (!x.any || !y.any) return "";
-  x.widen();
-  y.widen();
-  x.from = left;
-  x.to = width - right;
-  y.from = height - bottom;
-  y.to = top;
+  fit_to_frame(x, y);
   const double cell_width = (width - right - left) / static_cast<double>(chart.xs.size()) * 0.92,
                cell_height = (height - bottom - top) / static_cast<double>(chart.ys.size()) * 0.92;
   std::string svg = frame(chart.title) + axes_svg(x, y, chart.x_title, chart.y_title);
