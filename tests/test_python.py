@@ -785,6 +785,8 @@ class Scenes(unittest.TestCase):
                 scene.run(**options)
 
     def test_another_thread_can_end_a_run(self):
+        # A process in the background of a script has SIGINT ignored.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))  # it needs the interpreter's lock
         start = time.perf_counter()
         timer.start()
