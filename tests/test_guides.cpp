@@ -74,6 +74,26 @@ TEST_CASE("The guides print the programs that the tests run", "[guides]") {
   }
 }
 
+TEST_CASE("Whoever reads what snaps are is told that they are an estimate where bristles jump", "[guides]") {
+  for (const auto& [file, field] : std::vector<std::pair<std::string, std::string>>{
+           {"core/include/bristle/patch.hpp", "std::uint64_t snaps"},
+           {"core/include/bristle/extended_patches.hpp", "std::uint64_t snaps"},
+           {"core/include/bristle/bristle.h", "uint64_t snaps"},
+           {"tools/python/package/_arrays.py", "snaps = _output("},
+           {"core/MODEL.md", "| `snaps` |"}}) {
+    INFO(file);
+    const std::string text = text_of(file);
+    int found = 0;
+    for (auto at = text.find(field); at != std::string::npos; at = text.find(field, at + 1), ++found) {
+      const std::string line = text.substr(at, text.find('\n', at) - at);
+      INFO(line);
+      CHECK(
+          (line.find("estimate") != std::string::npos || line.find("expected number") != std::string::npos));
+    }
+    CHECK(found > 0);
+  }
+}
+
 TEST_CASE("Each row of the table of materials is a material, and gives back its coefficients", "[guides]") {
   const auto rows = rows_after(text_of("core/guides/MATERIALS.md"), "| pair | kinetic | peak |");
   CHECK(rows.size() >= 10);

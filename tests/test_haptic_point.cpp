@@ -286,6 +286,45 @@ TEST_CASE("Only the damper is cut where it takes a force over the limit", "[hapt
   CHECK_FALSE(point.limited());
 }
 
+TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago with the same damper",
+          "[haptic]") {
+  // One length that nothing reaches: a spring. At even speed its mean over a tick is its force half a tick
+  // ago.
+  const Material spring = Material{}.with_snap_length(SnapLength::single(1e-3)).with_viscous_friction(200.0);
+  const double step = 10e-6;
+  Vector3d sent[2];
+  double bent = 0.0, damper = 0.0;
+  for (const bool mean : {false, true}) {
+    PatchBatch batch;
+    Motion motion;
+    motion.id = batch.add(spring, PatchOptions{}.with_max_normal_load(2.0).with_outputs(Outputs::mean));
+    Response response;
+    HapticPoint point(HapticOptions{}.with_mean(mean));
+    for (int i = 0; i <= 20; ++i) {
+      point.prepare(tick, {step * i, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+      batch.step(tick, {&motion, 1}, {&response, 1});
+      sent[mean ? 1 : 0] = point.finish(response);
+    }
+    bent = response.stiffness * 20.0 * step;
+    damper = response.damping * step / tick;
+  }
+  CHECK(damper > 0.1 * bent);
+  CHECK(-sent[0][0] == Approx(bent + damper).epsilon(1e-6));
+  CHECK(-sent[1][0] == Approx(bent * 19.5 / 20.0 + damper).epsilon(1e-6));
+  // The limit holds for it as for the other: elastic part kept, damper cut.
+  HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.5).with_mean(true));
+  Motion motion;
+  point.prepare(tick, {0, 0, 0}, {0, 0, 1}, 1.0, motion);
+  Response response;
+  response.elastic[0] = 9.0;  // not what is sent
+  response.damper[1] = -3.0;
+  response.mean[0] = -0.5;
+  response.mean[1] = -3.0;
+  const Vector3d force = point.finish(response);
+  CHECK(force.norm() == Approx(2.0).epsilon(1e-14));
+  CHECK(point.frame().along().dot(force) == Approx(-0.5));
+}
+
 TEST_CASE("A wall that takes all of the limit leaves a damper no force", "[haptic]") {
   // No bristle bears friction, so the wall may have the whole limit; a lubricant pulls all the same.
   HapticPoint point(HapticOptions{}.with_force_limit(2.0).with_peak_coefficient(0.0));

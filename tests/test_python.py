@@ -180,6 +180,48 @@ class Model(unittest.TestCase):
         with self.assertRaisesRegex(bristle.Error, '"representatives", "infinite"'):
             bristle.PatchOptions(population="finite")
 
+    def swing(self, loop, k, c):
+        """How much wider a mass swings at the end of a loop over a patch that sticks than in its middle."""
+        dt, start = 1e-3, 1e-6
+        batch = bristle.PatchBatch()
+        ids = [batch.add(bristle.Material(snap_length=bristle.SnapLength.single(1.0)),
+                         bristle.PatchOptions(max_normal_load=LOAD, bristles=1, precision="double", outputs="mean"))]
+        motions, responses = bristle.motions(ids, LOAD), bristle.responses(1)
+        batch.step(dt, motions, responses)
+        mass = responses.stiffness[0] * dt * dt / k
+        damping = c * mass / dt
+        v, force, elastic, moved = start / dt, 0.0, 0.0, []
+        for _ in range(1500):
+            if loop == "explicit":
+                d, v = v * dt, v + dt * (elastic - damping * v) / mass
+            elif loop == "zero-order hold":
+                d, v = v * dt + 0.5 * force / mass * dt * dt, v + dt * force / mass
+            else:
+                v += dt * force / mass
+                d = v * dt
+            motions.displacement[0, 0] = d
+            batch.step(dt, motions, responses)
+            elastic = (responses["mean"] if loop == "semi-implicit, mean" else responses["end"])[0, 0]
+            force = elastic - damping * v
+            moved.append(abs(d))
+            if abs(d) > 1e3 * start:
+                return np.inf
+        return max(moved[-300:]) / max(moved[600:900] + [1e-6 * start])
+
+    def test_loops_are_stable_up_to_the_limits_of_the_model_document(self):
+        # MODEL.md, 4: k = K dt^2 / m, c = C dt / m.
+        limits = {"explicit": lambda c: c, "semi-implicit, end": lambda c: 4 - 2 * c,
+                  "semi-implicit, mean": lambda c: 2 * c, "zero-order hold": lambda c: 2 * c}
+        for loop, highest in limits.items():
+            for c in (0.2, 0.8, 1.8):
+                self.assertLess(self.swing(loop, 0.97 * highest(c), c), 1.0, (loop, c))
+                self.assertGreater(self.swing(loop, 1.03 * highest(c), c), 1.5, (loop, c))
+            if loop != "explicit":
+                self.assertGreater(self.swing(loop, 0.02, 2.05), 1.5, loop)
+        # explicit: c < 2 + k / 2
+        self.assertLess(self.swing("explicit", 1.0, 2.45), 1.0)
+        self.assertGreater(self.swing("explicit", 1.0, 2.55), 1.5)
+
     def test_first_loading_follows_the_law(self):
         law = bristle.SnapLength.exponential(DBAR)
         x = np.linspace(0.0, 4.0, 41)
@@ -743,6 +785,8 @@ class Scenes(unittest.TestCase):
                 scene.run(**options)
 
     def test_another_thread_can_end_a_run(self):
+        # A process in the background of a script has SIGINT ignored.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))  # it needs the interpreter's lock
         start = time.perf_counter()
         timer.start()

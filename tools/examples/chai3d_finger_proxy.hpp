@@ -74,7 +74,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
         point_(bristle::HapticOptions{}
                    .with_force_limit(options.force_limit)
                    .with_peak_coefficient(material.peak_coefficient())
-                   .with_resolution(options.resolution)) {
+                   .with_resolution(options.resolution)
+                   .with_mean(options.mean)) {
     bristle::PatchOptions patch = options.patch;
     if (options.mean) patch.outputs = patch.outputs | bristle::Outputs::mean;
     motion_.id = batch_.add(material, patch);
@@ -135,7 +136,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     point_.prepare(options_.dt_s, surface_.inverse() * from(m_deviceGlobalPos),
                    surface_.linear().transpose() * wall, rough ? wall.norm() : 0.0, motion_);
     batch_.step(options_.dt_s, {&motion_, 1}, {&response_, 1});
-    const Eigen::Vector3d force = surface_.linear() * point_.finish(shown());
+    const Eigen::Vector3d force = surface_.linear() * point_.finish(response_);
     if (!rough) return;
     const Eigen::Vector3d friction = surface_.linear() * point_.friction();
     m_tangentialForce = to(friction);
@@ -171,12 +172,6 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     }
     // Products of rotations drift from being one.
     surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
-  }
-
-  bristle::Response shown() const {
-    bristle::Response shown = response_;
-    for (int a = 0; options_.mean && a < 2; ++a) shown.elastic[a] = response_.mean[a] - response_.damper[a];
-    return shown;
   }
 
   BrushProxyOptions options_;

@@ -57,7 +57,7 @@ struct ExtendedResponse {
   double dissipated = 0.0;    ///< J, as in Response, sums over the cells
   double contact_loss = 0.0;
   double damper_work = 0.0;
-  std::uint64_t snaps = 0;
+  std::uint64_t snaps = 0;  ///< of all cells' representatives; where they jump an estimate
 };
 
 /// Present state of an extended patch.

@@ -23,6 +23,11 @@
 // may be scaled. If the scatter of a patch with few bristles exceeds its material's peak, the excess is cut
 // off.
 //
+// The mean of the tick. With `mean` set the hand feels the force averaged over the tick instead of that at
+// its end: less ripple from a patch of few representatives, half a tick later. A linear loop of stiffness K
+// then needs a damping of K T of the device instead of K T / 2 (core/MODEL.md, section 22). The infinite
+// brush has no ripple and no use for it.
+//
 // Thread rule: plain data, for the servo thread. Nothing here allocates, locks or throws.
 #pragma once
 
@@ -87,6 +92,7 @@ struct HapticOptions {
   double peak_coefficient = 1.0;  ///< of the material (Material::peak_coefficient): shares the limit between
                                   ///< wall and friction; too large only caps the wall lower
   double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper uses displacement / dt
+  bool mean = false;  ///< the mean force of the tick, half a tick late; the patch needs Outputs::mean
 
   HapticOptions& with_force_limit(double newtons) {
     force_limit = newtons;
@@ -98,6 +104,10 @@ struct HapticOptions {
   }
   HapticOptions& with_resolution(double metres) {
     resolution = metres;
+    return *this;
+  }
+  HapticOptions& with_mean(bool value) {
+    mean = value;
     return *this;
   }
 };
@@ -155,8 +165,9 @@ class HapticPoint {
     if (!refused) {
       const double room =
           std::sqrt(std::max(0.0, options_.force_limit * options_.force_limit - wall_ * wall_));
-      Eigen::Vector2d elastic(response.elastic[0], response.elastic[1]);
       Eigen::Vector2d damper(response.damper[0], response.damper[1]);
+      Eigen::Vector2d elastic(response.elastic[0], response.elastic[1]);
+      if (options_.mean) elastic = Eigen::Vector2d(response.mean[0], response.mean[1]) - damper;
       limit(elastic, damper, room);
       const double tangential[2] = {elastic[0] + damper[0], elastic[1] + damper[1]};
       friction_ = frame_.force(tangential);
