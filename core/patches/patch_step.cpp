@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/common/assert.hpp"
 #include "core/materials/elementary.hpp"
@@ -169,8 +170,12 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   step.advance.energy_unit = 1.0;
   step.advance.duration = dt_s;
   if (p.ages) {
+    // As much as the clock will run on: what a bristle aged in a step it must not lose again.
+    step.advance.duration = std::min(dt_s, longest_time);
+    if (p.record->clock != nullptr && stands_still(*p.record->clock))
+      step.advance.duration = std::numeric_limits<double>::min();
     step.advance.start = step.begins = time_of(p);
-    step.ends = step.begins + dt_s;
+    step.ends = step.begins + step.advance.duration;
   }
   find_way(p, step.displacement, step);
   step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;

@@ -142,7 +142,7 @@ void extended(Bytes bytes) {
       try {
         twins[0]->patches.restore_state(state);
       } catch (const bristle::Error& error) {
-        check_known(error);
+        check(false, error.what());
       }
       continue;
     }
