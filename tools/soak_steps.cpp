@@ -39,7 +39,7 @@ using bristle::SnapRule;
 
 constexpr std::uint64_t steps_of_part = 1000000;
 constexpr std::uint64_t steps_of_block = 500;
-constexpr int most_repeats = 9;
+constexpr int most_repeats = 30;
 constexpr double mean_length = 1e-5;  // m, of the snap lengths
 constexpr std::uint32_t bristles = 100;
 
@@ -317,7 +317,8 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
 int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   Walk walk(model, number);
   Step step{};
-  // From the start of its block, as the run repeats it: what the library remembers of the steps before is there.
+  // From the start of its block, as the run repeats it: what the library remembers of the steps before is
+  // there.
   const std::uint64_t before = at % steps_of_block;
   for (std::uint64_t k = 0; k < at - before; ++k) walk.step(step);
   std::vector<std::byte> state(walk.batch.state_size());

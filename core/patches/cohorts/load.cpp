@@ -46,19 +46,6 @@ double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcep
   return kept;
 }
 
-/// Each was rounded: what is `off`, a few units missing or too many, is made up by the largest; where they are
-/// as few themselves, by the largest of the others too.
-void make_up(Cohorts& r, double* kept_of, double off) noexcept {
-  while (off != 0.0) {
-    const auto largest = static_cast<std::uint32_t>(std::max_element(kept_of, kept_of + r.count) - kept_of);
-    const double kept = std::max(kept_of[largest] + off, 0.0);
-    off -= kept - kept_of[largest];
-    kept_of[largest] = kept;
-    entry(r.rows, largest, cohort_fresh) =
-        kept > 0.0 ? fresh_mass(kept, entry(r.rows, largest, cohort_left)) : 0.0;
-  }
-}
-
 /// Load falls. What it loses of the sum of mass x |z|^2 is counted in `lost`.
 void shed(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
@@ -76,17 +63,26 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   for (std::uint32_t i = 0; i < r.count; ++i) kept_of[i] = cut_cohort(r.rows, i, cut, mass_now);
   if (r.noise != nullptr) draw_cut(r, kept_of);
   double all_kept = 0.0;
+  double most_kept = -1.0;
+  std::uint32_t largest = 0;
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double before = mass_of(r.rows, i);
     const double kept = kept_of[i];
     all_kept += kept;
+    if (kept > most_kept) {
+      most_kept = kept;
+      largest = i;
+    }
     if (kept == before) continue;
     const double zx = at[0] - entry(r.rows, i, cohort_x);
     const double zy = at[1] - entry(r.rows, i, cohort_y);
     lost += (before - kept) * (zx * zx + zy * zy);
     entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;
   }
-  make_up(r, kept_of, mass_now - all_kept);
+  // Each was rounded: what is missing or too much, a few units, is made up by the largest.
+  if (all_kept != mass_now)
+    entry(r.rows, largest, cohort_fresh) =
+        fresh_mass(most_kept + (mass_now - all_kept), entry(r.rows, largest, cohort_left));
   remove_empty(r);
   r.mass = mass_now;
   find_moment(r, r.rows);
