@@ -141,3 +141,30 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
     REQUIRE(hashes == std::vector<std::uint64_t>(hashes.size(), hashes[0]));
   }
 }
+
+TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
+          "[cohorts][extreme]") {
+  // Law and ways: of wide laws a step may be longer than any other bristle is bent.
+  for (const double cv : {0.3, 3.0}) {
+    for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+      if (!isa.usable) continue;
+      const Material material = redrawn(SnapLength::lognormal(dbar, cv));
+      for (const double carried : {1e2, 1e4, 3e4, 1e7}) {
+        OnePatch patch(material, infinite_options(), BatchOptions{}.with_isa(isa.name));
+        OnePatch fresh(material, infinite_options(), BatchOptions{}.with_isa(isa.name));
+        for (int k = 0; k < 30; ++k) patch.step(0.3 * dbar, 0.1 * dbar * (k % 7), 0.7);
+        patch.step(0.0, 0.0, 0.0);
+        for (int k = 0; k < 10; ++k) patch.step(0.1 * carried * dbar, 0.07 * carried * dbar, 0.0);
+        for (int k = 0; k < 60; ++k) {
+          const double dx = dbar * (k % 20 == 19 ? 3000.0 : 0.4), dy = 0.2 * dbar * (k % 5 - 2);
+          const Response a = patch.step(dx, dy, 0.7), b = fresh.step(dx, dy, 0.7);
+          for (int axis = 0; axis < 2; ++axis) {
+            REQUIRE(a.elastic[axis] == Approx(b.elastic[axis]).margin(1e-9 * dbar));
+            REQUIRE(a.mean[axis] == Approx(b.mean[axis]).margin(1e-9 * dbar));
+          }
+        }
+        expect_taken_back(patch);
+      }
+    }
+  }
+}

@@ -8,6 +8,7 @@
 // replayed. A step that seems longer than all before it was perhaps interrupted by the machine: its block of
 // steps is run again from a saved state, and the least of its times counts.
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -159,6 +160,12 @@ struct Part {
 
 volatile std::sig_atomic_t stopped = 0;
 
+/// What is under way, for whoever has to find it again.
+struct UnderWay {
+  const char* model;
+  std::uint64_t part, step;
+} under_way{};
+
 /// A patch on its path.
 struct Walk {
   PatchBatch batch;
@@ -181,6 +188,7 @@ struct Walk {
 
   std::uint64_t step(Step& step) {
     step = path.next();
+    ++under_way.step;
     step.motion.id = id;
     bristle::Response response;
     const std::uint64_t start = now_ns(CLOCK_MONOTONIC);
@@ -196,6 +204,7 @@ struct Walk {
 
 /// Runs a part up to `steps`. `worst`: what is known to be the longest step so far.
 Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std::uint64_t worst) {
+  under_way = {model.name, number, 0};
   Walk walk(model, number);
   Part part;
   std::vector<std::byte> state(walk.batch.state_size());
@@ -217,6 +226,7 @@ Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std
     for (int repeat = 0; repeat<most_repeats&& * longest()> worst; ++repeat) {
       walk.batch.restore_state(state);
       walk.path = path;
+      under_way.step = at;
       for (std::uint64_t k = 0; k < count; ++k) least[k] = std::min(least[k], walk.step(taken[k]));
       if (walk.batch.state_hash() != hash)
         throw std::runtime_error("a block run again ended in another state");
@@ -335,7 +345,17 @@ int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   return 0;
 }
 
-void stop(int) { stopped = 1; }
+extern "C" void stop(int) { stopped = 1; }
+
+extern "C" void say_which(int number) {
+  char text[120];
+  const int size = std::snprintf(text, sizeof text, "bristle_soak_steps: %s: in part %llu, step %llu\n",
+                                 under_way.model, static_cast<unsigned long long>(under_way.part),
+                                 static_cast<unsigned long long>(under_way.step - 1));
+  if (write(2, text, static_cast<std::size_t>(size)) < 0) _exit(1);
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
 
 int usage() {
   std::fprintf(stderr,
@@ -360,6 +380,7 @@ int run(int argc, char** argv) {
   const double steps = std::stod(argv[2]);
   if (!(steps >= 1.0 && steps <= 1e13)) return usage();
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, stop);
+  for (const int signal : {SIGSEGV, SIGFPE, SIGABRT}) std::signal(signal, say_which);
   for (const Model& model : chosen)
     if (const int code =
             soak(model, static_cast<std::uint64_t>(steps), argc > 3 ? argv[3] : "soak-output/steps");
