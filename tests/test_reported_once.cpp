@@ -60,8 +60,8 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
 TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(3.0 * dbar, 200.0);
-  patch.step(-0.01 * dbar, 200.0);
-  REQUIRE(patch.step(-0.01 * dbar, 200.0).snaps == 0);  // it sticks
+  // It sticks, until bounds are known and a step is a short one.
+  for (int k = 0; k < 20; ++k) REQUIRE(patch.step((k % 2 == 0 ? -0.01 : 0.005) * dbar, 200.0).snaps == 0);
   const double before = patch.batch.stored_energy(patch.motion.id);
   REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
   const double lost = before - patch.batch.stored_energy(patch.motion.id);
