@@ -32,7 +32,8 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
 /// % of 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
-  const double now = step.ends;
+  const double now =
+      std::max(step.ends, hold.since);  // the clock may be a rounding behind the last step's end
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
@@ -421,7 +422,7 @@ void note_contact(Patch& p) noexcept {
 }
 
 void take_hold_over(Patch& to, const Patch& from) noexcept {
-  to.record->hold = {from.record->hold.oldest, time_of(to), {0, 0}};
+  to.record->hold = {from.record->hold.oldest, std::max(time_of(to), from.record->hold.since), {0, 0}};
 }
 
 void write_refusal(const Patch* patch, Status status, Response& out) noexcept {
