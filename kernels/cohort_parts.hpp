@@ -133,6 +133,10 @@ struct CohortBits {
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
+  /// Lanes beyond the last cohort of its row: far from the base they are bent beyond any reach.
+  void forget_lanes_from(std::uint32_t count) {
+    if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
+  }
   /// The highest of the first `count`, and takes it out; no_cohort = none.
   std::uint32_t take_last(std::uint32_t count) {
     for (std::uint32_t w = (count + 63) / 64; w-- > 0;)
@@ -583,6 +587,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
           bear<rubs, ages>(law, sums, a, length, at, snapped, renewed_rate, times, t, spread);
       s.moment[0] = sums.x + newborn.mass * newborn.x;
       s.moment[1] = sums.y + newborn.mass * newborn.y;
+      sums.emptied.forget_lanes_from(s.count);
       for (std::uint32_t& open : s.open)
         if (open != no_cohort && sums.emptied.has(open)) open = no_cohort;
       double first[2] = {from[0], from[1]};  // where what is born first and last would be straight

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <cfloat>
+#include <cmath>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -54,6 +55,19 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   const Response second = patch.step(1e-4 * dbar, 200.0);  // at rest it would be answered without a look
   CHECK(second.dissipated == 0.0);
   CHECK(second.snaps == 0);
+}
+
+TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
+  Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
+  patch.step(3.0 * dbar, 200.0);
+  // It sticks, until bounds are known and a step is a short one.
+  for (int k = 0; k < 20; ++k) REQUIRE(patch.step((k % 2 == 0 ? -0.01 : 0.005) * dbar, 200.0).snaps == 0);
+  const double before = patch.batch.stored_energy(patch.motion.id);
+  REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
+  const double lost = before - patch.batch.stored_energy(patch.motion.id);
+  REQUIRE(std::abs(lost) > 1e-6 * before);
+  CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));  // whatever bounds say it holds
+  for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
 }
 
 TEST_CASE("A load below zero is refused however small it is", "[bad_input]") {

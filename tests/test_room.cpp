@@ -1462,6 +1462,30 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   CHECK_FALSE(hand.holds);
 }
 
+TEST_CASE("A network device with a token takes packets that carry it, and no others", "[room]") {
+  constexpr std::uint64_t token = 0x8123456789abcdefu;
+  UdpDevice device(0, "127.0.0.1", 60.0, token);
+  Sender sender(device.port());
+  Hand hand;
+  const auto packet = [](std::uint32_t sequence, double x, std::uint64_t carried) {
+    HandPacket p{sequence, {true, {x, 0, 0}, {0, 0, 0}}};
+    p.token = carried;
+    return p;
+  };
+  sender.send(packet(1, 0.1, 0));
+  sender.send(packet(2, 0.2, token + 1));
+  sender.send(packet(3, 0.3, token & 0xffffffffu));
+  sender.send(packet(4, 0.4, token));
+  for (int k = 0; k < 200 && !device.read(0.0, hand); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  CHECK(hand.position[0] == 0.4);
+  CHECK(device.refused() == 3);
+  device.write({1.0, 0.0, 0.0});
+  ForcePacket force;
+  REQUIRE(sender.receive(force));
+  CHECK(force.sequence == 4);
+}
+
 TEST_CASE("The network device is lost after a silence, and comes back with any packet", "[room]") {
   UdpDevice device(0);
   Sender sender(device.port());

@@ -195,3 +195,27 @@ TEST_CASE("A fingertip that rubs for ten minutes feels the same all the time", "
     CHECK(minutes.front().highest < 0.56);
   }
 }
+
+TEST_CASE("Few bristles are renewed anywhere in a step, not at its start", "[rubbing]") {
+  const double residual = 0.1 * dbar, length = 0.05 * dbar;
+  const Material material =
+      plain_material(uniform, SnapRule::keep).with_residual_length(residual).with_shared_renewal(1.0);
+  const Precision precision = precisions().back();
+  OnePatch patch(material, plain_options(4, 1, precision));
+  double sum = 0.0;
+  int slips = 0;
+  std::vector<double> before(4, 0.0);
+  for (int k = 0; k < 12000; ++k) {
+    patch.step(length, 0.0, 4.0);
+    const std::vector<double> now = read(patch, 4).zx;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (now[i] > before[i] + 0.999 * length) continue;  // it only bent on
+      sum += (now[i] - residual) / length;                // of the step, what it has slid since
+      ++slips;
+    }
+    before = now;
+  }
+  REQUIRE(slips > 2000);
+  // Uniform: 1 / sqrt(12 n); two renewals of one bristle in one step, a few in a hundred, show the later one.
+  CHECK(sum / slips == Approx(0.5).margin(5.0 / std::sqrt(12.0 * slips) + 0.02));
+}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/common/assert.hpp"
 #include "core/materials/elementary.hpp"
@@ -31,7 +32,8 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
 /// % of 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
-  const double now = step.ends;
+  const double now =
+      std::max(step.ends, hold.since);  // the clock may be a rounding behind the last step's end
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
@@ -169,8 +171,12 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
   step.advance.energy_unit = 1.0;
   step.advance.duration = dt_s;
   if (p.ages) {
+    // As much as the clock will run on: what a bristle aged in a step it must not lose again.
+    step.advance.duration = std::min(dt_s, longest_time);
+    if (p.record->clock != nullptr && stands_still(*p.record->clock))
+      step.advance.duration = std::numeric_limits<double>::min();
     step.advance.start = step.begins = time_of(p);
-    step.ends = step.begins + dt_s;
+    step.ends = step.begins + step.advance.duration;
   }
   find_way(p, step.displacement, step);
   step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;
@@ -416,7 +422,7 @@ void note_contact(Patch& p) noexcept {
 }
 
 void take_hold_over(Patch& to, const Patch& from) noexcept {
-  to.record->hold = {from.record->hold.oldest, time_of(to), {0, 0}};
+  to.record->hold = {from.record->hold.oldest, std::max(time_of(to), from.record->hold.since), {0, 0}};
 }
 
 void write_refusal(const Patch* patch, Status status, Response& out) noexcept {

@@ -6,6 +6,12 @@
 
 namespace bristle::detail {
 
+/// s: a clock that has run for this long stands still, and no step of a patch that ages takes longer.
+constexpr double longest_time = 1e16;
+inline bool stands_still(const Int128& clock) noexcept {
+  return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
+}
+
 struct PatchStep {
   Advance advance;     ///< what kernels need; `in_double`, `energy_unit`, `phase_key` and `renews_bounds` are
                        ///< the model's part

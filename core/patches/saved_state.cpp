@@ -75,11 +75,12 @@ SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
   for (std::int64_t& x : saved.hold.way) read(x);
   return saved;
 }
+/// A step ends at the rounded sum of when it began and its length; the clock counts that length in whole
+/// units, cut off: they are one unit, and three roundings of a number, apart at most.
 bool is_good_time(const SavedTime& t) noexcept {
-  constexpr double rounding = 1.0 + 1e-12;
   const double now = static_cast<double>(t.time) / clock_units_per_second;
   return t.time >= 0 && t.hold.oldest >= 0.0 && t.hold.since >= t.hold.oldest &&
-         t.hold.since <= now * rounding;
+         t.hold.since <= now * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;
 }
 
 std::uint64_t checksum(Span<const std::byte> state) noexcept {

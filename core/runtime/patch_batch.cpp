@@ -470,9 +470,8 @@ struct PatchBatch::Impl {
   }
 
   void run_on(double dt_s) noexcept {
-    constexpr double longest = 1e16;  // s: a clock that would overflow stands still
-    if (!(clock < static_cast<Int128>(longest * clock_units_per_second))) return;
-    const double units = std::min(dt_s, longest) * clock_units_per_second;
+    if (stands_still(clock)) return;
+    const double units = std::min(dt_s, longest_time) * clock_units_per_second;
     // A short step without the long conversion.
     clock += units < 9e18 ? Int128{static_cast<std::int64_t>(units)} : static_cast<Int128>(units);
   }

@@ -71,8 +71,6 @@ ExtendedMotion any_spin(Input& input, PatchId id, double scale) {
   const bristle::Motion flat = any_motion(input, {}, 2, scale);
   m.id = id;
   m.normal_load = flat.normal_load;
-  // A fault that waits for its mend: beyond loads that are taken, the torque of a refusal is no number.
-  if (m.normal_load > 1e15) m.normal_load = -1.0;
   m.has_velocity = flat.has_velocity;
   for (int axis = 0; axis < 2; ++axis) {
     m.displacement[axis] = flat.displacement[axis];
@@ -142,7 +140,7 @@ void extended(Bytes bytes) {
       try {
         twins[0]->patches.restore_state(state);
       } catch (const bristle::Error& error) {
-        check_known(error);
+        check(false, error.what());
       }
       continue;
     }

@@ -28,6 +28,7 @@ constexpr Target targets[] = {
     {"scene", fuzz::scene},
     {"motion", fuzz::motion},
     {"fit", fuzz::fit},
+    {"sweep", fuzz::sweep},
     {"state", fuzz::state},
     {"batch", fuzz::batch},
     {"kernels", fuzz::kernels},

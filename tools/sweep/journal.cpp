@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/one_line.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/sweep/results.hpp"
@@ -52,8 +53,15 @@ bool has_measured(const std::vector<SweepColumn>& columns) {
 }
 
 void check_header(const Json& header, const std::string& path) {
-  const bool whole = header.is_object() && header.value("schema", "") == "bristle-sweep-journal-1" &&
-                     header.contains("study") && header.contains("rows") && header.contains("columns");
+  const auto is_text = [&header](const char* name) {
+    return !header.contains(name) || header[name].is_string();
+  };
+  bool whole = header.is_object() && header.value("schema", "") == "bristle-sweep-journal-1" &&
+               header.contains("study") && header.contains("rows") && header["rows"].is_number_unsigned() &&
+               header.contains("columns") && header["columns"].is_array() && is_text("study") &&
+               is_text("scene") && is_text("commit");
+  if (whole)
+    for (const Json& vary : header.value("vary", Json::array())) whole = whole && vary.is_string();
   if (!whole) throw UserError(fmt::format("{}: is no journal of bristle sweep", path));
 }
 
@@ -62,7 +70,7 @@ struct Contents {
   std::size_t sound_bytes = 0;  ///< up to the end of the last whole line
 };
 
-Contents parse_journal(const std::string& text, const std::string& path) {
+Contents parse_lines(const std::string& text, const std::string& path) {
   Contents contents;
   bool first = true;
   for (std::size_t at = 0; at < text.size();) {
@@ -73,7 +81,9 @@ Contents parse_journal(const std::string& text, const std::string& path) {
       if (json.empty()) break;
       contents.rows.header = Json::parse(json);
       check_header(contents.rows.header, path);
-      contents.rows.rows.resize(contents.rows.header["rows"].get<std::uint64_t>());
+      const auto rows = contents.rows.header["rows"].get<std::uint64_t>();
+      if (rows > most_rows) throw UserError(fmt::format("{}: has more than {} rows", path, most_rows));
+      contents.rows.rows.resize(rows);
       first = false;
     } else if (!json.empty()) {
       contents.rows.add(json, path);
@@ -85,6 +95,15 @@ Contents parse_journal(const std::string& text, const std::string& path) {
   if (first && text.find('\n') != std::string::npos)
     throw UserError(fmt::format("{}: is no journal of bristle sweep", path));
   return contents;
+}
+
+/// A line with the right hash was not torn, but may hold anything: the hash says nothing of who wrote it.
+Contents parse_journal(const std::string& text, const std::string& path) {
+  try {
+    return parse_lines(text, path);
+  } catch (const Json::exception& error) {
+    throw UserError(fmt::format("{}: is no journal of bristle sweep ({})", path, one_line(error.what())));
+  }
 }
 
 std::string study_text(const Json& header) {

@@ -148,7 +148,7 @@ SweepValue VariedKey::at(double share) const {
 
 VariedKey parse_varied(const std::string& text) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0 ||
+  if (equals == std::string::npos || trimmed(std::string_view(text).substr(0, equals)).empty() ||
       trimmed(std::string_view(text).substr(equals + 1)).empty())
     refuse(text, forms);
   VariedKey varied;
@@ -167,7 +167,8 @@ VariedKey parse_varied(const std::string& text) {
 
 VariedKey parse_setting(const std::string& text, const std::string& option) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+  if (equals == std::string::npos || trimmed(std::string_view(text).substr(0, equals)).empty() ||
+      equals + 1 == text.size())
     throw UserError(fmt::format("{} {}: allowed: KEY=VALUE", option, text));
   VariedKey setting;
   setting.key = std::string(trimmed(std::string_view(text).substr(0, equals)));

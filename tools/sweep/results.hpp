@@ -14,6 +14,8 @@ namespace cli {
 
 enum class ColumnType { number, whole, hash, text };
 
+constexpr std::uint64_t most_rows = 10'000'000;  ///< of a study
+
 struct SweepColumn {
   std::string name;
   std::string unit;  ///< empty: a pure number, or a text

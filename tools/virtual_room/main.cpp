@@ -43,6 +43,11 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
           ->transform(to_device)
           ->type_name("TEXT");
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
+  app.add_option(
+         "--token", o.udp_token,
+         "number that packets must carry, for --device udp; others on this machine read it here, not in "
+         "the environment")
+      ->envname("BRISTLE_ROOM_TOKEN");
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
       ->check(CLI::Range(1, 65535))
       ->capture_default_str();
@@ -91,7 +96,7 @@ std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& scr
       if (o.motion.empty()) throw cli::UserError("--device file needs --motion FILE");
       return std::make_unique<room::PlayedHand>("file", room::read_hand_file(o.motion, o.loop.measures));
     case room::DeviceKind::udp:
-      return std::make_unique<room::UdpDevice>(o.udp_port);
+      return std::make_unique<room::UdpDevice>(o.udp_port, "127.0.0.1", 0.1, o.udp_token);
   }
   return nullptr;
 }

@@ -23,10 +23,11 @@ struct RunOptions {
   bool headless = false;
   bool virtual_clock = false;
   DeviceKind device = DeviceKind::mouse;
-  std::string script;    ///< TOML; empty = none
-  std::string motion;    ///< CSV, for the device `file`
-  int udp_port = 47800;  ///< on loopback
-  std::string frames;    ///< folder for pictures; empty = none
+  std::string script;           ///< TOML; empty = none
+  std::string motion;           ///< CSV, for the device `file`
+  int udp_port = 47800;         ///< on loopback
+  std::uint64_t udp_token = 0;  ///< that packets must carry; 0 = none
+  std::string frames;           ///< folder for pictures; empty = none
   double frames_per_second = 30.0;
   double seconds = 0.0;  ///< of the simulation; 0 = to the end of the script, or until the window closes
   std::string csv;       ///< forces; empty = none

@@ -48,6 +48,7 @@ void encode(const HandPacket& p, unsigned char (&to)[hand_packet_size]) noexcept
   put(to + 8, p.sequence);
   for (int i = 0; i < 3; ++i) put(to + 16 + 8 * i, p.hand.position[i]);
   for (int i = 0; i < 3; ++i) put(to + 40 + 8 * i, p.hand.force[i]);
+  put(to + 64, p.token);
 }
 
 void encode(const ForcePacket& p, unsigned char (&to)[force_packet_size]) noexcept {
@@ -64,6 +65,7 @@ bool decode(const unsigned char* from, std::size_t size, HandPacket& p) noexcept
   HandPacket read;
   read.hand.holds = get<std::uint16_t>(from + 6) & 1;
   read.sequence = get<std::uint32_t>(from + 8);
+  read.token = get<std::uint64_t>(from + 64);
   for (int i = 0; i < 3; ++i) {
     read.hand.position[i] = get<double>(from + 16 + 8 * i);
     read.hand.force[i] = get<double>(from + 40 + 8 * i);
@@ -81,7 +83,8 @@ bool decode(const unsigned char* from, std::size_t size, ForcePacket& p) noexcep
   return true;
 }
 
-UdpDevice::UdpDevice(int port, const char* address, double silence_s) : silence_s_(silence_s) {
+UdpDevice::UdpDevice(int port, const char* address, double silence_s, std::uint64_t token)
+    : silence_s_(silence_s), token_(token) {
   sockaddr_in own{};
   own.sin_family = AF_INET;
   own.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -115,7 +118,8 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
         recvfrom(socket_, bytes, sizeof bytes, 0, reinterpret_cast<sockaddr*>(&from), &length);
     if (got < 0) break;
     HandPacket packet;
-    const bool good = decode(bytes, static_cast<std::size_t>(got), packet);
+    const bool good =
+        decode(bytes, static_cast<std::size_t>(got), packet) && (token_ == 0 || packet.token == token_);
     // Serial arithmetic: the number may run over.
     const bool newer = !there_ || static_cast<std::int32_t>(packet.sequence - newest_.sequence) > 0;
     if (!good || !newer) {

@@ -11,11 +11,16 @@
 //   16 f64[3]   position, m                       16 f64[3]   force on the hand, N
 //   40 f64[3]   force on the tool beside the      40 f64      time of the simulation, s
 //               spring, N
-//   64 f64      the sender's clock, s (not read)
+//   64 f64      the sender's clock, s (not read);
+//               of a room that has a token: u64, the token
 //
-// Packets of another size, magic or version, with a number that is not finite, or with a sequence number that
-// is not newer than the last are counted and dropped. After 0.1 s without a packet the device is lost; the
-// next good packet, of any sequence number, brings it back. The room answers the sender of the newest packet.
+// Whoever may send to the port moves the block. On a machine that others use too, the room and its device
+// server share a token that nobody else knows.
+//
+// Packets of another size, with another token, magic or version, with a number that is not finite, or with a
+// sequence number that is not newer than the last are counted and dropped. After 0.1 s without a packet the
+// device is lost; the next good packet, of any sequence number, brings it back. The room answers the sender
+// of the newest packet.
 #pragma once
 
 #include <cstddef>
@@ -32,6 +37,7 @@ inline constexpr std::size_t hand_packet_size = 72, force_packet_size = 48;
 struct HandPacket {
   std::uint32_t sequence = 0;
   Hand hand;
+  std::uint64_t token = 0;
 };
 struct ForcePacket {
   std::uint32_t sequence = 0;
@@ -46,8 +52,10 @@ bool decode(const unsigned char* from, std::size_t size, ForcePacket& packet) no
 class UdpDevice final : public Device {
  public:
   /// Listens on `address` (loopback by default; anything else lets the network push the block) and `port`, 0
-  /// = any free one. Lost after `silence_s` without a packet. Throws cli::UserError.
-  explicit UdpDevice(int port, const char* address = "127.0.0.1", double silence_s = 0.1);
+  /// = any free one. Lost after `silence_s` without a packet. `token`: what packets must carry; 0 = none is
+  /// asked for. Throws cli::UserError.
+  explicit UdpDevice(int port, const char* address = "127.0.0.1", double silence_s = 0.1,
+                     std::uint64_t token = 0);
   ~UdpDevice() override;
   UdpDevice(const UdpDevice&) = delete;
   UdpDevice& operator=(const UdpDevice&) = delete;
@@ -63,6 +71,7 @@ class UdpDevice final : public Device {
  private:
   int socket_ = -1, port_ = 0;
   double silence_s_;
+  std::uint64_t token_;
   sockaddr_in peer_{};
   bool there_ = false;
   double heard_at_ = 0.0, time_s_ = 0.0;  // by the wall clock; of the simulation

@@ -88,9 +88,17 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   find_moment(r, r.rows);
 }
 
+/// Without load the patch leaves the base of its places behind: they count from where it is set down.
+void come_near(const Patch& p, Cohorts& r) noexcept {
+  constexpr double far = 4096.0;
+  for (int axis = 0; axis < 2; ++axis)
+    if (std::abs(place(p, r, axis)) > far) r.base[axis] = p.position[axis];
+}
+
 /// Load rises: bristles come into contact straight, after all others.
 void admit(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
+  if (r.count == 0) come_near(p, r);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
   const double low = r.mass;
   const double entered = mass_now - low;

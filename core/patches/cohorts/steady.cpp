@@ -209,10 +209,7 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
   const std::uint32_t before = s.count;
   double missing = s.mass;
   std::uint32_t i = 0;
-  // The last born first: it takes what is missing in the end.
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const double mass = std::floor(s.mass * (nodes[k].share / all));
-    if (mass == 0.0) continue;
+  const auto write = [&](std::uint32_t k, double mass) {
     missing -= mass;
     for (int axis = 0; axis < 2; ++axis)
       entry(rows, i, axis == 0 ? cohort_x : cohort_y) =
@@ -226,7 +223,12 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     entry(rows, i, cohort_low) = 0.0;
     entry(rows, i, cohort_high) = s.mass;
     ++i;
-  }
+  };
+  // The last born first: it takes what is missing in the end.
+  for (std::uint32_t k = 0; k < count; ++k)
+    if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
+  // A few units of mass, less than one each: they are as old as bristles are in the mean.
+  if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;
   for (; i < before; ++i) clear_lane(rows, i);

@@ -229,6 +229,29 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   }
 }
 
+namespace {
+
+/// A renewal leaves the place of its block as it is. Where it comes before every snap, as with one bristle in
+/// contact, the block stays behind without end: such a block is written down where it is, ages apart.
+template <class T>
+void bring_along(Patch& p) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const double farthest = 2.0 * longest_bend(r);
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {
+    const double x = to_lengths(difference(p.position[0], r.blocks[b].position[0]));
+    const double y = to_lengths(difference(p.position[1], r.blocks[b].position[1]));
+    if (std::max(std::abs(x), std::abs(y)) <= farthest) continue;
+    const bool full = b < r.full_blocks();
+    if (full) book_block<T>(p, b, -1);
+    r.kernels->rewrite(r.view(), b, p.position);
+    if (full) book_block<T>(p, b, +1);
+    r.groups[b / blocks_per_group].reach = p.bound.reach = -1.0;
+    note_tail<T>(p);
+  }
+}
+
+}  // namespace
+
 template <class T>
 void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -241,8 +264,9 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
   walked.snaps += t.snaps;
   walked.changed |= t.blocks_rewritten > 0;
   walked.visited += t.visited;
-  BRISTLE_ASSERT(sums_agree<T>(p));
   renew_bound<T>(p, t);
+  bring_along<T>(p);
+  BRISTLE_ASSERT(sums_agree<T>(p));
 }
 
 namespace {

@@ -205,6 +205,12 @@ void note_tail(Patch& p) noexcept;
 constexpr double oldest_bristle = 1e30;  ///< in units of the ageing time: no bristle becomes older
 /// Largest g of a bristle.
 double largest_ageing_factor(const Material& material) noexcept;
+/// Farther than this no bristle bends.
+template <class T>
+double longest_bend(const Representatives<T>& r) noexcept {
+  const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
+  return r.material->residual + r.material->longest * growth;
+}
 /// What the bristles of block b have aged since its last rewrite.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;

@@ -86,8 +86,11 @@ constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-const char* find_block_fault(const Block& block, const double (&moved)[2], double longest) noexcept {
-  const double most = block_size * longest * fixed_per_length;
+/// Renewed bristles are written down where they are, their block where it was: `longest` is how far a bristle
+/// bends, `farthest` how far off it is written down.
+const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
+                             double farthest) noexcept {
+  const double most = block_size * farthest * fixed_per_length;
   for (int axis = 0; axis < 2; ++axis) {
     if (!within(moved[axis], -2.0 * longest, 2.0 * longest)) return "a block's displacement";
     if (!within(static_cast<double>(block.stored[axis]), -most, most)) return "a block's sum";
@@ -263,10 +266,9 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   }
 
   // Rounding may carry a bristle a little over its length.
-  const double residual = p.material().residual;
-  const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
-  const double longest = (residual + p.material().longest * growth) * (1.0 + 1e-3);
-  const double shortest = (residual + p.material().shortest) * (1.0 - 1e-3);
+  const double longest = longest_bend(r) * (1.0 + 1e-3);
+  const double farthest = r.renews() ? 3.0 * longest : longest;
+  const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);
   const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
   ByteReader blocks = read;
   ByteReader columns = read;
@@ -280,7 +282,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     double moved[2];
     for (int axis = 0; axis < 2; ++axis)
       moved[axis] = to_lengths(difference(contact.position[axis], block.position[axis]));
-    if (const char* fault = find_block_fault(block, moved, longest)) return fault;
+    if (const char* fault = find_block_fault(block, moved, longest, farthest)) return fault;
 
     const std::uint32_t end = std::min((b + 1) * block_size, touching);
     const char* fault = nullptr;
@@ -300,7 +302,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
           // A bristle that was renewed within a step has its age counted from before that.
           if (rule.filler == Filler::age && !within(x, -oldest_bristle, oldest_bristle)) fault = "an age";
           if (rule.filler == Filler::zero &&
-              (!within(x, -longest, longest) || !within(x + moved[axis], -longest, longest)))
+              (!within(x, -farthest, farthest) || !within(x + moved[axis], -longest, longest)))
             fault = "a deflection";
         }
       }

@@ -1,0 +1,189 @@
+// What a patch saves it takes back, in the states at the edge of what numbers can say: a few units of mass,
+// times that the clock hardly counts or counts no more, one bristle that others renew. And what was forged is
+// refused.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/patches/saved_state.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Ageing;
+using bristle::Population;
+
+namespace {
+
+/// 2^46 units of mass are the highest load of an infinite brush (core/patches/COHORTS.md).
+constexpr double unit_of_mass = 0x1p-46;
+
+Material redrawn(const SnapLength& law = SnapLength::lognormal(dbar, 0.3)) {
+  return plain_material(law, SnapRule::redraw);
+}
+PatchOptions infinite_options() {
+  return PatchOptions{}.with_population(Population::infinite).with_max_normal_load(1.0);
+}
+
+std::vector<std::byte> saved(const PatchBatch& batch) {
+  std::vector<std::byte> state(batch.state_size());
+  REQUIRE(batch.save_state(state) == state.size());
+  return state;
+}
+
+/// Saved, taken back, saved: the same bytes.
+void expect_taken_back(OnePatch& patch) {
+  const std::vector<std::byte> state = saved(patch.batch);
+  REQUIRE_NOTHROW(patch.batch.restore_state(state));
+  CHECK(saved(patch.batch) == state);
+}
+
+}  // namespace
+
+TEST_CASE("An infinite brush under a few units of mass is taken back after a long slide",
+          "[state][cohorts]") {
+  for (const double units : {1.0, 2.0, 3.0, 10.0, 100.0}) {
+    for (const Material& material : {redrawn(), redrawn(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)),
+                                     redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3))}) {
+      OnePatch patch(material, infinite_options());
+      const double load = units * unit_of_mass;
+      const Response far = patch.step(1.0, 0.0, load);
+      expect_taken_back(patch);
+      // All of them slide: no more than the longest that is bent, and no less than straight.
+      CHECK(far.elastic[0] < 0.0);
+      CHECK(far.elastic[0] > -100.0 * dbar * load);
+      CHECK(patch.step(0.0, 0.0, 0.0).elastic[0] == 0.0);
+      expect_taken_back(patch);
+    }
+  }
+}
+
+TEST_CASE("A patch that ages is taken back after a life of any length", "[state][ageing]") {
+  const Material ages = redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6));
+  for (const PatchOptions& options : {plain_options(40), infinite_options()}) {
+    for (const double dt :
+         {1e-300, 0x1p-65, 0x1p-64, 7e-20, 1e-12, 3.3e-9, 5e-8, 1e-3, 1e9, 1e14, 1e17, 1e300}) {
+      OnePatch patch(ages, options);
+      for (int k = 0; k < 12; ++k) {
+        patch.step((k % 3 - 0.4) * dbar, 0.1 * dbar, options.max_normal_load, k % 4 == 3 ? 1e-3 : dt);
+        expect_taken_back(patch);
+      }
+    }
+  }
+}
+
+TEST_CASE("A patch that ages is taken back after steps below its time's rounding", "[state][ageing]") {
+  const Material ages = redrawn(uniform).with_ageing(Ageing::logarithmic(0.05, 1e-6));
+  std::mt19937_64 random(11);
+  for (const PatchOptions& options : {plain_options(40), infinite_options()}) {
+    OnePatch patch(ages, options);
+    const double load = options.max_normal_load;
+    for (int k = 0; k < 60; ++k) {
+      // It holds where it is, for a time whose end is rounded; then it goes away in next to no time.
+      patch.step(0.1 * dbar, 0.0, load, 1e3 * (1.0 + static_cast<double>(random() >> 11) * 0x1p-53));
+      for (int n = 0; n < 2; ++n) {
+        patch.step(3.0 * dbar, 0.0, load, 1e-15);
+        expect_taken_back(patch);
+      }
+      patch.batch.set_material(patch.id, Material(ages).with_bristle_stiffness(k % 2 == 0 ? 2.0 : 3.0));
+      expect_taken_back(patch);
+    }
+  }
+}
+
+TEST_CASE("A patch that has held longer than it has lived is refused", "[state][ageing]") {
+  OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
+  patch.step(0.1 * dbar, 0.0, 40.0, 2.0);
+  const std::vector<std::byte> good = saved(patch.batch);
+  // By core/MODEL.md: heads, contact, remainders, the two halves of the patch's time; then since when it
+  // held.
+  constexpr std::size_t oldest =
+      bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
+  double since = 0.0;
+  std::memcpy(&since, good.data() + oldest + 8, 8);
+  REQUIRE(since == 2.0);
+  for (const double forged : {2.0 + 1e-12, 3.0, 1e30, -1.0, std::nan("")}) {
+    for (const std::size_t at : {oldest, oldest + 8}) {
+      std::vector<std::byte> bad = good;
+      std::memcpy(bad.data() + at, &forged, 8);
+      bristle::detail::seal_batch({bad.size(), 1}, bad);
+      CHECK_THROWS_WITH(patch.batch.restore_state(bad), Catch::Contains("(time)"));
+    }
+  }
+}
+
+TEST_CASE("Few rubbed bristles are taken back however far they slid, bent no farther than they can",
+          "[state][rubbing]") {
+  for (const double kappa : {0.3, 1.0, 8.0}) {
+    for (const double load : {0.01, 1.0, 2.5}) {
+      for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+        const Material material =
+            plain_material(uniform, rule).with_residual_length(0.1 * dbar).with_shared_renewal(kappa);
+        OnePatch patch(material, plain_options(40));
+        for (int k = 0; k < 60; ++k) {
+          const Response r = patch.step(0.2 * dbar * (1 << k % 6), 0.03 * dbar, load);
+          CHECK(-r.elastic[0] <= 1.6 * dbar * load * (1.0 + 1e-3));
+          CHECK(-r.elastic[0] >= -1e-3 * dbar);
+          if (k % 5 == 0) expect_taken_back(patch);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits lazy, eager and scalar",
+          "[determinism][ageing]") {
+  const Material material =
+      redrawn(uniform).with_ageing(Ageing::saturating(0.5, 1.0)).with_shared_renewal(0.3);
+  std::vector<OnePatch> patches;
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets())
+    if (isa.usable) patches.emplace_back(material, plain_options(300), BatchOptions{}.with_isa(isa.name));
+  patches.emplace_back(material, plain_options(300), BatchOptions{}.with_eager(true));
+  for (OnePatch& patch : patches) {
+    patch.step(0.0, 0.0, 1.0, 1e300);  // now it stands
+    patch.batch.remove(patch.id);
+    patch.id = patch.batch.add(material, plain_options(300));
+  }
+  std::mt19937_64 random(5);
+  for (int k = 0; k < 300; ++k) {
+    const double share = static_cast<double>(random() >> 11) * 0x1p-53;
+    const double dt = k % 3 == 0 ? 1000.0 : k % 3 == 1 ? 1e-3 : 1e-12;
+    const double way = (k % 2 == 0 ? 0.7 : -0.1) * share * dbar;
+    std::vector<std::uint64_t> hashes;
+    for (OnePatch& patch : patches) {
+      patch.step(way, 0.2 * way, k % 5 == 4 ? 200.0 : 300.0, dt);
+      hashes.push_back(patch.hash());
+    }
+    REQUIRE(hashes == std::vector<std::uint64_t>(hashes.size(), hashes[0]));
+  }
+}
+
+TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
+          "[cohorts][extreme]") {
+  // Law and ways: of wide laws a step may be longer than any other bristle is bent.
+  for (const double cv : {0.3, 3.0}) {
+    for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+      if (!isa.usable) continue;
+      const Material material = redrawn(SnapLength::lognormal(dbar, cv));
+      for (const double carried : {1e2, 1e4, 3e4, 1e7}) {
+        OnePatch patch(material, infinite_options(), BatchOptions{}.with_isa(isa.name));
+        OnePatch fresh(material, infinite_options(), BatchOptions{}.with_isa(isa.name));
+        for (int k = 0; k < 30; ++k) patch.step(0.3 * dbar, 0.1 * dbar * (k % 7), 0.7);
+        patch.step(0.0, 0.0, 0.0);
+        for (int k = 0; k < 10; ++k) patch.step(0.1 * carried * dbar, 0.07 * carried * dbar, 0.0);
+        for (int k = 0; k < 60; ++k) {
+          const double dx = dbar * (k % 20 == 19 ? 3000.0 : 0.4), dy = 0.2 * dbar * (k % 5 - 2);
+          const Response a = patch.step(dx, dy, 0.7), b = fresh.step(dx, dy, 0.7);
+          for (int axis = 0; axis < 2; ++axis) {
+            REQUIRE(a.elastic[axis] == Approx(b.elastic[axis]).margin(1e-9 * dbar));
+            REQUIRE(a.mean[axis] == Approx(b.mean[axis]).margin(1e-9 * dbar));
+          }
+        }
+        expect_taken_back(patch);
+      }
+    }
+  }
+}
