@@ -149,17 +149,20 @@ struct Renewal {
   std::uint64_t key;         ///< of the patch
   std::uint64_t first_draw;  ///< number of the first draw; equal numbers draw equal bristles
   std::uint64_t draws;
+  double unit;  ///< as Advance::energy_unit, of the sums below
   // As in Advance.
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
 };
 
-/// What they changed.
+/// What they changed, in the blocks of a range. Integers, as in Totals: blocks may be shared out.
 struct RenewalTotals {
   Int128 stored[2];          ///< of the sum of Block::stored over full blocks
-  double twice_integral[2];  ///< what the kernels will leave out of twice the integral of weight x deflection
-  double squares;            ///< sum of weight (|z|^2 - residual^2) over slips, and over snaps before them
-  std::uint64_t snaps;       ///< of renewed bristles, before they were
+  Int128 twice_integral[2];  ///< what the kernels will leave out of twice the integral of weight x
+                             ///< deflection, in 1 / unit
+  Int128 squares;       ///< sum of weight (|z|^2 - residual^2) over slips, and over snaps before them, in
+                        ///< 1 / unit
+  std::uint64_t snaps;  ///< of renewed bristles, before they were
   std::uint64_t renewed;
   std::uint32_t tail_changed;
 };
@@ -187,9 +190,10 @@ struct KernelSet {
                                     std::uint32_t last);
   Foresee foresee[2][2];
 
-  /// Draws bristles and renews those that are bent along the motion. By axes - 1 and redraw; null where this
-  /// build has none.
-  using Renew = void (*)(const PatchView<T>&, const Renewal&, RenewalTotals&);
+  /// Draws bristles and renews those that are bent along the motion and lie in the blocks [first, last);
+  /// `first` begins a group. By axes - 1 and redraw; null where this build has none.
+  using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
+                         RenewalTotals&);
   Renew renew[2][2];
 
   Foresee foresee_aged[2][2];  ///< the same for bristles that age

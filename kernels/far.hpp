@@ -1,12 +1,17 @@
 // Steps taken in double precision: so long that float cannot hold the remainder
 // (above far_length), or with a single snap length, whose bristles must stay in phase for ever.
 //
-// Shared by the reference and by every instruction set: there is no faster form to compare it with.
+// Shared by the reference and by every instruction set; they differ in how many bristles of a row keep takes
+// at once.
 #pragma once
 
 #include "core/common/assert.hpp"
 #include "law.hpp"
+#if defined(BRISTLE_KERNEL_ISA)
+#include "lanes.hpp"
+#else
 #include "scalar_lanes.hpp"
+#endif
 
 namespace bristle::detail {
 namespace {
@@ -125,12 +130,12 @@ struct FarSums {
 
 /// Sums over a block in double, one number per logical lane.
 struct FarLanes {
-  double stored[2][lane_count] = {};
-  double mean[2][lane_count] = {};
-  double squares[lane_count] = {};
+  alignas(64) double stored[2][lane_count] = {};
+  alignas(64) double mean[2][lane_count] = {};
+  alignas(64) double squares[lane_count] = {};
   double further[lane_count] = {};   ///< of the squares: those after the first snap
   double variance[lane_count] = {};  ///< of these
-  double snaps[lane_count] = {};
+  alignas(64) double snaps[lane_count] = {};
 };
 
 /// What does not change over a block.
@@ -140,71 +145,100 @@ struct FarMotion {
   double p0[2], p1[2];
 };
 
-/// A row of 16 bristles, keep. Every loop is over the 16, without a branch: the compiler vectorises them.
+#if defined(BRISTLE_KERNEL_ISA)
+using FarNumbers = Lanes<double>;
+constexpr std::uint32_t far_width = Lanes<double>::size;
+inline FarNumbers read_far(const double* from) { return load(from); }
+inline void write_far(FarNumbers x, double* to) { x.store_aligned(to); }
+#else
+using FarNumbers = double;
+constexpr std::uint32_t far_width = 1;
+inline FarNumbers read_far(const double* from) { return *from; }
+inline void write_far(FarNumbers x, double* to) { *to = x; }
+#endif
+
+/// A row of 16 bristles, keep.
+struct FarRow {
+  alignas(64) double start[2][lane_count];  ///< deflections
+  alignas(64) double end[2][lane_count];    ///< if no bristle snaps; then after the step
+  alignas(64) double limit[lane_count];     ///< residual + snap length
+  alignas(64) double weight[lane_count];
+  alignas(64) double phase[lane_count];  ///< of steps so long that it is lost: share of the snap length
+};
+
+/// Bristles of the row from k on, as many as a vector has. `left` is the residual.
+template <int axes, bool residual>
+inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
+  using V = FarNumbers;
+  const V none(0.0), length(motion.length), inverse(motion.inverse);
+  const V e[2] = {V(motion.ex), V(motion.ey)};
+  const V sx = read_far(row.start[0] + k);
+  const V sy = axes == 2 ? read_far(row.start[1] + k) : none;
+  const V limit = read_far(row.limit + k);
+  const V along = sx * e[0] + sy * e[1];
+  const V aside = sx * e[1] - sy * e[0];
+  const V reach = axes == 2 ? root(most(limit * limit - aside * aside, none)) : limit;
+  const V tau = most(reach - along, none);
+  const auto snaps = tau < length;
+  const V rest = most(length - tau, none);
+  const V delta = limit - V(left);
+  const V more = whole_part(rest / delta);
+  V r = least(most(rest - more * delta, none), delta);
+  if (motion.length > phase_is_lost) r = read_far(row.phase + k) * delta;
+
+  V further = more * (delta * delta);
+  // In units of the step length, so that nothing overflows.
+  const V part = tau * inverse;
+  V integral = part * tau + further * inverse + (r * inverse) * r;
+  if constexpr (residual) {
+    integral = integral + V(2.0 * left) * (rest * inverse);
+    further = further + V(2.0 * left) * (rest - r);
+  }
+  const V squares = delta * (limit + V(left)) + further;
+  const V bent = V(left) + r;
+  const V weight = read_far(row.weight + k);
+  const V start[2] = {sx, sy};
+  for (int axis = 0; axis < axes; ++axis) {
+    const V held = read_far(row.end[axis] + k);
+    const V passed = V(2.0) * start[axis] * part + e[axis] * integral;
+    double* const mean = lanes.mean[axis] + k;
+    write_far(read_far(mean) + weight * select_lanes(snaps, passed, start[axis] + held), mean);
+    write_far(select_lanes(snaps, bent * e[axis], held), row.end[axis] + k);
+  }
+  write_far(read_far(lanes.squares + k) + weight * select_lanes(snaps, squares, none), lanes.squares + k);
+  const V count = select_lanes(weight > none, select_lanes(snaps, V(1.0) + more, none), none);
+  write_far(read_far(lanes.snaps + k) + count, lanes.snaps + k);
+}
+
 template <class T, int axes, bool residual>
 inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
-                         std::uint32_t first, const double (&weight)[lane_count], FarLanes& lanes) {
-  const double left = residual ? motion.residual : 0.0;
-  double sx[lane_count], sy[lane_count] = {}, before[lane_count], snaps[lane_count];
-  double tau[lane_count], r[lane_count], more[lane_count];
-  double end[2][lane_count] = {};
-  for (std::uint32_t k = 0; k < lane_count; ++k) {
-    end[0][k] = static_cast<double>(patch.zx[first + k] + static_cast<T>(motion.p1[0]));
-    sx[k] = static_cast<double>(patch.zx[first + k]) + motion.p0[0];
-    if constexpr (axes == 2) {
-      end[1][k] = static_cast<double>(patch.zy[first + k] + static_cast<T>(motion.p1[1]));
-      sy[k] = static_cast<double>(patch.zy[first + k]) + motion.p0[1];
-    }
-    before[k] = static_cast<double>(patch.delta[first + k]);
-  }
-  for (std::uint32_t k = 0; k < lane_count; ++k) {
-    const double along = sx[k] * motion.ex + sy[k] * motion.ey;
-    const double aside = sx[k] * motion.ey - sy[k] * motion.ex;
-    const double reach = axes == 2 ? root(most(before[k] * before[k] - aside * aside, 0.0)) : before[k];
-    tau[k] = most(reach - along, 0.0);
-    snaps[k] = tau[k] < motion.length ? 1.0 : 0.0;
-    const double rest = most(motion.length - tau[k], 0.0);
-    const double delta = before[k] - left;
-    more[k] = whole_part(rest / delta);
-    r[k] = least(most(rest - more[k] * delta, 0.0), delta);
-  }
-  if (motion.length > phase_is_lost) {
-    for (std::uint32_t k = 0; k < lane_count; ++k)
-      r[k] = share_of<double>(mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(first + k + 1))) *
-             (before[k] - left);
-  }
-  for (std::uint32_t k = 0; k < lane_count; ++k) {
-    const bool snapped = snaps[k] > 0.0;
-    const double delta = before[k] - left;
-    const double first_squares = delta * (before[k] + left);
-    double further = more[k] * (delta * delta);
-    // In units of the step length, so that nothing overflows.
-    const double part = tau[k] * motion.inverse;
-    double integral = part * tau[k] + further * motion.inverse + (r[k] * motion.inverse) * r[k];
-    if constexpr (residual) {
-      const double rest = most(motion.length - tau[k], 0.0);
-      integral += 2.0 * left * (rest * motion.inverse);
-      further += 2.0 * left * (rest - r[k]);
-    }
-    const double bent = left + r[k];
-    const double x = static_cast<double>(static_cast<T>(snapped ? bent * motion.ex : end[0][k]));
-    const double y = static_cast<double>(static_cast<T>(snapped ? bent * motion.ey : end[1][k]));
-    const double w = weight[k];
-    lanes.stored[0][k] += w * x;
-    lanes.stored[1][k] += w * y;
-    lanes.mean[0][k] += w * (snapped ? 2.0 * sx[k] * part + motion.ex * integral : sx[k] + end[0][k]);
-    lanes.mean[1][k] += w * (snapped ? 2.0 * sy[k] * part + motion.ey * integral : sy[k] + end[1][k]);
-    lanes.squares[k] += w * (snapped ? first_squares + further : 0.0);
-    lanes.snaps[k] += w > 0.0 && snapped ? 1.0 + more[k] : 0.0;
-    // A bristle out of contact stays straight.
-    end[0][k] = w > 0.0 ? x : 0.0;
-    end[1][k] = w > 0.0 ? y : 0.0;
-  }
-  if (advance.commit) {
+                         std::uint32_t first, FarRow& row, FarLanes& lanes) {
+  T* const columns[2] = {patch.zx, patch.zy};
+  for (int axis = 0; axis < axes; ++axis) {
+    const T* const z = columns[axis] + first;
+    const T moved = static_cast<T>(motion.p1[axis]);
     for (std::uint32_t k = 0; k < lane_count; ++k) {
-      patch.zx[first + k] = static_cast<T>(end[0][k]);
-      if constexpr (axes == 2) patch.zy[first + k] = static_cast<T>(end[1][k]);
+      row.start[axis][k] = static_cast<double>(z[k]) + motion.p0[axis];
+      row.end[axis][k] = static_cast<double>(z[k] + moved);
     }
+  }
+  for (std::uint32_t k = 0; k < lane_count; ++k) row.limit[k] = static_cast<double>(patch.delta[first + k]);
+  if (motion.length > phase_is_lost)
+    for (std::uint32_t k = 0; k < lane_count; ++k)
+      row.phase[k] =
+          share_of<double>(mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(first + k + 1)));
+  const double left = residual ? motion.residual : 0.0;
+  for (std::uint32_t k = 0; k < lane_count; k += far_width)
+    far_keep<axes, residual>(motion, left, k, row, lanes);
+  for (int axis = 0; axis < axes; ++axis) {
+    T* const z = columns[axis] + first;
+    T end[lane_count];
+    for (std::uint32_t k = 0; k < lane_count; ++k) end[k] = static_cast<T>(row.end[axis][k]);
+    for (std::uint32_t k = 0; k < lane_count; ++k)
+      lanes.stored[axis][k] += row.weight[k] * static_cast<double>(end[k]);
+    if (!advance.commit) continue;
+    // A bristle out of contact stays straight.
+    for (std::uint32_t k = 0; k < lane_count; ++k) z[k] = row.weight[k] > 0.0 ? end[k] : T(0);
   }
 }
 
@@ -293,10 +327,10 @@ template <class T, int axes, bool redraw, bool residual>
     for (std::uint32_t i = start; i < end; ++i)
       far_redraw_bristle<T, axes, residual>(patch, advance, motion, i, weight_of(i), lanes);
   } else {
+    FarRow row;
     for (std::uint32_t i = start; i < end; i += lane_count) {
-      double weight[lane_count];
-      for (std::uint32_t k = 0; k < lane_count; ++k) weight[k] = weight_of(i + k);
-      far_keep_row<T, axes, residual>(patch, advance, motion, i, weight, lanes);
+      for (std::uint32_t k = 0; k < lane_count; ++k) row.weight[k] = weight_of(i + k);
+      far_keep_row<T, axes, residual>(patch, advance, motion, i, row, lanes);
     }
   }
   return far_total<axes, redraw>(lanes, advance, key);

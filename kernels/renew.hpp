@@ -4,6 +4,8 @@
 // that is bent along the motion by more than the residual there slips to it and draws a fresh snap length
 // (redraw); any other draw is spent. It is written down as if it had come from (residual - way) e: the
 // kernels carry it on from there, with all others, and what they count before that place is put right here.
+// A renewer takes the bristles of a range of blocks and passes over the draws of others, so that threads may
+// share the blocks out: what a draw does concerns its bristle alone, and sums are integers.
 // One text for the reference and every instruction set: they differ in `Lengths`, which turns draw states
 // into snap lengths and says whether draws are taken in columns, for the widest vectors, or one by one. Both
 // have the same bits.
@@ -20,14 +22,18 @@ namespace {
 
 constexpr std::uint32_t draws_together = 64;  ///< column by column, so that vectors serve
 constexpr std::uint32_t marks = 8192;         ///< a power of two: bristles drawn twice are found by them
+constexpr double finer = 0x1p40;              ///< of sums over draws: coarse units over Renewal::unit
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
 class Renewer {
  public:
-  Renewer(const PatchView<T>& the_patch, const Renewal& the_renewal, RenewalTotals& the_totals)
+  Renewer(const PatchView<T>& the_patch, const Renewal& the_renewal, std::uint32_t first_block,
+          std::uint32_t last_block, RenewalTotals& the_totals)
       : patch(the_patch),
         renewal(the_renewal),
         totals(the_totals),
+        first(first_block * block_size),
+        size(last_block * block_size - first),
         left(static_cast<double>(static_cast<T>(the_renewal.residual))),
         part(the_renewal.length / static_cast<double>(the_renewal.draws)),
         in_contact(the_patch.whole + (the_patch.fraction > T(0) ? 1u : 0u)),
@@ -36,15 +42,10 @@ class Renewer {
   void run() {
     BRISTLE_ASSERT(in_contact > 0 || renewal.draws == 0);
     clear_marks();
-    Draws draws[2];
-    draw(0, draws[0]);
-    for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
-      const std::uint64_t rest = renewal.draws - k;
-      Draws& now = draws[k / draws_together % 2];
-      // Memory of the next is asked for ahead of time.
-      if (rest > draws_together) draw(k + draws_together, draws[(k / draws_together + 1) % 2]);
-      renew(now, rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
-    }
+    if (size >= in_contact)
+      renew_all();
+    else
+      renew_range();
   }
 
  private:
@@ -54,8 +55,9 @@ class Renewer {
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  const double left;  ///< residual
-  const double part;  ///< of the piece, for each draw
+  const std::uint32_t first, size;  ///< bristles of the range; the last block may have more than there are
+  const double left;                ///< residual
+  const double part;                ///< of the piece, for each draw
   const std::uint32_t in_contact;
   const AgeingLaw<double> ageing;
   std::uint8_t marked[by_columns ? marks : 1];  ///< by the bristle's last digits: `mark` when it was drawn
@@ -65,7 +67,13 @@ class Renewer {
     alignas(64) std::uint32_t bristle[draws_together];
     alignas(64) double way[draws_together];  ///< path from the start of the piece to the place of the draw
   };
-  /// What draws add to the totals; 0 of one that is spent. Added in their order.
+  /// Draws of the range that wait until there are enough of them.
+  struct Waiting {
+    std::uint32_t bristle[2 * draws_together];
+    double way[2 * draws_together];
+    std::uint32_t count = 0;
+  };
+  /// What draws add to the totals; 0 of one that is spent.
   struct Gains {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
@@ -104,24 +112,89 @@ class Renewer {
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// Those from the first on. Each has its part of the piece to itself: so they come in the order of their
+  /// All draws. Memory of the next is asked for ahead of time.
+  void renew_all() {
+    Draws draws[2];
+    draw(0, draws[0]);
+    fetch(draws[0].bristle, draws_together);
+    for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
+      const std::uint64_t rest = renewal.draws - k;
+      Draws& next = draws[(k / draws_together + 1) % 2];
+      if (rest > draws_together) {
+        draw(k + draws_together, next);
+        fetch(next.bristle, draws_together);
+      }
+      renew(draws[k / draws_together % 2],
+            rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
+    }
+  }
+
+  /// Those of the range, in their order.
+  void renew_range() {
+    Draws drawn, ready;
+    Waiting waiting;
+    std::uint32_t count = 0;  // of those ready
+    for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
+      const std::uint64_t rest = renewal.draws - k;
+      draw(k, drawn);
+      sift(drawn, rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together, waiting);
+      if (waiting.count < draws_together) continue;
+      if (count > 0) renew(ready, count);
+      count = draws_together;
+      take(waiting, count, ready);
+    }
+    if (count > 0) renew(ready, count);
+    count = waiting.count;
+    take(waiting, count, ready);
+    if (count > 0) renew(ready, count);
+  }
+
+  /// Without a branch: which draws fall into the range cannot be foreseen.
+  void sift(const Draws& drawn, std::uint32_t count, Waiting& waiting) const {
+    const std::uint32_t before = waiting.count;
+    std::uint32_t n = before;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      waiting.bristle[n] = drawn.bristle[k];
+      waiting.way[n] = drawn.way[k];
+      n += drawn.bristle[k] - first < size ? 1u : 0u;
+    }
+    waiting.count = n;
+    fetch(waiting.bristle + before, n - before);
+  }
+
+  /// The first of those that wait. Places behind them in `draws` name a bristle of the range too.
+  void take(Waiting& waiting, std::uint32_t count, Draws& draws) const {
+    for (std::uint32_t k = 0; k < draws_together; ++k) {
+      draws.bristle[k] = k < count ? waiting.bristle[k] : first;
+      draws.way[k] = k < count ? waiting.way[k] : 0.0;
+    }
+    waiting.count -= count;
+    std::memmove(waiting.bristle, waiting.bristle + count, waiting.count * sizeof waiting.bristle[0]);
+    std::memmove(waiting.way, waiting.way + count, waiting.count * sizeof waiting.way[0]);
+  }
+
+  /// Draws from the k-th on. Each has its part of the piece to itself: so they come in the order of their
   /// places.
-  void draw(std::uint64_t first, Draws& draws) const {
+  void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
-    const std::uint64_t seed = renewal.key + (renewal.first_draw + first) * 0x9E3779B97F4A7C15u;
+    const std::uint64_t seed = renewal.key + (renewal.first_draw + k_first) * 0x9E3779B97F4A7C15u;
     const std::uint64_t count = in_contact;
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       const std::uint64_t random = mix64(seed + k * 0x9E3779B97F4A7C15u);
       low[k] = static_cast<std::uint32_t>(random) >> 8;
       draws.bristle[k] = static_cast<std::uint32_t>((random >> 32) * count >> 32);
     }
-    const double before = static_cast<double>(first);
+    const double before = static_cast<double>(k_first);
     const double each = part;
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       const double share = (static_cast<double>(static_cast<std::int32_t>(low[k])) + 0.5) * 0x1p-24;
       draws.way[k] = ((before + static_cast<double>(static_cast<std::int32_t>(k))) + share) * each;
     }
-    for (const std::uint32_t i : draws.bristle) {
+  }
+
+  [[gnu::always_inline]] void fetch(const std::uint32_t* bristles, std::uint32_t count) const {
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t i = bristles[k];
       __builtin_prefetch(patch.zx + i);
       if constexpr (axes == 2) __builtin_prefetch(patch.zy + i);
       __builtin_prefetch(patch.delta + i);
@@ -180,13 +253,28 @@ class Renewer {
       write(draws, columns, list);
       for (std::uint32_t n = 0; n < rest.size; ++n) slip(draws, rest.k[n], columns, gains);
     }
-    double sum[3] = {totals.twice_integral[0], totals.twice_integral[1], totals.squares};
+    for (int axis = 0; axis < axes; ++axis)
+      totals.twice_integral[axis] += sum_of(gains.twice_integral[axis], count);
+    totals.squares += sum_of(gains.squares, count);
+  }
+
+  /// In units, so that no order of draws is another sum. Beside `whole` a double has no digits behind the
+  /// point, and the low half of its bits is the number itself, as long as that is below 2^51. So twice: what
+  /// the first leaves over, finer.
+  Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
+    constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52
+    const double coarse = renewal.unit / finer;
+    std::uint64_t sum = 0, rest = 0;
     for (std::uint32_t k = 0; k < count; ++k) {
-      for (int axis = 0; axis < axes; ++axis) sum[axis] += gains.twice_integral[axis][k];
-      sum[2] += gains.squares[k];
+      const double x = column[k] * coarse;
+      BRISTLE_ASSERT(x > -0x1p51 && x < 0x1p51);
+      const double rounded = x + whole;
+      const double left_over = (x - (rounded - whole)) * finer + whole;
+      sum += bits_of_number(rounded) - bits_of_number(whole);
+      rest += bits_of_number(left_over) - bits_of_number(whole);
     }
-    for (int axis = 0; axis < axes; ++axis) totals.twice_integral[axis] = sum[axis];
-    totals.squares = sum[2];
+    return (static_cast<Int128>(static_cast<std::int64_t>(sum)) * static_cast<std::int64_t>(finer)) +
+           static_cast<std::int64_t>(rest);
   }
 
   void clear_marks() {
@@ -433,8 +521,9 @@ class Renewer {
 };
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
-void renew_bristles(const PatchView<T>& patch, const Renewal& renewal, RenewalTotals& totals) {
-  Renewer<T, axes, redraw, ages, Lengths>(patch, renewal, totals).run();
+void renew_bristles(const PatchView<T>& patch, const Renewal& renewal, std::uint32_t first,
+                    std::uint32_t last, RenewalTotals& totals) {
+  Renewer<T, axes, redraw, ages, Lengths>(patch, renewal, first, last, totals).run();
 }
 
 }  // namespace

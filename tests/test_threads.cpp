@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -167,6 +168,92 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
     }
     CHECK(most >= (threads > 1 ? 2u : 1u));
   }
+}
+
+TEST_CASE("What a worker that is held up has not begun, the caller does", "[threads]") {
+  // The worker's first task lasts until all others are done: so nobody else may wait for the worker.
+  constexpr int tasks = 64;
+  bristle::detail::Workers workers(2);
+  workers.warm_up();
+  struct Seen {
+    std::thread::id caller = std::this_thread::get_id();
+    std::atomic<int> done{0}, held_up{0};
+  };
+  bool held_up = false;
+  for (int attempt = 0; attempt < 200 && !held_up; ++attempt) {
+    Seen seen;
+    workers.run(
+        tasks,
+        [](void* self, int) {
+          Seen& s = *static_cast<Seen*>(self);
+          if (std::this_thread::get_id() != s.caller && s.held_up.exchange(1) == 0) {
+            while (s.done < tasks - 1) std::this_thread::yield();
+          } else if (s.held_up == 0) {
+            // The worker may need a while to come.
+            const auto start = std::chrono::steady_clock::now();
+            while (s.held_up == 0 &&
+                   std::chrono::steady_clock::now() - start < std::chrono::microseconds(50)) {
+            }
+          }
+          ++s.done;
+        },
+        &seen);
+    CHECK(seen.done == tasks);
+    held_up = seen.held_up == 1;
+  }
+  CHECK(held_up);
+}
+
+TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
+  for (const int threads : {1, 2, 3, 8}) {
+    bristle::detail::Workers workers(threads);
+    for (const int tasks : {0, 1, 2, 3, 7, 8, 9, 64, 511}) {
+      std::vector<std::atomic<int>> done(static_cast<std::size_t>(tasks));
+      workers.run(
+          tasks,
+          [](void* self, int k) { ++(*static_cast<decltype(done)*>(self))[static_cast<std::size_t>(k)]; },
+          &done);
+      INFO(threads << " threads, " << tasks << " tasks");
+      CHECK(std::all_of(done.begin(), done.end(), [](const std::atomic<int>& n) { return n == 1; }));
+    }
+  }
+}
+
+TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
+          "[determinism][threads][rubbing]") {
+  // Lengths of one piece and of several, turns, and long slides in which most of the way is carried.
+  constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
+                                {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
+  const std::uint32_t n = test_size(70000);  // the last range holds less than the others
+  setenv("BRISTLE_SHARING", "0,4096,100", 1);
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const bool ages : {false, true}) {
+      Material material = plain_material(SnapLength::lognormal(dbar, 0.4), rule)
+                              .with_residual_length(0.3 * dbar)
+                              .with_shared_renewal(1.5);
+      if (ages) material = material.with_ageing(bristle::Ageing::saturating(0.4, 3e-3));
+      std::vector<Response> expected;
+      std::uint64_t hash = 0;
+      for (const int threads : {1, 2, 3, 8}) {
+        OnePatch patch(material, plain_options(n, 2), BatchOptions{}.with_threads(threads));
+        INFO(threads << " threads, ages: " << ages);
+        std::size_t k = 0;
+        std::uint32_t tasks = 0;  // of the first step: a caller that is held up makes the others alone
+        for (const auto& way : ways) {
+          const Response response = patch.step(way[0] * dbar, way[1] * dbar, 0.97 * n);
+          if (threads == 1)
+            expected.push_back(response);
+          else
+            CHECK(first_difference(response, expected[k++]) == "");
+          if (tasks == 0) tasks = patch.report.tasks;
+        }
+        if (threads == 1) hash = patch.hash();
+        CHECK(patch.hash() == hash);
+        if (threads > 1) CHECK(tasks > 1);
+      }
+    }
+  }
+  unsetenv("BRISTLE_SHARING");
 }
 
 TEST_CASE("A small step wakes no worker", "[threads]") {

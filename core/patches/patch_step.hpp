@@ -2,6 +2,7 @@
 // answered without asking the model, and the response.
 #pragma once
 
+#include "core/patches/crew.hpp"
 #include "core/patches/patch.hpp"
 
 namespace bristle::detail {
@@ -24,6 +25,7 @@ struct PatchStep {
   std::int64_t units[2] = {0, 0};   ///< by which the position moves, fixed point; 0 where `snaps_all`
   bool creeps = false;              ///< so short that its remainder is carried
   double remainder[2];              ///< PatchRecord::remainder after it
+  const Crew* crew = nullptr;       ///< threads for what has to be done before the last ranges; null: none
 };
 
 /// What a step did to the contact.

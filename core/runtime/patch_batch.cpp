@@ -389,11 +389,47 @@ struct PatchBatch::Impl {
     FloatModeScope mode;
     if (task.split >= 0) {
       const Split& split = impl.splits[static_cast<std::size_t>(task.split)];
-      split.patch->model->run(*split.patch, split.step, task.range.first, task.range.last, task.totals);
+      Totals totals{};  // not in `task`: its neighbours belong to other threads
+      split.patch->model->run(*split.patch, split.step, task.range.first, task.range.last, totals);
+      task.totals = totals;
     } else {
       impl.step_range(task.range, task.outcome);
     }
     task.end = DeadlineMonitor::wall_now();
+  }
+
+  /// How long the calling thread worked in what it shared in a step, and then waited for others, s.
+  struct Held {
+    double worked = 0.0, waited = 0.0;
+  };
+  Held held;
+
+  /// A task of a model that prepares a step (Crew).
+  struct Errand {
+    void (*task)(void* of, int k);
+    void* of;
+    const void* caller;
+    double own_end;  ///< when the caller did its last, s
+
+    static void run(void* errand, int k) {
+      Errand& e = *static_cast<Errand*>(errand);
+      {
+        FloatModeScope mode;
+        e.task(e.of, k);
+      }
+      if (e.caller == &this_thread) e.own_end = DeadlineMonitor::wall_now();
+    }
+  };
+  static void run_errands(void* self, int tasks, void (*task)(void*, int), void* of) noexcept {
+    Impl& impl = *static_cast<Impl*>(self);
+    const double start = DeadlineMonitor::wall_now();
+    Errand errand{task, of, &this_thread, start};
+    impl.workers.run(tasks, &Errand::run, &errand);
+    impl.note_held(start, errand.own_end);
+  }
+  void note_held(double start, double own_end) noexcept {
+    held.worked += own_end - start;
+    held.waited += DeadlineMonitor::wall_now() - own_end;
   }
 
   /// Bristles that the step may visit, with what a patch costs beside them. 0 = nothing is to be done.
@@ -495,7 +531,11 @@ struct PatchBatch::Impl {
     if (split.step.moves && !holds_still(p, split.step)) {
       find_direction(split.step.advance);
       // Whole groups of blocks to a task: bounds are kept by group.
+      const Crew crew{&run_errands, this, static_cast<std::uint32_t>(workers.count()),
+                      static_cast<std::uint32_t>(pieces)};
+      split.step.crew = &crew;
       const std::uint32_t blocks = p.model->prepare(p, split.step);
+      split.step.crew = nullptr;
       const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
       const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
       for (std::uint32_t k = 0; k < parts; ++k) {
@@ -532,6 +572,7 @@ struct PatchBatch::Impl {
 
   void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
     const auto n = static_cast<std::uint32_t>(in.size());
+    held = Held{};
     const std::uint64_t piece = std::max<std::uint64_t>(
         cost / (static_cast<std::uint64_t>(workers.count()) * 4), sharing.smallest_piece);
     int task_count = 0;
@@ -564,7 +605,8 @@ struct PatchBatch::Impl {
       if (task.thread == &this_thread) own_end = std::max(own_end, task.end);
       add_to(report, task.outcome);
     }
-    retreat.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
+    note_held(start, own_end);
+    retreat.judge(held.worked, held.waited);
     for (int s = 0; s < split_count; ++s) finish_split(splits[static_cast<std::size_t>(s)], report);
     // Where all that could have been shared holds still, the calling thread did what there was.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), 1u);

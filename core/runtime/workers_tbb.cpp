@@ -1,7 +1,9 @@
 // The only file that names TBB.
 #include <atomic>
+#include <cstdint>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -51,6 +53,29 @@ class KeepOff final : public tbb::task_scheduler_observer {
   std::atomic<int> unbound_{0};
 };
 
+/// Tasks that belong to one thread and that nobody has begun. Their owner takes them from the front, others
+/// from the back.
+class alignas(64) Share {
+ public:
+  void fill(int first, int last) noexcept { range_.store(pack(first, last), std::memory_order_relaxed); }
+  /// -1: none is left.
+  int take(bool own) noexcept {
+    std::uint64_t range = range_.load(std::memory_order_relaxed);
+    for (;;) {
+      const int first = static_cast<int>(range & 0xFFFFFFFFu), last = static_cast<int>(range >> 32);
+      if (first >= last) return -1;
+      const std::uint64_t rest = own ? pack(first + 1, last) : pack(first, last - 1);
+      if (range_.compare_exchange_weak(range, rest, std::memory_order_relaxed)) return own ? first : last - 1;
+    }
+  }
+
+ private:
+  static std::uint64_t pack(int first, int last) noexcept {
+    return static_cast<std::uint64_t>(first) | static_cast<std::uint64_t>(last) << 32;
+  }
+  std::atomic<std::uint64_t> range_{0};
+};
+
 }  // namespace
 
 struct Workers::Impl {
@@ -58,12 +83,28 @@ struct Workers::Impl {
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
   std::optional<KeepOff> keep_off;
+  std::vector<Share> shares;  ///< of each thread
 
-  Impl(int threads, int servo_core) : arena(threads) {
+  Impl(int threads, int servo_core) : arena(threads), shares(static_cast<std::size_t>(threads)) {
     if (threads > tbb::this_task_arena::max_concurrency())
       more_threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     arena.initialize();
     if (servo_core >= 0) keep_off.emplace(arena, servo_core);
+  }
+
+  void share_out(int tasks) noexcept {
+    const auto n = static_cast<std::int64_t>(shares.size());
+    for (std::int64_t k = 0; k < n; ++k)
+      shares[static_cast<std::size_t>(k)].fill(static_cast<int>(tasks * k / n),
+                                               static_cast<int>(tasks * (k + 1) / n));
+  }
+  /// The next task of the thread in this slot: its own, then what others have not begun. -1: none is left.
+  int next_task(std::size_t slot) noexcept {
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+      const int task = shares[(slot + k) % shares.size()].take(k == 0);
+      if (task >= 0) return task;
+    }
+    return -1;
   }
 };
 
@@ -82,17 +123,20 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     for (int i = 0; i < tasks; ++i) task(context, i);
     return;
   }
+  impl_->share_out(tasks);
   // Made before the fork and read by reference, by index: what a worker reads in our code was written before.
-  const auto body = [task, context](int i) {
+  const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
-    task(context, i);
+    const int index = tbb::this_task_arena::current_thread_index();
+    const auto slot = static_cast<std::size_t>(index < 0 ? 0 : index);
+    for (int i = impl->next_task(slot); i >= 0; i = impl->next_task(slot)) task(context, i);
     __tsan_release(&join_tag);
   };
   __tsan_release(&fork_tag);
   steps_here = true;
   impl_->arena.execute([&] {
     // Isolated: a thread that waits here must not pick up a host's unrelated work.
-    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, tasks, body, tbb::simple_partitioner{}); });
+    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count_, body, tbb::simple_partitioner{}); });
   });
   steps_here = false;
   __tsan_acquire(&join_tag);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <bristle/material.hpp>
@@ -92,7 +93,13 @@ struct TargetRow {
   bool at_least = false;  ///< the limit is a lower one
   std::string unit;
   bool met() const noexcept { return at_least ? measured >= limit : measured <= limit; }
+  /// Share of what it should be that is missing, or of the limit that is too much; 0 = met.
+  double missed_by() const noexcept {
+    return met() ? 0.0 : at_least ? 1.0 - measured / limit : measured / limit - 1.0;
+  }
 };
+/// What bounds the time of a target, by its name; "" = nothing is known. bounds.cpp
+const char* bound_of(std::string_view target) noexcept;
 
 /// What a feature adds to the least kernel: one axis, keep, end force, single.
 struct FeatureRow {

@@ -66,7 +66,9 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                  {"limit", row.limit},
                                  {"at_least", row.at_least},
                                  {"unit", row.unit},
-                                 {"met", row.met()}});
+                                 {"met", row.met()},
+                                 {"missed_by", row.missed_by()},
+                                 {"bound", bound_of(row.name)}});
   }
   report["features"] = Json::array();
   for (const FeatureRow& row : result.features) {
@@ -127,6 +129,16 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   return report;
 }
 
+/// A line for each target that is missed: by how much, and what bounds it.
+std::string missed_lines(const std::vector<TargetRow>& targets) {
+  std::string text;
+  for (const TargetRow& row : targets) {
+    if (row.met()) continue;
+    text += fmt::format("  {}  {:.1f} %; {}\n", row.name, 100.0 * row.missed_by(), bound_of(row.name));
+  }
+  return text.empty() ? text : "Missed, by how much of the limit, and what bounds them:\n\n" + text + '\n';
+}
+
 }  // namespace
 
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result) {
@@ -165,7 +177,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
     text +=
         "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
         "p99.\n\n" +
-        targets_table(report, Medium::terminal).text() + '\n';
+        targets_table(report, Medium::terminal).text() + '\n' + missed_lines(result.targets);
   }
   if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {

@@ -277,14 +277,45 @@ class Targets {
               stream_loop(what, out_of_cache), out_of_cache, 1.3, false, "the same, every bristle visited");
   }
 
+  /// One thread over two.
+  void add_sharing(const std::string& name, CapacityCase what, std::uint64_t bristles, double limit,
+                   std::string text) {
+    report_(name);
+    CapacitySubject one(what, bristles, options_.isa);
+    what.threads = 2;
+    CapacitySubject two(what, bristles, options_.isa);
+    std::vector<double> ratios;
+    for (std::uint64_t round = 0; round < rounds(); ++round)
+      ratios.push_back(median_in_a_row(one) / median_in_a_row(two));
+    rows_.push_back({name, std::move(text), quantile(ratios, 0.5), quantile(ratios, 0.25),
+                     quantile(ratios, 0.75), limit, true, "x"});
+  }
+
+  /// Of steps one after the other. The first are left out: they wake workers and bring the patch to the
+  /// caches.
+  static double median_in_a_row(CapacitySubject& subject) {
+    std::vector<double> seconds;
+    for (int i = 0; i < 15; ++i) {
+      const double start = DeadlineMonitor::wall_now();
+      subject.step();
+      if (i >= 4) seconds.push_back(DeadlineMonitor::wall_now() - start);
+    }
+    return quantile(seconds, 0.5);
+  }
+
   void two_threads() {
     for (const std::uint64_t n : {std::uint64_t{200'000}, a_million}) {
-      CapacityCase one = make(Regime::sliding, SnapRule::keep, Outputs::mean);
-      CapacityCase two = one;
-      two.threads = 2;
-      add_ratio(n == a_million ? "threads/back_to_back/1000000" : "threads/back_to_back/200000",
-                bristle_kernel(one, n, options_.isa), bristle_kernel(two, n, options_.isa), n, 1.8, true,
-                fmt::format("{} bristles, keep, end + mean, all snap, back to back: one thread over two", n));
+      add_sharing(
+          fmt::format("threads/back_to_back/{}", n), make(Regime::sliding, SnapRule::keep, Outputs::mean), n,
+          1.8, fmt::format("{} bristles, keep, end + mean, all snap, back to back: one thread over two", n));
+    }
+    CapacityCase usual = make(Regime::one_snap, SnapRule::redraw, Outputs::mean);
+    usual.default_material = true;
+    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million}) {
+      add_sharing(fmt::format("threads/default_material/{}", n), usual, n, 1.8,
+                  fmt::format("{} bristles of the default material, end + mean, one snap, back to back: one "
+                              "thread over two",
+                              n));
     }
   }
 

@@ -94,7 +94,9 @@ Table targets_table(const Json& capacity, Medium medium) {
        [](const Json& row) {
          return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
        }},
-      only_wide(medium, text_column("<what", "what"))};
+      only_wide(medium, text_column("<what", "what")),
+      // Reports of older builds do not say.
+      only_wide(medium, {"<bound by", [](const Json& row) { return Cell(row.value("bound", "")); }})};
   return tabulate(capacity.at("targets"), columns, medium);
 }
 

@@ -42,25 +42,28 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
   return hasher.value();
 }
 
-/// The renewals of the piece ahead: as many as its snaps will cause, foreseen, and what earlier ones still
-/// owe. Nothing will snap: nothing is renewed.
-/// Returns the bristles that the piece would carry beyond their length.
+/// Bristles that the piece would carry beyond their length.
 template <class T>
-std::uint64_t renew(Patch& p, const Advance& a) noexcept {
-  Representatives<T>& r = representatives<T>(p);
-  const int axes = p.axes - 1;
+std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
   const int redraw = r.redraws() ? 1 : 0;
-  const auto foresee = r.ages() ? r.kernels->foresee_aged[axes][redraw] : r.kernels->foresee[axes][redraw];
-  const std::uint64_t beyond = foresee(r.view(), a, 0, r.active_blocks());
-  if (beyond == 0) return 0;
-  const double kappa = p.material().material.shared_renewal;
-  const double count = r.in_contact();
-  double lengths = a.length * r.shared->inverse_mean;
-  if (r.ages()) lengths /= mean_growth(r, age_per_length(p.material().material, a));
-  const double again = share_again(p.material().renewal(), lengths);
-  const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
-  const double draws = std::floor(r.shared->due + foreseen);
-  if (!(draws > 0.0)) return beyond;
+  const auto kernel = (r.ages() ? r.kernels->foresee_aged : r.kernels->foresee)[p.axes - 1][redraw];
+  const PatchView<T> view = r.view();
+  return share_out<std::uint64_t>(step.crew, &Crew::pieces, r.active_blocks(), blocks_per_range,
+                                  [&](std::uint32_t first, std::uint32_t last, std::uint64_t& count) {
+                                    count += kernel(view, step.advance, first, last);
+                                  });
+}
+
+/// Unit of the sums over draws. `energy_unit` holds path x longest length below 2^51, and a draw adds at most
+/// twice that, which kernels/renew.hpp takes in coarse units of 2^40 of these.
+double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
+
+/// Makes so many draws in the piece ahead.
+template <class T>
+RenewalTotals make_draws(const Patch& p, const PatchStep& step, std::uint64_t draws) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const Advance& a = step.advance;
   Renewal renewal{};
   for (int axis = 0; axis < 2; ++axis) {
     renewal.from[axis] = a.from[axis];
@@ -70,21 +73,49 @@ std::uint64_t renew(Patch& p, const Advance& a) noexcept {
   renewal.residual = a.residual;
   renewal.key = renewal_key(r);
   renewal.first_draw = r.shared->draws;
-  renewal.draws = static_cast<std::uint64_t>(draws);
+  renewal.draws = draws;
+  renewal.unit = draw_unit(a);
   renewal.start = a.start;
   renewal.duration = a.duration;
   renewal.ageing_rate = a.ageing_rate;
   renewal.ageing_strength = a.ageing_strength;
   renewal.ageing_form = a.ageing_form;
-  RenewalTotals totals{};
-  (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[axes][redraw](r.view(), renewal, totals);
-  r.shared->draws += renewal.draws;
+  const int redraw = r.redraws() ? 1 : 0;
+  const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
+  const PatchView<T> view = r.view();
+  // A range for each thread: every one of them passes over all draws.
+  return share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
+                                  [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
+                                    kernel(view, renewal, first, last, sum);
+                                  });
+}
+
+/// The renewals of the piece ahead: as many as its snaps will cause, foreseen, and what earlier ones still
+/// owe. Nothing will snap: nothing is renewed.
+/// Returns the bristles that the piece would carry beyond their length.
+template <class T>
+std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
+  Representatives<T>& r = representatives<T>(p);
+  const Advance& a = step.advance;
+  const std::uint64_t beyond = foresee<T>(p, step);
+  if (beyond == 0) return 0;
+  const double kappa = p.material().material.shared_renewal;
+  const double count = r.in_contact();
+  double lengths = a.length * r.shared->inverse_mean;
+  if (r.ages()) lengths /= mean_growth(r, age_per_length(p.material().material, a));
+  const double again = share_again(p.material().renewal(), lengths);
+  const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
+  const double draws = std::floor(r.shared->due + foreseen);
+  if (!(draws > 0.0)) return beyond;
+  const RenewalTotals totals = make_draws<T>(p, step, static_cast<std::uint64_t>(draws));
+  r.shared->draws += static_cast<std::uint64_t>(draws);
   r.shared->due += kappa * static_cast<double>(totals.snaps) - draws;
   for (int axis = 0; axis < p.axes; ++axis) {
     p.sum[axis] += totals.stored[axis];
-    r.shared->walked.twice_integral[axis] += totals.twice_integral[axis] * fixed_per_length;
+    r.shared->walked.twice_integral[axis] +=
+        to_double(totals.twice_integral[axis]) / draw_unit(a) * fixed_per_length;
   }
-  r.shared->walked.squares += totals.squares;
+  r.shared->walked.squares += to_double(totals.squares) / draw_unit(a);
   r.shared->walked.changed |= totals.renewed > 0;
   r.shared->walked.snaps += totals.snaps;
   if (totals.tail_changed) note_tail<T>(p);
@@ -149,6 +180,17 @@ double way_followed(const Representatives<T>& r, double length) noexcept {
 
 }  // namespace
 
+void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    sum.stored[axis] += part.stored[axis];
+    sum.twice_integral[axis] += part.twice_integral[axis];
+  }
+  sum.squares += part.squares;
+  sum.snaps += part.snaps;
+  sum.renewed += part.renewed;
+  sum.tail_changed |= part.tail_changed;
+}
+
 double shortened_run(double run, double forget, double share) noexcept {
   constexpr double per_forget = 6.907755278982137;  // log of 1000
   if (run == 0.0) return 0.0;
@@ -195,7 +237,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   const double pieces = std::max(std::ceil(followed / r.shared->piece * (1.0 - 1e-12)), 1.0);
   if (pieces <= 1.0 && followed == whole.length) {
     prepare_kernel<T>(p, step);
-    renew<T>(p, step.advance);
+    renew<T>(p, step);
     return;
   }
   Advance& a = step.advance;
@@ -216,14 +258,16 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     a.duration = whole.duration * ((way - before) / whole.length);
     find_direction(a);
     prepare_kernel<T>(p, step);
-    const std::uint64_t beyond = renew<T>(p, a);
+    const std::uint64_t beyond = renew<T>(p, step);
     // Where nothing has snapped yet nothing slides: such a patch is not carried, but bent on.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;
     }
-    Totals totals{};
-    run_blocks<T>(p, step, 0, r.active_blocks(), totals);
+    const Totals totals = share_out<Totals>(step.crew, &Crew::pieces, r.active_blocks(), blocks_per_range,
+                                            [&](std::uint32_t first, std::uint32_t last, Totals& sum) {
+                                              run_blocks<T>(p, step, first, last, sum);
+                                            });
     finish_piece<T>(p, a, totals);
     a.start += a.duration;
   }

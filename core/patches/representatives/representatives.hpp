@@ -280,6 +280,7 @@ template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
+void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
 /// A straight slide of this length after this share of its deflections has become what it is not in steady
 /// sliding. Those that slide on are as steady as they were, within 1e-3 after `forget`; what is not steady
 /// about a patch falls exponentially.

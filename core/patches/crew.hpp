@@ -1,0 +1,55 @@
+// Threads that a step of one large patch may use while its model prepares it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace bristle::detail {
+
+struct Crew {
+  /// Calls task(of, k) once for each k in [0, tasks), on any thread; returns when all are done.
+  void (*run)(void* workers, int tasks, void (*task)(void* of, int k), void* of) noexcept;
+  void* workers;
+  std::uint32_t threads;
+  std::uint32_t pieces;  ///< as many ranges serve well: enough to even out threads, none too small
+};
+
+/// What threads counted apart, added up.
+inline void add_totals(std::uint64_t& sum, std::uint64_t part) noexcept { sum += part; }
+
+/// Calls work(first, last, totals) for ranges that together are [0, count) and begin at multiples of `step`:
+/// as many as the crew's `pieces` or `threads` says, or one on this thread where there is no crew. Returns
+/// the totals of all; their order does not matter to them.
+template <class Totals, class Work>
+Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t count, std::uint32_t step,
+                 const Work& work) noexcept {
+  constexpr std::uint32_t most_ranges = 64;
+  struct Shared {
+    const Work& work;
+    Totals* totals;
+    std::uint32_t count, step, steps, parts;
+
+    std::uint32_t begin_of(std::uint32_t part) const { return std::min(steps * part / parts * step, count); }
+    static void run(void* of, int k) {
+      const Shared& shared = *static_cast<const Shared*>(of);
+      const auto part = static_cast<std::uint32_t>(k);
+      Totals own{};  // on this thread's own stack
+      shared.work(shared.begin_of(part), shared.begin_of(part + 1), own);
+      shared.totals[part] = own;
+    }
+  };
+  const std::uint32_t steps = (count + step - 1) / step;
+  const std::uint32_t parts = crew == nullptr ? 1 : std::min({crew->*ranges, steps, most_ranges});
+  Totals sum{};
+  if (parts <= 1) {
+    work(0, count, sum);
+    return sum;
+  }
+  Totals totals[most_ranges];
+  Shared shared{work, totals, count, step, steps, parts};
+  crew->run(crew->workers, static_cast<int>(parts), &Shared::run, &shared);
+  for (std::uint32_t k = 0; k < parts; ++k) add_totals(sum, totals[k]);
+  return sum;
+}
+
+}  // namespace bristle::detail
