@@ -76,6 +76,7 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
 
 /// The peak is that of a first loading. Empty where the record shows one, and reaches it.
 std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) {
+  if (data_.columns.disc) return "a disc does not show it: its rings pass their peaks one after the other";
   assume(model_, point);
   const Eigen::VectorXd& unit = model_.elastic(point.values);
   const Eigen::VectorXd friction = friction_measured(data_, point.values);
@@ -178,6 +179,11 @@ void Fitter::note(const FitPoint& point, FitResult& result) const {
     result.notes.push_back(
         "the presliding length is the bristles' own; a replay moves the contact by the measured position, "
         "without the stage's bending");
+  if (data_.columns.disc)
+    result.notes.push_back(
+        "speeds, ways and forces are those at the rim of the disc; a replay moves a point as the rim moves, "
+        "which in sliding has 3/2 of the disc's torque over its radius; the disc itself is Outline::disc of "
+        "the library");
   if (data_.axes == 2)
     result.notes.push_back("two axes: both forces fitted as one isotropic contact that moves in the plane");
   const FitEstimate& offset = result.estimates[fit_offset];
