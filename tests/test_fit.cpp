@@ -350,6 +350,25 @@ TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]")
   }
 }
 
+TEST_CASE("Kept lengths are found through an encoder, with intervals that hold", "[fit]") {
+  // At 50 Hz with counts of 1 um. The spread was once 0.85 (0.73 to 1.00) for 0.4 in each of these.
+  SyntheticFriction s;
+  s.redraw = false;
+  s.motion = [](double t) { return loops_and_strokes(t + 1.3e-3); };
+  s.noise = 0.01;
+  s.every = 4;
+  s.encoder = 1e-6;
+  cli::FitOptions options;
+  options.rule = SnapRule::keep;
+  for (const std::uint64_t seed : {1010, 1020}) {
+    CAPTURE(seed);
+    const Fitted fitted = fit(record(s, seed).csv(), options);
+    check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.06 * s.kinetic);
+    check_recovered(fitted[cli::fit_length], s.length, 0.08 * s.length);
+    check_recovered(fitted[cli::fit_spread], s.spread, 0.2 * s.spread);
+  }
+}
+
 TEST_CASE("Student's quantile is that of the tables, from one degree of freedom on", "[fit]") {
   const double table[][2] = {{1, 12.706}, {1.5, 6.0167}, {2, 4.3027},  {2.5, 3.5746}, {3, 3.1824},
                              {4, 2.7764}, {5, 2.5706},   {10, 2.2281}, {30, 2.0423},  {1e9, 1.9600}};

@@ -43,7 +43,7 @@ TEST_CASE("A fit finds the material of a disc from its torque", "[fit]") {
   check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
   check_recovered(fitted[cli::fit_length], s.length, 0.08 * s.length);
   check_recovered(fitted[cli::fit_spread], s.spread, 0.2 * s.spread);
-  check_recovered(fitted[cli::fit_viscous], s.viscous, 0.2 * s.viscous);
+  check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
   check_recovered(fitted[cli::fit_offset], 0.03, 0.01);
   CHECK_FALSE(fitted[cli::fit_residual].fitted);
   CHECK_FALSE(fitted.result.peak.fitted);
@@ -71,7 +71,10 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
   for (int i = 0; i <= 300; ++i)
     path.push_back({60e-6 * std::sin(0.031 * i) * i / 300.0, 2.0, true, 0.01 * i});
   cli::PathForce disc(path, 1, true), point(path);
-  for (const double spread : {0.15, 0.4}) {
+  const struct {
+    double spread, error;  // narrow laws have corners
+  } cases[] = {{0.15, 4e-3}, {0.4, 1e-3}};
+  for (const auto& [spread, error] : cases) {
     CAPTURE(spread);
     const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
     const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
@@ -87,7 +90,7 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
       squares += sum[i] * sum[i];
       off += (found[i] - sum[i]) * (found[i] - sum[i]);
     }
-    CHECK(std::sqrt(off / squares) < 1e-3);
+    CHECK(std::sqrt(off / squares) < error);
   }
 }
 
