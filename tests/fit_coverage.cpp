@@ -41,6 +41,7 @@ struct Cell {
   SnapRule rule = SnapRule::redraw;
   std::function<std::string(std::uint64_t seed)> record;
   std::function<Truth(const cli::FitResult&)> truth;
+  cli::FitReading reading = {};
 };
 
 /// Ten seconds, recorded at 50 Hz, noise of 10 mN, of 1800 bristles.
@@ -65,7 +66,9 @@ Truth brush_truth(const SyntheticFriction& s, const cli::FitResult& r) {
               {"stage_compliance", s.compliance},
               {"sensor_delay", s.delay},
               {"asymmetry", s.asymmetry},
-              {"speed_strengthening", s.strengthening}};
+              {"speed_strengthening", s.strengthening},
+              {"residual_share", 0.0},
+              {"shared_renewal", 0.0}};
   truth["sensor_drift"] = (s.drift(s.duration) - s.drift(0.0)) / s.duration;
   if (!s.growth) truth["stiffness_per_newton"] = s.kinetic / bend;
   if (s.damping > 0.0) truth["stribeck_velocity"] = s.stribeck;
@@ -123,6 +126,20 @@ Cell skewed() {
   s.most_load = 3.0;
   s.bristles = 2700;
   return cell_of("redraw, direction, offset and drift, load of 1 to 3 N", s);
+}
+
+/// The torque of a full disc that turns about its middle.
+Cell disc() {
+  constexpr double radius = 0.02;
+  SyntheticFriction s = usual();
+  s.annuli = 60;
+  s.viscous = 60.0;
+  s.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
+  Cell cell = cell_of("redraw, torque of a disc, lubricant, offset and drift", s);
+  cell.record = [s](std::uint64_t seed) { return record(s, seed).disc_csv(radius); };
+  cell.reading.radius = radius;
+  cell.reading.disc = true;
+  return cell;
 }
 
 /// What lies between the contact and the file. Brush and sensor at 1 kHz, recorded at 100 Hz.
@@ -247,6 +264,7 @@ std::vector<Cell> all_cells() {
   add_stage(cells);
   cells.push_back(rubbed());
   cells.push_back(plane());
+  cells.push_back(disc());
   add_time(cells);
   return cells;
 }
@@ -291,8 +309,8 @@ std::string fitted_line(const Cell& cell, int repeat) {
   options.rule = cell.rule;
   options.quiet = true;
   const std::string csv = cell.record(1000 + 10 * static_cast<std::uint64_t>(repeat));
-  const cli::FitData data =
-      cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), options.sign, options.load);
+  const cli::FitData data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv", cell.reading),
+                                                  options.sign, options.load);
   const cli::FitResult result = cli::fit_material(data, options);
   std::string line = fmt::format("{}|{}|", cell.name, repeat);
   for (const auto& [name, truth] : cell.truth(result)) {

@@ -20,7 +20,8 @@ struct Fitted {
 
 inline Fitted fit(const std::string& csv, cli::FitOptions options = {}) {
   Fitted fitted;
-  fitted.data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), options.sign, options.load);
+  fitted.data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv", options.reading), options.sign,
+                                      options.load);
   fitted.result = cli::fit_material(fitted.data, options);
   return fitted;
 }

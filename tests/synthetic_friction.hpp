@@ -30,6 +30,7 @@ struct SyntheticFriction {
   double strengthening = 0.0;          // a of a N asinh(v / (2 v*))
   double strengthening_speed = 10e-6;  // m/s
   double asymmetry = 0.0;              // friction towards +x larger, towards -x smaller by this share
+  std::size_t annuli = 0;  // > 0: a disc of so many, of equal area, that turns; x and force are at its rim
   // Between the contact and the sensors: `motion` is that of the contact.
   double compliance = 0.0;  // m/N, of the stage
   double delay = 0.0;       // s, time constant of a first-order low-pass of the force
@@ -47,6 +48,17 @@ struct SyntheticFriction {
 
 struct RecordedFriction {
   std::vector<double> t, x, load, force;
+  /// Of a disc of this radius (m): angle and torque.
+  std::string disc_csv(double radius) const {
+    std::string text = "t,angle,load,torque\n";
+    char line[160];
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g,%.17g\n", t[i], x[i] / radius, load[i],
+                    force[i] * radius);
+      text += line;
+    }
+    return text;
+  }
   /// As a file; `sign` = -1 gives the force on the body.
   std::string csv(double sign = 1.0) const {
     std::string text = "t,x,load,force\n";
@@ -127,7 +139,12 @@ inline double kinetic_at(const SyntheticFriction& s, double speed) {
 }
 
 inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
-  BruteForcePatch plain(s.growth ? 0 : s.bristles, lognormal_quantile(s.length, s.spread), s.redraw, seed);
+  BruteForcePatch plain(s.growth || s.annuli > 0 ? 0 : s.bristles, lognormal_quantile(s.length, s.spread),
+                        s.redraw, seed);
+  std::vector<BruteForcePatch> annuli;
+  for (std::size_t k = 0; k < s.annuli; ++k)
+    annuli.emplace_back(s.bristles / s.annuli, lognormal_quantile(s.length, s.spread), s.redraw,
+                        seed + 7919 * (k + 1));
   AgedBristles aged(s.growth ? s.bristles : 0, lognormal_quantile(s.length, s.spread), s.growth, seed);
   const double bend = s.length * 0.5 * (s.redraw ? 1.0 + s.spread * s.spread : 1.0);
   std::mt19937_64 generator(seed + 1);
@@ -138,7 +155,14 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double t = i / s.rate, next = s.motion(t);
     double deflection = 0.0;
-    if (s.growth) {
+    double speed_arm = 1.0;  // mean square of the levers: of what goes with the speed
+    if (s.annuli > 0) {
+      speed_arm = 0.5;
+      for (std::size_t k = 0; k < s.annuli; ++k) {
+        const double n = static_cast<double>(s.annuli), lever = std::sqrt((static_cast<double>(k) + 0.5) / n);
+        deflection += lever * annuli[k].step(lever * (next - x), 0.0).end_x / n;
+      }
+    } else if (s.growth) {
       if (i > 0) aged.step(next - x, 0.0, 1.0 / s.rate);
       deflection = aged.x();
     } else {
@@ -163,7 +187,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     if (s.strengthening > 0.0)
       force += load * s.strengthening * std::asinh(v / (2.0 * s.strengthening_speed));
     force *= force > 0.0 ? 1.0 + s.asymmetry : 1.0 - s.asymmetry;
-    force += s.viscous * v;
+    force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
     const double place = x + s.compliance * force;
     if (s.delay > 0.0) {  // force' = (friction - force) / delay, the friction straight between the steps

@@ -715,6 +715,19 @@ class Fit(unittest.TestCase):
         self.assertIn("cells between semicolons", found.understood[0])
         self.assertIn("<h2 id=\"read\">What was read</h2>", found.html)
 
+    def test_a_disc_has_less_torque_than_a_ring_of_its_radius(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "torque.csv"
+            rows = np.column_stack([self.t, self.x / 0.02, 0.02 * self.force])
+            np.savetxt(file, rows, "%.17g", ",", header="t,angle,torque", comments="")
+            held = dict(load=LOAD, residual=0.1, renewal=1.0, compliance=0.0, delay=0.0)
+            ring, disc = bristle.fit(file, radius=0.02, **held), bristle.fit(file, disc=0.02, **held)
+            with self.assertRaisesRegex(bristle.Error, "radius and disc together"):
+                bristle.fit(file, radius=0.02, disc=0.02)
+        ratio = disc.parameters["kinetic"].value / ring.parameters["kinetic"].value
+        self.assertAlmostEqual(ratio, 1.5, delta=0.05)
+        self.assertIn("full disc", " ".join(disc.understood))
+
     def test_data_that_cannot_be_fitted_are_refused_by_name(self):
         t, x, force = self.t, self.x, self.force
         nan = force.copy()

@@ -184,8 +184,15 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
            "Mass that the force sensor accelerates: its inertia is taken off, e.g. 120g",
            [&](double mass) { options.mass = mass; });
   quantity("--radius", cli::length_units, 1e-9, 1e3,
-           "Radius at which columns angle and torque act, e.g. 20mm",
+           "Radius at which columns angle and torque act, of a ring its mean radius, e.g. 20mm",
            [&](double radius) { options.reading.radius = radius; });
+  quantity("--disc", cli::length_units, 1e-9, 1e3,
+           "Radius of a full disc that turns about its middle, for columns angle and torque, e.g. 20mm",
+           [&](double radius) {
+             options.reading.radius = radius;
+             options.reading.disc = true;
+           });
+  app->get_option("--disc")->excludes(app->get_option("--radius"));
   quantity("--compliance", cli::compliance_units, 0.0, 1.0,
            "Hold what the stage bends per force at this (default: fitted), e.g. 2um/N",
            [&](double compliance) { options.compliance = compliance; });

@@ -157,13 +157,14 @@ Choice choose(const CsvHeader& header, std::string_view line, const FitReading& 
   if ((turns || twists) && !reading.radius)
     throw UserError(
         fmt::format("{}: column {} needs the radius at which it acts: --radius 20mm (a ring: its "
-                    "mean radius)",
+                    "mean radius), or that of a full disc: --disc 20mm",
                     where, turns ? "angle" : "torque"));
   if (turns != twists && choice.x != column_count)
     throw UserError(fmt::format("{}: column {} goes with column {}", where, turns ? "angle" : "torque",
                                 turns ? "torque" : "angle"));
   if (reading.radius && !turns && !twists)
-    throw UserError(fmt::format("{}: --radius is for columns angle and torque, and here are none", where));
+    throw UserError(fmt::format("{}: --{} is for columns angle and torque, and here are none", where,
+                                reading.disc ? "disc" : "radius"));
   if (reading.speed && (choice.x != column_count || choice.v != column_count))
     throw UserError(fmt::format("{}: --speed stands for a column of the motion, and here is column {}", where,
                                 kinds[choice.x != column_count ? choice.x : choice.v].name));
@@ -253,6 +254,7 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   data.ignored_columns = header.other_columns;
   const bool has_y = header.present[column_y], has_fy = header.present[column_fy];
   const double lever = reading.radius.value_or(1.0);
+  data.disc = reading.disc && reading.radius;
   std::size_t clipped_rows = 0;
   double lowest_load = 0.0;
   std::vector<unsigned> as_written{column_t};
@@ -301,7 +303,11 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   if (reading.speed && !data.t.empty()) rebuild_positions(data, *reading.speed);
   if (reading.radius)
     data.understood.push_back(
-        fmt::format("angle and torque as a way and a force at a radius of {:.4g} mm", 1e3 * lever));
+        data.disc
+            ? fmt::format("angle and torque of a full disc under an even pressure, as a way and a force at "
+                          "its radius of {:.4g} mm",
+                          1e3 * lever)
+            : fmt::format("angle and torque as a way and a force at a radius of {:.4g} mm", 1e3 * lever));
   if (clipped_rows > 0) {
     data.understood.push_back(
         fmt::format("{} negative loads, down to {:.3g} N, taken as 0", clipped_rows, lowest_load));

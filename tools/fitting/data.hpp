@@ -23,7 +23,8 @@ struct FitReading {
   std::vector<std::pair<std::string, std::string>> units;    ///< ours, the unit
   std::optional<double> speed;                               ///< m/s, of a motion that no column has
   std::optional<double> radius;                              ///< m, at which angle and torque act
-  double clip_load = 0.0;                                    ///< N: loads from -clip_load to 0 count as 0
+  bool disc = false;       ///< the contact is a full disc of this radius, not a ring
+  double clip_load = 0.0;  ///< N: loads from -clip_load to 0 count as 0
   bool automatic() const { return columns.empty() && units.empty() && !speed && !radius && clip_load == 0.0; }
 };
 
@@ -39,6 +40,8 @@ struct FitColumns {
       force;                       ///< SI units; v empty without a column, x integrated where only v is there
   std::vector<double> y, force_y;  ///< of a record in the plane; else empty
   bool has_x = false, has_load = false;
+  bool disc = false;  ///< turns about its middle under an even pressure: x and force (torque over radius) are
+                      ///< those at its rim
   bool planar() const { return !y.empty(); }
   bool replayable = false;  ///< `run` can read it as a motion file
   std::vector<std::string> ignored_columns;

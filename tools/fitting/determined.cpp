@@ -216,6 +216,11 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
       why_[p == fit_ageing ? fit_strengthening : fit_ageing] = why_[p];
       return true;
     }
+    // Rubbing that the record has shown to pay stays, though its numbers may be poorly known: without one of
+    // them the lengths would be wrong by more than their intervals say.
+    const bool rubbing = p == fit_renewal || p == fit_residual;
+    if (rubbing && !without_effect && point.values[p] >= std::sqrt(cov(i, i)) * model_.scale(point.values, p))
+      continue;
     leave(point, p, lacking(p));
     return true;
   }

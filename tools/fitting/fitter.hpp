@@ -60,6 +60,7 @@ class Fitter {
   FitPoint search_plain();
   FitPoint search_whole_memory(const FitPoint& about);
   FitPoint search_rubbed();
+  FitPoint made_to_rub(const FitPoint& plain);
   FitPoint polish(const FitPoint& point);
   FitPoint choose();
   FitParameterSet bending() const {

@@ -25,7 +25,9 @@ FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail
       stage_force_(
           Eigen::Map<const Eigen::VectorXd>(data.force.data(), static_cast<Eigen::Index>(data.force.size()))),
       bent_path_(data.path),
-      brush_(bent_path_, data.axes) {
+      brush_(bent_path_, data.axes, data.columns.disc),
+      rings_(rings_of(data.columns.disc, detail)),
+      square_lever_(over_rings(2, [](double) { return 1.0; })) {
   const std::size_t n = data.samples();
   for (std::size_t k = 0; k < n; ++k) {
     speed_.push_back(data.axes == 1 ? std::fabs(data.velocity[k])
@@ -90,10 +92,15 @@ double FitModel::elastic_coefficient(const FitValues& p) const {
   return std::max(rest, 1e-3 * p[fit_kinetic]);
 }
 
-double FitModel::decay(double speed, double stribeck) const {
-  if (!(stribeck > 0.0)) return 0.0;
-  const double u = speed / stribeck;
+/// Of the damper at a speed over Stribeck's.
+double FitModel::decay(double u) const {
   return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
+}
+
+/// Force of the damper over load, speed and damping.
+double FitModel::damper(double speed, double stribeck) const {
+  if (!(stribeck > 0.0)) return 0.0;
+  return over_rings(2, [&](double lever) { return decay(lever * speed / stribeck); });
 }
 
 Eigen::VectorXd FitModel::skewed(Eigen::VectorXd force, double asymmetry) const {
@@ -104,7 +111,9 @@ Eigen::VectorXd FitModel::skewed(Eigen::VectorXd force, double asymmetry) const 
 double FitModel::strengthening(std::size_t row, double speed_scale) const {
   const std::size_t k = row % data_.samples();
   if (speed_[k] == 0.0) return 0.0;
-  return std::asinh(speed_[k] / (2.0 * speed_scale)) * data_.velocity[row] / speed_[k];
+  const double sum =
+      over_rings(1, [&](double lever) { return std::asinh(lever * speed_[k] / (2.0 * speed_scale)); });
+  return sum * data_.velocity[row] / speed_[k];
 }
 
 /// The stage is pulled back by the friction: x - c F. Between two samples the force is straight in time.
@@ -166,7 +175,9 @@ Eigen::VectorXd FitModel::before_sensor(const FitValues& p) {
     const auto row = static_cast<std::size_t>(i);
     const std::size_t k = row % n;
     const double v = data_.velocity[row], load = data_.load[k];
-    if (load > 0.0) f[i] += v * (p[fit_viscous] + load * p[fit_damping] * decay(speed_[k], p[fit_stribeck]));
+    if (load > 0.0)
+      f[i] +=
+          v * (square_lever_ * p[fit_viscous] + load * p[fit_damping] * damper(speed_[k], p[fit_stribeck]));
   }
   return f;
 }
@@ -244,7 +255,10 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
     for (Eigen::Index i = 0; i < d.size(); ++i) {
       const auto row = static_cast<std::size_t>(i);
       const double v = speed_[row % n];
-      if (v > 0.0) d[i] = factor * data_.load[row % n] * of(v / (2.0 * speed)) * data_.velocity[row] / v;
+      if (v > 0.0) {
+        const double sum = over_rings(1, [&](double lever) { return of(lever * v / (2.0 * speed)); });
+        d[i] = factor * data_.load[row % n] * sum * data_.velocity[row] / v;
+      }
     }
     return d - factor * of(reference) * elastic(p);
   }
@@ -255,15 +269,16 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
     const double v = data_.velocity[row], load = data_.load[k], speed = speed_[k];
     switch (parameter) {
       case fit_viscous:
-        d[i] = load > 0.0 ? unit * v : 0.0;
+        d[i] = load > 0.0 ? unit * square_lever_ * v : 0.0;
         break;
       case fit_damping:
-        d[i] = unit * load * v * decay(speed, p[fit_stribeck]);
+        d[i] = unit * load * v * damper(speed, p[fit_stribeck]);
         break;
       case fit_stribeck: {
-        const double u = speed / p[fit_stribeck];
-        const double slope = options_.decay == bristle::DamperDecay::gaussian ? 2.0 * u * u : u;
-        d[i] = load * p[fit_damping] * v * decay(speed, p[fit_stribeck]) * slope;
+        d[i] = load * p[fit_damping] * v * over_rings(2, [&](double lever) {
+                 const double u = lever * speed / p[fit_stribeck];
+                 return decay(u) * (options_.decay == bristle::DamperDecay::gaussian ? 2.0 * u * u : u);
+               });
         break;
       }
       case fit_offset:

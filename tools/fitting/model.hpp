@@ -65,7 +65,16 @@ class FitModel {
   const FitOptions& options() const { return options_; }
 
  private:
-  double decay(double speed, double stribeck) const;
+  double decay(double speed) const;
+  /// Sum of share x lever^power x function(lever) over the rings of a disc; function(1) of other contacts.
+  template <class Function>
+  double over_rings(int power, Function&& function) const {
+    double sum = 0.0;
+    for (const Ring& ring : rings_)
+      sum += ring.share * (power == 1 ? ring.lever : ring.lever * ring.lever) * function(ring.lever);
+    return sum;
+  }
+  double damper(double speed, double stribeck) const;
   Eigen::VectorXd derivative_before_sensor(const FitValues& values, FitParameter parameter, bool central);
   Eigen::VectorXd before_sensor(const FitValues& values);
   /// What a first-order low-pass makes of a force that is straight between the samples.
@@ -84,6 +93,8 @@ class FitModel {
   Eigen::VectorXd stage_force_;
   std::vector<PathPoint> bent_path_;  // what brush_ steps along
   PathForce brush_;
+  std::vector<Ring> rings_;
+  double square_lever_ = 1.0;  // mean over the load
   Past past_;
   FitFrame frame_;
   std::vector<double> speed_;  // m/s, at the samples

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <bristle/outline.hpp>
 #include <bristle/patch_batch.hpp>
 
 #include "tools/scene/snap_law.hpp"
@@ -88,7 +89,23 @@ struct PathForce::Infinite {
   }
 };
 
-PathForce::PathForce(const std::vector<PathPoint>& path, unsigned axes) : path_(path), axes_(axes) {
+std::vector<Ring> rings_of(bool disc, Detail detail) {
+  if (!disc) return {Ring{}};
+  const int count = detail == Detail::search ? 4 : 8, around = 3;
+  std::vector<Ring> rings;
+  for (const bristle::PatchCell& cell :
+       bristle::Outline::disc(1.0, bristle::Pressure::uniform, count, around).cells) {
+    const double lever = std::hypot(cell.position[0], cell.position[1]);
+    if (rings.empty() || lever > 1.000001 * rings.back().lever)
+      rings.push_back({lever, cell.weight});
+    else
+      rings.back().share += cell.weight;
+  }
+  return rings;
+}
+
+PathForce::PathForce(const std::vector<PathPoint>& path, unsigned axes, bool disc)
+    : path_(path), axes_(axes), disc_(disc) {
   for (const PathPoint& point : path) most_load_ = std::max(most_load_, point.load);
 }
 PathForce::~PathForce() = default;
@@ -109,17 +126,29 @@ PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail)
 
 std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail,
                                     double kinetic_speed) {
-  if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length, past, detail);
+  if (!disc_) return of_ring(1.0, shape, length, past, detail, kinetic_speed);
+  std::vector<double> sum;
+  for (const Ring& ring : rings_of(disc_, detail)) {
+    const std::vector<double> forces = of_ring(ring.lever, shape, length, past, detail, kinetic_speed);
+    sum.resize(forces.size(), 0.0);
+    for (std::size_t i = 0; i < forces.size(); ++i) sum[i] += ring.share * ring.lever * forces[i];
+  }
+  return sum;
+}
+
+std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, double length, const Past& past,
+                                       Detail detail, double kinetic_speed) {
+  if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length / lever, past, detail);
   Infinite& brush = infinite(shape, detail);
-  const double scale = unit_length / length;
-  const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * scale)
+  const double per_length = unit_length / length, scale = lever * per_length;
+  const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * per_length)
                                              : brush.material.kinetic_coefficient();
   const PathPoint& first = path_.front();
   const auto begin = [&](StartState start, const PathPoint& at) {
     if (start != StartState::straight) {
       const Direction e = first_direction(path_, axes_);
       const double way = start == StartState::forward ? long_slide : -long_slide;
-      const double seconds = past.speed > 0.0 ? long_slide * length / past.speed : 0.0;
+      const double seconds = past.speed > 0.0 ? long_slide * length / (lever * past.speed) : 0.0;
       brush.step(way * unit_length * e.x, way * unit_length * e.y, at.load, seconds);
     } else if (past.rested > 0.0) {
       brush.step(0.0, 0.0, at.load, 0.0);

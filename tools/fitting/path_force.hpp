@@ -70,26 +70,39 @@ enum class Detail : unsigned char {
   finish   ///< redraw: within 0.05 % rms; keep: 2048 bristles
 };
 
+/// Part of a contact that turns: everything on one radius goes the same way.
+struct Ring {
+  double lever = 1.0;  ///< its radius, over the one at which the record has way and force
+  double share = 1.0;  ///< of the load
+};
+/// Of a contact that slides as one: a single ring of lever 1. A disc under an even pressure: rings at Gauss's
+/// radii, for which stiffness and friction in sliding come out exact.
+std::vector<Ring> rings_of(bool disc, Detail detail);
+
 /// Computes forces along one path. Keeps the brushes that it made: a shape that was asked for lately costs no
 /// table of its law again. For one thread.
 class PathForce {
  public:
-  explicit PathForce(const std::vector<PathPoint>& path, unsigned axes = 1);
+  explicit PathForce(const std::vector<PathPoint>& path, unsigned axes = 1, bool disc = false);
   ~PathForce();
   PathForce(const PathForce&) = delete;
   PathForce& operator=(const PathForce&) = delete;
 
   /// Elastic friction (positive along the motion) at every wanted point, N, for a kinetic coefficient of 1 at
-  /// `kinetic_speed` (m/s; 0: so fast that nothing ages). In the plane first all x, then all y.
+  /// `kinetic_speed` (m/s; 0: so fast that nothing ages). In the plane first all x, then all y. Of a disc the
+  /// torque over its radius.
   std::vector<double> find(const BrushShape& shape, double presliding_length_m, Past past, Detail detail,
                            double kinetic_speed = 0.0);
 
  private:
   struct Infinite;
   Infinite& infinite(const BrushShape& shape, Detail detail);
+  std::vector<double> of_ring(double lever, const BrushShape& shape, double presliding_length_m,
+                              const Past& past, Detail detail, double kinetic_speed);
 
   const std::vector<PathPoint>& path_;
   unsigned axes_;
+  bool disc_;
   double most_load_ = 0.0;
   std::list<std::unique_ptr<Infinite>> made_;  // the last used first
 };

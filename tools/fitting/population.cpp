@@ -22,24 +22,27 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   const bristle::Material material = model.unit_material(point.values);
   double most_load = 0.0;
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
+  const std::vector<Ring> rings = rings_of(data.columns.disc, Detail::search);
   bristle::PatchBatch batch;
-  std::vector<bristle::Motion> motions(brushes);
-  std::vector<bristle::Response> responses(brushes);
+  std::vector<bristle::Motion> motions(brushes * rings.size());  // those of the first ring first
+  std::vector<bristle::Response> responses(motions.size());
   bristle::PatchOptions options;
-  options.with_axes(static_cast<int>(data.axes))
-      .with_max_normal_load(most_load)
-      .with_bristles(bristles_of_each);
+  options.with_axes(static_cast<int>(data.axes)).with_max_normal_load(most_load);
   options.with_sampling(bristle::Sampling::random);
-  for (std::size_t i = 0; i < brushes; ++i)
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const double here = rings[i / brushes].share * bristles_of_each;
+    options.with_bristles(std::max(static_cast<std::uint32_t>(std::lround(here)), 1u));
     motions[i].id = batch.add(material, options.with_seed(static_cast<std::uint32_t>(i + 1)));
+  }
   batch.warm_up();
   const auto step = [&](double dx, double dy, double load, double dt) {
-    for (bristle::Motion& motion : motions) {
-      motion.displacement[0] = dx;
-      motion.displacement[1] = dy;
-      motion.normal_load = load;
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      const double lever = rings[i / brushes].lever;
+      motions[i].displacement[0] = lever * dx;
+      motions[i].displacement[1] = lever * dy;
+      motions[i].normal_load = load;
     }
-    batch.step(std::max(dt, 1e-9), {motions.data(), brushes}, {responses.data(), brushes});
+    batch.step(std::max(dt, 1e-9), {motions.data(), motions.size()}, {responses.data(), responses.size()});
   };
   const PathPoint& first = data.path.front();
   const auto begin = [&](StartState start, const PathPoint& at) {
@@ -70,8 +73,12 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
     if (!place.wanted) continue;
     for (unsigned axis = 0; axis < data.axes; ++axis) {
       const Eigen::Index row = sample + static_cast<Eigen::Index>(axis * data.samples());
-      for (std::size_t i = 0; i < brushes; ++i)
-        force(row, static_cast<Eigen::Index>(i)) = -scale * responses[i].elastic[axis];
+      for (std::size_t i = 0; i < brushes; ++i) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < rings.size(); ++k)
+          sum += rings[k].share * rings[k].lever * responses[k * brushes + i].elastic[axis];
+        force(row, static_cast<Eigen::Index>(i)) = -scale * sum;
+      }
     }
     ++sample;
   }

@@ -271,6 +271,26 @@ FitPoint Fitter::search_rubbed() {
   return search_with(rubbed_shapes(), free, 0.4);
 }
 
+/// A brush that is not rubbed, with all its terms, made to rub: a search without damper and lubricant may end
+/// where they cannot be added any more.
+FitPoint Fitter::made_to_rub(const FitPoint& plain) {
+  FitPoint best = plain;
+  for (const double residual : {0.0, 0.2}) {
+    FitPoint point = plain;
+    const auto release = [&](FitParameter p, double value) {
+      point.values[p] = value;
+      point.free.push_back(p);
+    };
+    if (!options_.renewal) release(fit_renewal, 1.0);
+    if (!options_.residual && residual > 0.0) release(fit_residual, residual);
+    if (point.free.size() == plain.free.size()) continue;
+    point = point.values[fit_compliance] > 0.0 ? minimise_bent(point) : minimise(model_, point);
+    const double count = samples_that_count(point);
+    if (criterion(point, count) < criterion(best, count)) best = point;
+  }
+  return best;
+}
+
 /// Rubbing where it pays for its parameters, once both brushes have all else that the data show.
 FitPoint Fitter::choose() {
   const FitPoint plain = search_plain(), rubbed = search_rubbed();
@@ -296,6 +316,14 @@ FitPoint Fitter::choose() {
     return brush;
   };
   Brush of_plain = completed(plain, 0.70), of_rubbed = completed(rubbed, 0.75);
+  if (!of_plain.whole.free.empty() && !of_rubbed.whole.free.empty()) {
+    const FitPoint point = made_to_rub(of_plain.whole);
+    const double count = samples_that_count(point);
+    if (point.free.size() > of_plain.whole.free.size() &&
+        criterion(point, count) < criterion(of_rubbed.whole, count)) {
+      of_rubbed = {made_to_rub(of_plain.core), point, of_plain.why, of_plain.stage_note};
+    }
+  }
   const auto prefers_rubbed = [&] {
     if (of_plain.whole.free.empty() || of_rubbed.whole.free.empty()) return of_plain.whole.free.empty();
     const double count = samples_that_count(of_rubbed.whole);

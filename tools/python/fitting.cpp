@@ -74,7 +74,7 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
 
 /// What the data do not say themselves, and what is held between the contact and the sensors.
 struct Between {
-  std::optional<double> speed, radius, compliance, delay;
+  std::optional<double> speed, radius, disc, compliance, delay;
   double mass = 0.0, clip_load = 0.0;
 };
 
@@ -88,12 +88,16 @@ void require_between(const char* name, double value, double low, double high, co
 void set_between(cli::FitOptions& options, const Between& b) {
   if (b.speed) require_between("speed", *b.speed, -1e3, 1e3, "m/s");
   if (b.radius) require_between("radius", *b.radius, 1e-9, 1e3, "m");
+  if (b.disc) require_between("disc", *b.disc, 1e-9, 1e3, "m");
+  if (b.radius && b.disc)
+    throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
   if (b.compliance) require_between("compliance", *b.compliance, 0.0, 1.0, "m/N");
   if (b.delay) require_between("delay", *b.delay, 0.0, 1e3, "s");
   require_between("mass", b.mass, 0.0, 1e6, "kg");
   require_between("clip_load", b.clip_load, 0.0, 1e9, "N");
   options.reading.speed = b.speed;
-  options.reading.radius = b.radius;
+  options.reading.radius = b.disc ? b.disc : b.radius;
+  options.reading.disc = b.disc.has_value();
   options.reading.clip_load = b.clip_load;
   options.compliance = b.compliance;
   options.delay = b.delay;
@@ -125,10 +129,10 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
               const std::string& law, const std::string& rule, const std::string& damper_decay,
               const std::optional<double>& residual, const std::optional<double>& renewal,
               const ColumnNames& columns, const Words& units, const std::optional<double>& speed,
-              double clip_load, const std::optional<double>& radius, double mass,
-              const std::optional<double>& compliance, const std::optional<double>& delay) {
+              double clip_load, const std::optional<double>& radius, const std::optional<double>& disc,
+              double mass, const std::optional<double>& compliance, const std::optional<double>& delay) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
-  set_between(options, {speed, radius, compliance, delay, mass, clip_load});
+  set_between(options, {speed, radius, disc, compliance, delay, mass, clip_load});
   if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
     options.data = {one->string()};
   } else {
@@ -163,7 +167,7 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   cli::FitOptions options = make_options(
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
-  set_between(options, {{}, {}, compliance, delay, mass, 0.0});
+  set_between(options, {{}, {}, {}, compliance, delay, mass, 0.0});
   const py::gil_scoped_release release;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
@@ -281,12 +285,14 @@ void define_fitting(py::module_& module) {
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
       py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
       py::arg("speed") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
-      py::arg("mass") = 0.0, py::arg("compliance") = py::none(), py::arg("delay") = py::none(),
+      py::arg("disc") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
+      py::arg("delay") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/README.md), or in several that are one record. load: N, in place of a column. columns: the "
       "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
       "\"um\"}). speed: m/s, where no column has the motion. clip_load: N, loads from minus this to 0 count "
-      "as 0. radius: m, at which columns angle and torque act. mass: kg that the force sensor accelerates. "
+      "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
+      "that the force sensor accelerates. "
       "sign: whose force, \"on\" the body or \"by\" it; "
       "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\" or \"exponential\". residual (a "
       "share of the presliding length, 0 to 0.95), renewal (0 to 8), compliance of the stage (m/N) and delay "

@@ -464,6 +464,7 @@ def fit(
     speed: Optional[float] = ...,
     clip_load: float = ...,
     radius: Optional[float] = ...,
+    disc: Optional[float] = ...,
     mass: float = ...,
     compliance: Optional[float] = ...,
     delay: Optional[float] = ...,

@@ -1,0 +1,126 @@
+// `bristle fit` of a full disc that turns about its middle: its torque is no force at one radius.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/fit_helpers.hpp"
+#include "tests/synthetic_friction.hpp"
+
+using Catch::Matchers::Contains;
+using namespace bristle_test;
+
+namespace {
+
+constexpr double radius = 0.02;
+
+cli::FitOptions of_disc() {
+  cli::FitOptions options;
+  options.reading.radius = radius;
+  options.reading.disc = true;
+  return options;
+}
+
+/// Ten seconds at 50 Hz of 60 annuli of 30 bristles each.
+SyntheticFriction turning() {
+  SyntheticFriction s;
+  s.motion = loops_and_strokes;
+  s.noise = 0.01;
+  s.every = 4;
+  s.annuli = 60;
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("A fit finds the material of a disc from its torque", "[fit]") {
+  SyntheticFriction s = turning();
+  s.viscous = 60.0;
+  s.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
+  const std::string csv = record(s, 11).disc_csv(radius);
+  const Fitted fitted = fit(csv, of_disc());
+  check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
+  check_recovered(fitted[cli::fit_length], s.length, 0.08 * s.length);
+  check_recovered(fitted[cli::fit_spread], s.spread, 0.2 * s.spread);
+  check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
+  check_recovered(fitted[cli::fit_offset], 0.03, 0.01);
+  CHECK_FALSE(fitted[cli::fit_residual].fitted);
+  CHECK_FALSE(fitted.result.peak.fitted);
+  CHECK_THAT(fitted.result.peak.why, Contains("disc"));
+  // As a ring at the rim the same record has 2/3 of the friction.
+  cli::FitOptions ring = of_disc();
+  ring.reading.disc = false;
+  CHECK(fit(csv, ring)[cli::fit_kinetic].value == Approx(s.kinetic * 2.0 / 3.0).epsilon(0.02));
+}
+
+TEST_CASE("Bristles of a disc that keep their lengths are found too", "[fit]") {
+  SyntheticFriction s = turning();
+  s.redraw = false;
+  s.duration = 3.0;
+  s.motion = [](double t) { return 14e-6 * t * std::sin(2.0 * M_PI * 0.7 * (t + 1.3e-3)); };
+  cli::FitOptions options = of_disc();
+  options.rule = bristle::SnapRule::keep;
+  const Fitted fitted = fit(record(s, 11).disc_csv(radius), options);
+  check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.1 * s.kinetic);
+  check_recovered(fitted[cli::fit_length], s.length, 0.15 * s.length);
+}
+
+TEST_CASE("Eight rings are a disc", "[fit]") {
+  std::vector<cli::PathPoint> path;
+  for (int i = 0; i <= 300; ++i)
+    path.push_back({60e-6 * std::sin(0.031 * i) * i / 300.0, 2.0, true, 0.01 * i});
+  cli::PathForce disc(path, 1, true), point(path);
+  const struct {
+    double spread, error;  // narrow laws have corners
+  } cases[] = {{0.15, 4e-3}, {0.4, 1e-3}};
+  for (const auto& [spread, error] : cases) {
+    CAPTURE(spread);
+    const cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, spread};
+    const std::vector<double> found = disc.find(shape, 15e-6, {}, cli::Detail::finish);
+    const int rings = 150;  // at the middles of so many parts of the radius
+    std::vector<double> sum(path.size(), 0.0);
+    for (int k = 0; k < rings; ++k) {
+      const double lever = (k + 0.5) / rings;
+      const std::vector<double> force = point.find(shape, 15e-6 / lever, {}, cli::Detail::finish);
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += 2.0 * lever * lever / rings * force[i];
+    }
+    double squares = 0.0, off = 0.0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      squares += sum[i] * sum[i];
+      off += (found[i] - sum[i]) * (found[i] - sum[i]);
+    }
+    CHECK(std::sqrt(off / squares) < error);
+  }
+}
+
+TEST_CASE("A disc that ages and strengthens: torque by closed form in steady sliding", "[fit]") {
+  // The elastic force at the reference speed is that of the rim: rings that are slower are older.
+  std::vector<cli::PathPoint> path;
+  for (int i = 0; i <= 60; ++i) path.push_back({5e-6 * i, 1.0, true, 0.05 * i});
+  cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, 0.4};
+  shape.ageing_strength = 0.05;
+  shape.ageing_time = 1e-3;
+  cli::PathForce disc(path, 1, true);
+  const double rim = 5e-6 / 0.05;
+  const double found = disc.find(shape, 15e-6, {}, cli::Detail::finish, rim).back();
+  const bristle::Material material = shape.material(15e-6);
+  double torque = 0.0;
+  for (int k = 0; k < 400; ++k) {
+    const double lever = (k + 0.5) / 400;
+    torque += 2.0 * lever * lever / 400 * material.kinetic_coefficient(lever * rim);
+  }
+  CHECK(found == Approx(torque / material.kinetic_coefficient(rim)).epsilon(2e-3));
+}
+
+TEST_CASE("A radius is that of a ring or of a disc", "[fit]") {
+  const cli::FitColumns read = cli::parse_fit_columns(
+      "t,angle [deg],load,torque [mN m]\n0,0,1,10\n1,90,1,20\n", "data.csv", of_disc().reading);
+  CHECK(read.disc);
+  CHECK(read.x[1] == Approx(0.5 * M_PI * radius));
+  CHECK_THAT(read.understood.back(), Contains("full disc under an even pressure") && Contains("20 mm"));
+  CHECK_THROWS_WITH(cli::parse_fit_columns("t,x,load,force\n0,0,1,1\n", "data.csv", of_disc().reading),
+                    Contains("--disc is for columns angle and torque"));
+  CHECK_THROWS_WITH(cli::parse_fit_columns("t,angle,load,torque\n0,0,1,1\n", "data.csv"),
+                    Contains("--radius") && Contains("--disc"));
+}
