@@ -356,8 +356,9 @@ class Renewer {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
       slipping.k[slipping.size] = k;
       rest.k[rest.size] = k;
+      const bool ahead = (columns.slips[k] != 0) & !alone;
       rest.size += alone ? 1u : 0u;
-      slipping.size += (columns.slips[k] != 0) & !alone ? 1u : 0u;
+      slipping.size += ahead ? 1u : 0u;
     }
   }
 
