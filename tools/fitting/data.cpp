@@ -434,6 +434,28 @@ class Between {
 
 namespace {
 
+/// Of each column the samples that stay, in order.
+void take_columns(const FitData& data, const std::vector<std::size_t>& stay, FitData& part) {
+  const std::size_t n = data.samples();
+  const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
+    to.clear();
+    for (std::size_t begin = 0; begin < from.size(); begin += n)
+      for (const std::size_t i : stay) to.push_back(from[begin + i]);
+  };
+  take(data.columns.t, part.columns.t);
+  take(data.columns.x, part.columns.x);
+  take(data.columns.y, part.columns.y);
+  take(data.columns.v, part.columns.v);
+  take(data.columns.load, part.columns.load);
+  take(data.columns.force, part.columns.force);
+  take(data.columns.force_y, part.columns.force_y);
+  for (std::size_t& begin : part.columns.parts)
+    begin = static_cast<std::size_t>(std::lower_bound(stay.begin(), stay.end(), begin) - stay.begin());
+  take(data.force, part.force);
+  take(data.load, part.load);
+  take(data.velocity, part.velocity);
+}
+
 /// A record of the samples that stay, in order, and the turning points between them.
 FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   const std::size_t n = data.samples();
@@ -452,24 +474,23 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
     between.close(slack, point, data.axes, part.path);
     ++next;
   }
-  const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
-    to.clear();
-    for (std::size_t begin = 0; begin < from.size(); begin += n)
-      for (const std::size_t i : stay) to.push_back(from[begin + i]);
-  };
-  take(data.columns.t, part.columns.t);
-  take(data.columns.x, part.columns.x);
-  take(data.columns.y, part.columns.y);
-  take(data.columns.v, part.columns.v);
-  take(data.columns.load, part.columns.load);
-  take(data.columns.force, part.columns.force);
-  take(data.columns.force_y, part.columns.force_y);
-  for (std::size_t& begin : part.columns.parts)
-    begin = static_cast<std::size_t>(std::lower_bound(stay.begin(), stay.end(), begin) - stay.begin());
-  take(data.force, part.force);
-  take(data.load, part.load);
-  take(data.velocity, part.velocity);
+  take_columns(data, stay, part);
   return part;
+}
+
+/// Samples of a path that are farther than `slack` from where the contact began; ends stay too.
+std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
+  std::vector<std::size_t> stay;
+  double origin = data.path.front().x;
+  std::size_t next = 0;
+  for (const PathPoint& point : data.path) {
+    if (point.begins) origin = point.x;
+    if (!point.wanted) continue;
+    const std::size_t i = next++;
+    if (i == 0 || i + 1 == data.samples() || point.begins || std::fabs(point.x - origin) > slack)
+      stay.push_back(i);
+  }
+  return stay;
 }
 
 /// How far noise moves a path, m.
@@ -511,6 +532,20 @@ FitData without_rests(const FitData& data) {
     begin = end;
   }
   return stay.size() == n ? data : taken(data, stay);
+}
+
+FitData without_origin(const FitData& data) {
+  const std::size_t n = data.samples();
+  double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
+  std::vector<std::size_t> stay = beside_origin(data, slack);
+  while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
+  if (2 * stay.size() < n) return data;  // it rests there
+  FitData part = data;
+  std::size_t next = 0;
+  for (PathPoint& point : part.path)
+    point.wanted = point.wanted && std::binary_search(stay.begin(), stay.end(), next++);
+  take_columns(data, stay, part);
+  return part;
 }
 
 namespace {

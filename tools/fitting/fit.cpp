@@ -52,48 +52,6 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   return f;
 }
 
-/// Samples of a path that are farther than `slack` from where the contact began; ends stay too.
-std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
-  std::vector<std::size_t> stay;
-  double origin = data.path.front().x;
-  std::size_t next = 0;
-  for (const PathPoint& point : data.path) {
-    if (point.begins) origin = point.x;
-    if (!point.wanted) continue;
-    const std::size_t i = next++;
-    if (i == 0 || i + 1 == data.samples() || point.begins || std::fabs(point.x - origin) > slack)
-      stay.push_back(i);
-  }
-  return stay;
-}
-
-/// Bristles that keep their lengths are straight together again where they began, and snap there all at once.
-/// Where the position is known to a count of an encoder only, what samples about that place say of the length
-/// is wrong by more than their number tells: they are passed without a force, half of the record at most.
-/// Twenty counts, by measurement: of 24 records 14 intervals of the length held with one, 20 or 21 with 16 or
-/// 25.
-FitData without_origin(const FitData& data) {
-  const std::size_t n = data.samples();
-  double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
-  std::vector<std::size_t> stay = beside_origin(data, slack);
-  while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
-  if (2 * stay.size() < n) return data;  // it rests there
-  FitData part = data;
-  std::size_t next = 0;
-  for (PathPoint& point : part.path)
-    point.wanted = point.wanted && std::binary_search(stay.begin(), stay.end(), next++);
-  for (std::vector<double>* column : {&part.columns.t, &part.columns.x, &part.columns.v, &part.columns.load,
-                                      &part.columns.force, &part.force, &part.load, &part.velocity}) {
-    if (column->empty()) continue;
-    std::vector<double> kept;
-    for (const std::size_t i : stay) kept.push_back((*column)[i]);
-    *column = std::move(kept);
-  }
-  for (std::size_t& begin : part.columns.parts)
-    begin = static_cast<std::size_t>(std::lower_bound(stay.begin(), stay.end(), begin) - stay.begin());
-  return part;
-}
-
 bool has_time(const FitValues& p) { return p[fit_ageing] > 0.0 || p[fit_strengthening] > 0.0; }
 
 /// Parameters that stiffness, peak and friction either way follow from.

@@ -65,7 +65,7 @@ class FitModel {
   const FitOptions& options() const { return options_; }
 
  private:
-  double decay(double speed) const;
+  double decay(double u) const;
   /// Sum of share x lever^power x function(lever) over the rings of a disc; function(1) of other contacts.
   template <class Function>
   double over_rings(int power, Function&& function) const {

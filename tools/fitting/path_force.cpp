@@ -126,7 +126,6 @@ PathForce::Infinite& PathForce::infinite(const BrushShape& shape, Detail detail)
 
 std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail,
                                     double kinetic_speed) {
-  if (!disc_) return of_ring(1.0, shape, length, past, detail, kinetic_speed);
   std::vector<double> sum;
   for (const Ring& ring : rings_of(disc_, detail)) {
     const std::vector<double> forces = of_ring(ring.lever, shape, length, past, detail, kinetic_speed);
