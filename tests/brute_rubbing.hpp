@@ -88,4 +88,15 @@ class RubbedBristles {
   double drawn_ = 0.0;  ///< draws that are due
 };
 
+/// Mean deflection in sliding, by sliding: no formula.
+inline double kinetic_bend(RubbedBristles sliding, double length, double piece) {
+  sliding.step(20.0 * length, 0.0, piece);
+  double sum = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    sliding.step(0.25 * length, 0.0, piece);
+    sum += sliding.x() / 40.0;
+  }
+  return sum;
+}
+
 }  // namespace bristle_test

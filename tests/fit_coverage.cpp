@@ -187,18 +187,8 @@ Cell rubbed() {
   const auto brush = [=](std::size_t bristles, std::uint64_t seed) {
     return RubbedBristles(bristles, lognormal_quantile(length, cv), residual, renewal, seed);
   };
-  const auto bend = [=] {  // in sliding, by sliding: no formula
-    RubbedBristles sliding = brush(20000, 18);
-    sliding.step(20.0 * length, 0.0, length / 50.0);
-    double sum = 0.0;
-    for (int i = 0; i < 40; ++i) {
-      sliding.step(0.25 * length, 0.0, length / 50.0);
-      sum += sliding.x() / 40.0;
-    }
-    return sum;
-  };
   const auto make = [=](std::uint64_t seed) {
-    static const double kinetic_bend = bend();
+    static const double bend = kinetic_bend(brush(20000, 18), length, length / 50.0);
     RubbedBristles bristles = brush(1800, seed);
     std::mt19937_64 generator(seed + 1);
     std::normal_distribution<double> noise(0.0, 0.01);
@@ -209,8 +199,7 @@ Cell rubbed() {
       const double next = swing * std::sin(2.0 * M_PI * 0.8 * t);
       bristles.step(next - x, 0.0, length / 50.0);
       x = next;
-      csv +=
-          fmt::format("{},{},2,{}\n", t, x, kinetic * 2.0 * bristles.x() / kinetic_bend + noise(generator));
+      csv += fmt::format("{},{},2,{}\n", t, x, kinetic * 2.0 * bristles.x() / bend + noise(generator));
     }
     return csv;
   };

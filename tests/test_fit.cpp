@@ -198,14 +198,8 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   const double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, cv = 0.4, load = 2.0;
   const double finest = length / 100.0;
   RubbedBristles bristles(1800, lognormal_quantile(length, cv), residual, renewal, 17);
-  // Its own kinetic deflection, by sliding: no formula.
-  RubbedBristles sliding(20000, lognormal_quantile(length, cv), residual, renewal, 18);
-  sliding.step(20.0 * length, 0.0, finest);
-  double bend = 0.0;
-  for (int i = 0; i < 40; ++i) {
-    sliding.step(0.25 * length, 0.0, finest);
-    bend += sliding.x() / 40.0;
-  }
+  const double bend =
+      kinetic_bend({20000, lognormal_quantile(length, cv), residual, renewal, 18}, length, finest);
   std::mt19937_64 generator(3);
   std::normal_distribution<double> noise(0.0, 0.01);
   std::string csv = "t,x,load,force\n";
@@ -251,13 +245,7 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
   const double kinetic = 0.35, length = 15e-6, renewal = 2.0, cv = 0.5, load = 2.0;
   const double damping = 1000.0, stribeck = 0.1e-3, finest = length / 50.0;
   RubbedBristles bristles(1800, lognormal_quantile(length, cv), 0.0, renewal, 3);
-  RubbedBristles sliding(20000, lognormal_quantile(length, cv), 0.0, renewal, 18);
-  sliding.step(20.0 * length, 0.0, finest);
-  double bend = 0.0;
-  for (int i = 0; i < 40; ++i) {
-    sliding.step(0.25 * length, 0.0, finest);
-    bend += sliding.x() / 40.0;
-  }
+  const double bend = kinetic_bend({20000, lognormal_quantile(length, cv), 0.0, renewal, 18}, length, finest);
   std::mt19937_64 generator(4);
   std::normal_distribution<double> noise(0.0, 0.01);
   const auto place = [](double t) { return 30e-6 * (1.0 + t / 3.0) * std::sin(2.0 * M_PI * 0.6 * t); };
