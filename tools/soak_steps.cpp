@@ -37,6 +37,7 @@ using bristle::PatchBatch;
 using bristle::PatchId;
 using bristle::PatchOptions;
 using bristle::SnapRule;
+using bristle::TimeHistogram;
 
 constexpr std::uint64_t steps_of_part = 1000000;
 constexpr std::uint64_t steps_of_block = 500;
@@ -132,28 +133,11 @@ std::uint64_t now_ns(clockid_t clock) {
   return static_cast<std::uint64_t>(t.tv_sec) * 1000000000u + static_cast<std::uint64_t>(t.tv_nsec);
 }
 
-/// Times in buckets of an eighth of an octave, ns.
-class Histogram {
- public:
-  static std::size_t bucket_of(std::uint64_t ns) {
-    if (ns < 8) return static_cast<std::size_t>(ns);
-    const int octave = 63 - __builtin_clzll(ns);
-    return static_cast<std::size_t>(octave - 2) * 8 + (ns >> (octave - 3) & 7);
-  }
-  static std::uint64_t end_of(std::size_t bucket) {
-    if (bucket < 8) return bucket + 1;
-    return (9 + bucket % 8) << (bucket / 8 - 1);
-  }
-  void add(std::uint64_t ns) { ++counts[bucket_of(ns)]; }
-
-  std::array<std::uint64_t, 496> counts{};
-};
-
 struct Part {
-  std::uint64_t largest_ns = 0, at = 0, last_ns = 0;
+  std::uint64_t largest_ns = 0, at = 0;
   std::uint64_t blocks_repeated = 0;
   double wall_s = 0.0, cpu_s = 0.0;
-  Histogram histogram;
+  TimeHistogram histogram;
   std::uint64_t hash = 0;
   Step of_largest{};
 };
@@ -215,26 +199,29 @@ Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std
     const Path path = walk.path;
     walk.batch.save_state(state);
     const std::uint64_t wall = now_ns(CLOCK_MONOTONIC), cpu = now_ns(CLOCK_THREAD_CPUTIME_ID);
-    for (std::uint64_t k = 0; k < count; ++k) part.histogram.add(least[k] = walk.step(taken[k]));
+    for (std::uint64_t k = 0; k < count; ++k) {
+      least[k] = walk.step(taken[k]);
+      part.histogram.record(1e-9 * static_cast<double>(least[k]));
+    }
     part.cpu_s += 1e-9 * static_cast<double>(now_ns(CLOCK_THREAD_CPUTIME_ID) - cpu);
     part.wall_s += 1e-9 * static_cast<double>(now_ns(CLOCK_MONOTONIC) - wall);
-    const auto longest = [&] { return std::max_element(least.begin(), least.begin() + count); };
+    const auto last = least.begin() + static_cast<std::ptrdiff_t>(count);
+    auto longest = std::max_element(least.begin(), last);
     const std::uint64_t hash = walk.batch.state_hash();
-    part.last_ns = least[count - 1];
-    if (*longest() <= worst) continue;
+    if (*longest <= worst) continue;
     ++part.blocks_repeated;
-    for (int repeat = 0; repeat<most_repeats&& * longest()> worst; ++repeat) {
+    for (int repeat = 0; repeat < most_repeats && worst < *longest; ++repeat) {
       walk.batch.restore_state(state);
       walk.path = path;
       under_way.step = at;
       for (std::uint64_t k = 0; k < count; ++k) least[k] = std::min(least[k], walk.step(taken[k]));
       if (walk.batch.state_hash() != hash)
         throw std::runtime_error("a block run again ended in another state");
+      longest = std::max_element(least.begin(), last);
     }
-    part.last_ns = least[count - 1];
-    if (*longest() <= worst) continue;
-    worst = part.largest_ns = *longest();
-    part.at = at + static_cast<std::uint64_t>(longest() - least.begin());
+    if (*longest <= worst) continue;
+    worst = part.largest_ns = *longest;
+    part.at = at + static_cast<std::uint64_t>(longest - least.begin());
     part.of_largest = taken[part.at - at];
   }
   part.hash = walk.batch.state_hash();
@@ -248,15 +235,14 @@ void print_step(const Step& step, std::uint64_t ns) {
 
 /// The sum of all parts in the file.
 struct Total {
-  std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0, repeated = 0;
+  std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0;
   double cpu_s = 0.0, wall_s = 0.0;
-  Histogram histogram;
+  std::array<std::uint64_t, TimeHistogram::buckets> counts{};
 
   void add(const nlohmann::json& line) {
     ++parts;
     cpu_s += line.at("cpu_s").get<double>();
     wall_s += line.at("wall_s").get<double>();
-    repeated += line.at("blocks_repeated").get<std::uint64_t>();
     const auto ns = line.at("largest_ns").get<std::uint64_t>();
     if (ns > largest_ns) {
       largest_ns = ns;
@@ -264,13 +250,14 @@ struct Total {
       largest_at = line.at("at_step").get<std::uint64_t>();
     }
     for (const auto& [bucket, count] : line.at("histogram").items())
-      histogram.counts.at(std::stoul(bucket)) += count.get<std::uint64_t>();
+      counts.at(std::stoul(bucket)) += count.get<std::uint64_t>();
   }
   /// Upper end of the bucket in which the share lies, ns.
   std::uint64_t quantile(double share) const {
     double left = share * static_cast<double>(parts * steps_of_part);
-    for (std::size_t b = 0; b < histogram.counts.size(); ++b)
-      if ((left -= static_cast<double>(histogram.counts[b])) <= 0.0) return Histogram::end_of(b);
+    for (int b = 0; b < TimeHistogram::buckets; ++b)
+      if ((left -= static_cast<double>(counts[static_cast<std::size_t>(b)])) <= 0.0)
+        return static_cast<std::uint64_t>(1e9 * TimeHistogram().bucket(b).high_s);
     return 0;
   }
   void print(const char* name) const {
@@ -287,8 +274,9 @@ struct Total {
 
 nlohmann::json line_of(std::uint64_t number, const Part& part) {
   nlohmann::json histogram = nlohmann::json::object();
-  for (std::size_t b = 0; b < part.histogram.counts.size(); ++b)
-    if (part.histogram.counts[b] > 0) histogram[std::to_string(b)] = part.histogram.counts[b];
+  for (int b = 0; b < TimeHistogram::buckets; ++b)
+    if (const std::uint32_t count = part.histogram.bucket(b).count; count > 0)
+      histogram[std::to_string(b)] = count;
   char hash[20];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(part.hash));
   return {{"part", number},      {"largest_ns", part.largest_ns}, {"at_step", part.at},
