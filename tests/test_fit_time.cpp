@@ -106,6 +106,36 @@ TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit
     CHECK(std::abs(force[samples * (k + 1) - 1]) == Approx(1.0).epsilon(1e-3));
 }
 
+TEST_CASE("A length holds where few samples show the spread", "[fit]") {
+  // Lengths of 16.4 um at a spread of 0.4; 2.5 and 5 um lie between samples in sliding.
+  SyntheticFriction s = noisy(slide_hold_slide());
+  s.growth = grown;
+  for (const double rate : {40.0, 20.0}) {
+    s.rate = rate;
+    const Fitted found = fit(record(s, 11).csv());
+    const double age = found.result.frame.age;
+    CAPTURE(rate);
+    check_recovered(found[cli::fit_length], s.length * grown(age), 3e-6);
+    check_recovered(found[cli::fit_kinetic], kinetic_at(s, 100e-6), 0.01);
+    CHECK_FALSE(found[cli::fit_spread].fitted);
+    CHECK_THAT(found[cli::fit_spread].why, Contains("do as well"));
+    CHECK(found[cli::fit_spread].value == Approx(s.spread).epsilon(0.2));
+  }
+}
+
+TEST_CASE("Samples farther apart than the bristles are long show kinetic friction alone", "[fit]") {
+  SyntheticFriction s = noisy(slide_hold_slide());
+  s.growth = grown;
+  for (const double rate : {10.0, 8.0, 5.0}) {  // 10 to 20 um in sliding
+    s.rate = rate;
+    const Fitted found = fit(record(s, 11).csv());
+    CAPTURE(rate);
+    check_recovered(found[cli::fit_kinetic], kinetic_at(s, 100e-6), 0.01);
+    CHECK_FALSE(found[cli::fit_length].fitted);
+    CHECK_FALSE(found[cli::fit_spread].fitted);
+  }
+}
+
 TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
   SyntheticFriction s = noisy(slide_hold_slide());
   s.growth = grown;

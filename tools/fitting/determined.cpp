@@ -184,6 +184,17 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   return beside > 1e-6 * alone ? alone / beside : 1e6;
 }
 
+/// Whether the length is determined at least beside a kinetic coefficient that is known: where it is not,
+/// that coefficient is what the record has.
+bool Fitter::shows_presliding(FitPoint point) {
+  take_out(point.free, fit_kinetic);
+  const auto at = std::find(point.free.begin(), point.free.end(), fit_length);
+  if (at == point.free.end()) return true;
+  const Eigen::MatrixXd j = jacobian(model_, point);
+  const Eigen::VectorXd r = residuals(point);
+  return is_determined(point, j, covariance(j, r, correlated_samples(r)), at - point.free.begin());
+}
+
 /// Takes out the most expendable parameter of those that the data do not determine.
 bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   assume(model_, point);
@@ -203,6 +214,7 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
     const auto at = std::find(point.free.begin(), point.free.end(), p);
     if (at == point.free.end()) continue;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
+    if (p == fit_kinetic && !shows_presliding(point)) continue;
     if (without_effect) {
       if (j.col(i).norm() >= nothing) continue;
     } else if (is_determined(point, j, cov, i)) {
@@ -227,48 +239,59 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   return false;
 }
 
-/// Where the data leave the time of ageing or the speed of strengthening open, the others are fitted with
-/// each of a row of them. The point takes the middle one of those that are as good as the best; what the
-/// others differ by over these is a part of their error.
-FitPoint Fitter::try_scales(FitPoint point, FitParameter scale) {
-  constexpr int tried = 6;
+/// Fits with a row of values of a parameter that the data leave open, from the best one on as fine as it
+/// takes until several are as good as the best: those, in the order of the parameter.
+std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) {
+  constexpr int tried = 6, passes = 3;
+  constexpr std::size_t several_fits = 3;
   constexpr double as_good = 3.84;  // gain in the likelihood (twice its logarithm)
-  const FitParameter term = scale == fit_ageing_time ? fit_ageing : fit_strengthening;
-  if (!contains(point.free, term) || contains(point.free, scale)) return point;
-  assume(model_, point);
-  const double low = model_.lowest(scale), high = model_.highest(scale);
-  std::vector<FitPoint> row{point};
-  for (int i = 0; i < tried; ++i) {
-    FitPoint other = point;
-    other.values[scale] = low * std::pow(high / low, (i + 0.25) / tried);
-    other = minimise(model_, other);
-    if (other.values[term] > 0.0) row.push_back(other);
-  }
-  const FitPoint best = *std::min_element(row.begin(), row.end(), better);
-  const double noise =
-      best.sum_of_squares / static_cast<double>(samples()) * correlated_samples(residuals(best));
-  row.erase(std::remove_if(
-                row.begin(), row.end(),
-                [&](const FitPoint& q) { return q.sum_of_squares > best.sum_of_squares + as_good * noise; }),
-            row.end());
-  std::sort(row.begin(), row.end(),
-            [&](const FitPoint& a, const FitPoint& b) { return a.values[scale] < b.values[scale]; });
-  const FitPoint middle = row[row.size() / 2];
-  const auto count = static_cast<Eigen::Index>(middle.free.size());
-  if (scale_error_.rows() != count) scale_error_ = Eigen::MatrixXd::Zero(count, count);
-  for (const FitPoint& q : row) {
-    Eigen::VectorXd off(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const FitParameter p = middle.free[static_cast<std::size_t>(i)];
-      off[i] = FitModel::is_logarithmic(p)
-                   ? std::log(q.values[p] / middle.values[p])
-                   : (q.values[p] - middle.values[p]) / model_.scale(middle.values, p);
+  const FitParameter term = open == fit_ageing_time           ? fit_ageing
+                            : open == fit_strengthening_speed ? fit_strengthening
+                                                              : fit_length;
+  double low = model_.lowest(open), high = model_.highest(open);
+  std::vector<FitPoint> all{point}, row;
+  for (int pass = 0; pass < passes && row.size() < several_fits; ++pass) {
+    const double ratio = std::pow(high / low, 1.0 / tried);
+    for (int i = 0; i < tried; ++i) {
+      FitPoint other = point;
+      other.values[open] = low * std::pow(ratio, i + 0.25);
+      other = minimise(model_, other);
+      if (other.values[term] > 0.0) all.push_back(other);
     }
-    scale_error_ += off * off.transpose() / static_cast<double>(row.size());
+    const FitPoint best = *std::min_element(all.begin(), all.end(), better);
+    const double noise =
+        best.sum_of_squares / static_cast<double>(samples()) * correlated_samples(residuals(best));
+    row.clear();
+    std::copy_if(all.begin(), all.end(), std::back_inserter(row), [&](const FitPoint& q) {
+      return q.sum_of_squares <= best.sum_of_squares + as_good * noise;
+    });
+    low = std::max(best.values[open] / ratio, low);
+    high = std::min(best.values[open] * ratio, high);
   }
+  std::sort(row.begin(), row.end(),
+            [&](const FitPoint& a, const FitPoint& b) { return a.values[open] < b.values[open]; });
+  return row;
+}
+
+/// Where the data leave the spread, the time of ageing or the speed of strengthening open, the point takes
+/// the middle one of those that are as good as the best; what these differ by is a part of every interval.
+FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
+  const bool matters = open == fit_ageing_time ? contains(point.free, fit_ageing)
+                       : open == fit_strengthening_speed
+                           ? contains(point.free, fit_strengthening)
+                           : contains(point.free, fit_length) && contains(point.free, fit_kinetic) &&
+                                 why_[open] == lacking(open);  // not at an end of its range
+  if (!matters || contains(point.free, open)) return point;
+  assume(model_, point);
+  std::vector<FitPoint> row = as_good(point, open);
   if (row.size() > 1)
-    why_[scale] = fmt::format("{:.2g} to {:.2g} {} do as well", row.front().values[scale],
-                              row.back().values[scale], scale == fit_ageing_time ? "s" : "m/s");
+    why_[open] =
+        fmt::format("{:.2g} to {:.2g}{} do as well", row.front().values[open], row.back().values[open],
+                    open == fit_spread        ? ""
+                    : open == fit_ageing_time ? " s"
+                                              : " m/s");
+  const FitPoint middle = row[row.size() / 2];
+  rows_.push_back({middle, std::move(row)});
   return middle;
 }
 
@@ -287,8 +310,8 @@ FitPoint Fitter::keep_determined(FitPoint point) {
   if (!point.free.empty()) point = keep_predicting(point);
   // With the error of the bristles themselves some are not determined after all.
   while (!point.free.empty() && drop_one(point, true)) point = minimise(model_, point);
-  for (const FitParameter scale : {fit_ageing_time, fit_strengthening_speed})
-    point = try_scales(point, scale);
+  for (const FitParameter open : {fit_spread, fit_ageing_time, fit_strengthening_speed})
+    point = take_middle(point, open);
   return point;
 }
 

@@ -121,7 +121,8 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
                                                          : (up[p] - down[p]) / model_.scale(point.values, p);
       gradient[static_cast<Eigen::Index>(i)] = std::log(function(up) / function(down)) / between;
     }
-    const double width = quantile * std::sqrt(std::max(gradient.dot(cov * gradient), 0.0));
+    const double open = open_variance([&](const FitValues& values) { return std::log(function(values)); });
+    const double width = quantile * std::sqrt(std::max(gradient.dot(cov * gradient), 0.0) + open);
     estimate.value = function(point.values);
     estimate.low = estimate.value * std::exp(-width);
     estimate.high = estimate.value * std::exp(width);
@@ -223,8 +224,7 @@ FitResult Fitter::report(const FitPoint& point) {
   const PopulationError population = bristle_error(point, j, r);
   result.fluctuating_bristles =
       population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();
-  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
-  if (scale_error_.rows() == cov.rows()) cov += scale_error_;
+  const Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
   result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();
@@ -239,13 +239,17 @@ FitResult Fitter::report(const FitPoint& point) {
     if (at == point.free.end()) continue;
     estimate.fitted = true;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
-    const double width = quantile * std::sqrt(std::max(cov(i, i), 0.0));
+    const double scale = model_.scale(point.values, p);
+    const double open = open_variance([&](const FitValues& values) {
+      return FitModel::is_logarithmic(p) ? std::log(values[p]) : values[p] / scale;
+    });
+    const double width = quantile * std::sqrt(std::max(cov(i, i), 0.0) + open);
     if (FitModel::is_logarithmic(p)) {
       estimate.low = estimate.value * std::exp(-width);
       estimate.high = estimate.value * std::exp(width);
     } else {
-      estimate.low = estimate.value - width * model_.scale(point.values, p);
-      estimate.high = estimate.value + width * model_.scale(point.values, p);
+      estimate.low = estimate.value - width * scale;
+      estimate.high = estimate.value + width * scale;
     }
     if (p == fit_residual || p == fit_renewal || p == fit_ageing || p == fit_strengthening)
       estimate.low = std::max(estimate.low, 0.0);

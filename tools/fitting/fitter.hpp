@@ -99,10 +99,23 @@ class Fitter {
   }
   bool is_determined(const FitPoint& point, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& cov,
                      Eigen::Index i) const;
+  bool shows_presliding(FitPoint point);
   bool at_an_edge(FitPoint& point);
   std::string lacking(FitParameter p) const;
   void leave(FitPoint& point, FitParameter p, const std::string& why);
-  FitPoint try_scales(FitPoint point, FitParameter scale);
+  std::vector<FitPoint> as_good(const FitPoint& point, FitParameter open);
+  FitPoint take_middle(FitPoint point, FitParameter open);
+  /// By what a function of the parameters differs over points that are as good: mean square.
+  template <typename Function>
+  double open_variance(const Function& function) const {
+    double sum = 0.0;
+    for (const Row& row : rows_) {
+      const double middle = function(row.middle.values);
+      for (const FitPoint& point : row.points)
+        sum += std::pow(function(point.values) - middle, 2) / static_cast<double>(row.points.size());
+    }
+    return sum;
+  }
   double widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p);
   void refuse_without_friction(const FitPoint& point);
   std::string why_no_peak(const FitPoint& point, const FitResult& result);
@@ -134,8 +147,12 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  std::string stage_note_;       // which of delay and compliance the record does not tell from the other
-  Eigen::MatrixXd scale_error_;  // of the free parameters, as covariance(); empty: none
+  std::string stage_note_;  // which of delay and compliance the record does not tell from the other
+  struct Row {
+    FitPoint middle;
+    std::vector<FitPoint> points;
+  };
+  std::vector<Row> rows_;  // of points as good as the best, for each parameter that the data leave open
   Progress& progress_;
 };
 

@@ -318,7 +318,7 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
 double FitModel::lowest(FitParameter parameter) const {
   switch (parameter) {
     case fit_length:
-      return std::max({0.5 * data_.quantum, 0.02 * data_.finest_move, 1e-5 * data_.range, 1e-11});
+      return std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
     case fit_spread:
       return 0.0525;  // the infinite brush takes 0.05, and derivatives look a little beyond
     case fit_residual:

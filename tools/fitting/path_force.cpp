@@ -44,9 +44,11 @@ bristle::Material BrushShape::material(double length) const {
   m.bristle_stiffness = 1.0;
   m.asperity_height_deviation = 1e-6;
   m.normal_stiffness = 1e6;
-  m.snap_length = make_snap_length(law, (1.0 - share) * length / growth, spread);
+  const double mean = (1.0 - share) * length / growth;
+  m.snap_length = make_snap_length(law, mean, spread);
   m.snap_rule = rule;
-  m.residual_length = share * length;
+  m.residual_length =
+      std::min(share * length, bristle::largest_residual * mean);  // much growth: no more fits
   m.shared_renewal = rule == SnapRule::keep ? 0.0 : shared_renewal;
   m.ageing_form = ageing_form;
   m.ageing_strength = rule == SnapRule::keep ? 0.0 : ageing_strength;

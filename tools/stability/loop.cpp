@@ -313,7 +313,7 @@ const char* linear_condition(Scheme scheme) noexcept {
     case Scheme::semi_implicit:
       return "k + 2c < 4";
     case Scheme::semi_implicit_mean:
-      return "k < 2c (c <= 1.5)";
+      return "k < 2c and c < 2";
     case Scheme::predictor:
     case Scheme::midpoint:
     case Scheme::linear_always:
