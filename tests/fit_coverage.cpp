@@ -181,36 +181,16 @@ void add_time(std::vector<Cell>& cells) {
   cells.push_back(cell_of("redraw, strengthens, speeds and rests", none));
 }
 
-/// Strokes of one to four presliding lengths (18 um) to either side, at 50 Hz.
 Cell rubbed() {
-  const double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, cv = 0.4;
-  const auto brush = [=](std::size_t bristles, std::uint64_t seed) {
-    return RubbedBristles(bristles, lognormal_quantile(length, cv), residual, renewal, seed);
-  };
-  const auto make = [=](std::uint64_t seed) {
-    static const double bend = kinetic_bend(brush(20000, 18), length, length / 50.0);
-    RubbedBristles bristles = brush(1800, seed);
-    std::mt19937_64 generator(seed + 1);
-    std::normal_distribution<double> noise(0.0, 0.01);
-    std::string csv = "t,x,load,force\n";
-    double x = 0.0;
-    for (int i = 0; i < 500; ++i) {
-      const double t = 0.02 * i, swing = 18e-6 * (1.0 + 3.0 * t / 10.0);
-      const double next = swing * std::sin(2.0 * M_PI * 0.8 * t);
-      bristles.step(next - x, 0.0, length / 50.0);
-      x = next;
-      csv += fmt::format("{},{},2,{}\n", t, x, kinetic * 2.0 * bristles.x() / bend + noise(generator));
-    }
-    return csv;
-  };
-  return {"redraw, rubbed (residual, shared renewal)", SnapRule::redraw, make, [=](const cli::FitResult&) {
-            return Truth{{"kinetic", kinetic},
-                         {"presliding_length", length + residual},
-                         {"spread", cv},
-                         {"residual_share", residual / (length + residual)},
-                         {"shared_renewal", renewal},
-                         {"sensor_offset", 0.0},
-                         {"sensor_drift", 0.0}};
+  const RubbedStrokes s;
+  return {"redraw, rubbed (residual, shared renewal)", SnapRule::redraw,
+          [s](std::uint64_t seed) { return s.csv(seed); },
+          [s](const cli::FitResult&) {
+            return Truth{
+                {"kinetic", s.kinetic},        {"presliding_length", s.length + s.residual},
+                {"spread", s.spread},          {"residual_share", s.residual / (s.length + s.residual)},
+                {"shared_renewal", s.renewal}, {"sensor_offset", 0.0},
+                {"sensor_drift", 0.0}};
           }};
 }
 

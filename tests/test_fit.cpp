@@ -265,6 +265,19 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
   check_recovered(fitted[cli::fit_damping], damping, 0.3 * damping);
 }
 
+TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly known", "[fit]") {
+  // Of the records of fit_coverage.cpp one whose renewal is known to hardly more than its size: its interval
+  // begins at none.
+  const RubbedStrokes s;
+  const Fitted fitted = fit(s.csv(1020));
+  check_recovered(fitted[cli::fit_renewal], s.renewal, 3.0);
+  CHECK(fitted[cli::fit_renewal].low == 0.0);
+  const cli::FitEstimate& length = fitted[cli::fit_length];
+  CAPTURE(length.value, length.low, length.high);
+  CHECK(length.low < s.length + s.residual);
+  CHECK(s.length + s.residual < length.high);
+}
+
 TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, each at home in its own data",
           "[fit]") {
   // 20 s of strokes of growing length under 1 N. Friction of ten springs with blocks, written here: two of
@@ -607,6 +620,27 @@ TEST_CASE("A speed that is one but for its turns and its noise shows no lubrican
     CHECK(fitted[cli::fit_viscous].value == 0.0);
     CHECK_FALSE(fitted[cli::fit_viscous].fitted);
   }
+}
+
+TEST_CASE("A term that one stroke asks for and the others deny is not taken", "[fit]") {
+  // Strokes of up to 0.1 mm/s, in which friction falls by 50 N s/m, and one of 1 mm/s with 30 mN too much.
+  // Over all of it a lubricant of 37 N s/m pays for itself; what it predicts of any part that it was not
+  // fitted to is worse than nothing.
+  SyntheticFriction s = usual();
+  s.rate = 200.0;
+  s.every = 4;
+  const double begin = 6.0, end = 6.4;
+  s.motion = [=](double t) {
+    return 1e-4 / M_PI * (1.0 - std::cos(M_PI * t)) + 1e-3 * (std::clamp(t, begin, end) - begin);
+  };
+  RecordedFriction data = record(s, 2);
+  for (std::size_t i = 1; i < data.t.size(); ++i) {
+    const double speed = (data.x[i] - data.x[i - 1]) / (data.t[i] - data.t[i - 1]);
+    data.force[i] += begin < data.t[i] && data.t[i] <= end ? 0.03 : -50.0 * speed;
+  }
+  const Fitted fitted = fit(data.csv());
+  CHECK_FALSE(fitted[cli::fit_viscous].fitted);
+  CHECK_THAT(fitted[cli::fit_viscous].why, Contains("held-out error"));
 }
 
 TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {
