@@ -612,14 +612,43 @@ TEST_CASE("A speed that is one but for its turns and its noise shows no lubrican
     const double way = w < 0.5 ? speed_gained(w) : 1.0 - turn - speed_gained(1.0 - w);
     return v * way;
   };
-  for (const double encoder : {0.0, 1e-6}) {
+  for (const auto& [encoder, seed] : {std::pair(0.0, 6u), std::pair(1e-6, 23u), std::pair(1e-6, 28u)}) {
     s.encoder = encoder;
-    const Fitted fitted = fit(record(s, 6).csv());
-    CAPTURE(encoder);
+    const Fitted fitted = fit(record(s, seed).csv());
+    CAPTURE(encoder, seed);
     check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
     CHECK(fitted[cli::fit_viscous].value == 0.0);
     CHECK_FALSE(fitted[cli::fit_viscous].fitted);
   }
+}
+
+TEST_CASE("A few samples at another speed show the lubricant where they make a part of the way", "[fit]") {
+  SyntheticFriction s = usual();
+  s.viscous = 100.0;
+  s.duration = 22.0;
+  s.motion = [](double t) {  // 10 s at 0.1 mm/s, one at 1 mm/s, and back
+    const auto way = [](double u) { return 1e-4 * std::min(u, 10.0) + 1e-3 * std::max(u - 10.0, 0.0); };
+    return t < 11.0 ? way(t) : way(11.0) - way(t - 11.0);
+  };
+  const Fitted fitted = fit(record(s, 6).csv());
+  check_recovered(fitted[cli::fit_viscous], s.viscous, 0.2 * s.viscous);
+  check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.02 * s.kinetic);
+}
+
+TEST_CASE("A speed each way shows no lubricant where the sensor may have an offset", "[fit]") {
+  // 1.0 mm/s towards +x and 1.4 mm/s back, friction 5 % higher back.
+  SyntheticFriction s = usual();
+  s.rate = 200.0;
+  s.motion = [](double t) {
+    const double u = std::fmod(t, 2.4);
+    return u < 1.4 ? 1e-3 * u : 1.4e-3 * (2.4 - u);
+  };
+  RecordedFriction data = record(s, 6);
+  for (double& force : data.force) force *= force < 0.0 ? 1.05 : 1.0;
+  const Fitted fitted = fit(data.csv());
+  check_recovered(fitted[cli::fit_kinetic], 1.025 * s.kinetic, 0.02 * s.kinetic);
+  CHECK_FALSE(fitted[cli::fit_viscous].fitted);
+  CHECK_THAT(fitted[cli::fit_viscous].why, Contains("one speed only each way"));
 }
 
 TEST_CASE("A term that one stroke asks for and the others deny is not taken", "[fit]") {

@@ -550,17 +550,37 @@ FitData without_origin(const FitData& data) {
 
 namespace {
 
+/// Fast over slow: a fifth of the samples is faster and a fifth slower, or a fifth of the way. Turns are
+/// short by the one, strokes at another speed by one of them only.
+double ratio_of(std::vector<double> speeds) {
+  constexpr std::size_t fewest = 20;
+  constexpr double tail = 0.2;
+  if (speeds.size() < fewest) return 1.0;
+  std::sort(speeds.begin(), speeds.end());
+  std::vector<double> way(speeds.size());
+  std::partial_sum(speeds.begin(), speeds.end(), way.begin());
+  const auto at_way = [&](double share) {
+    return speeds[static_cast<std::size_t>(std::lower_bound(way.begin(), way.end(), share * way.back()) -
+                                           way.begin())];
+  };
+  return std::max(quantile_of(speeds, 1.0 - tail) / quantile_of(speeds, tail),
+                  at_way(1.0 - tail) / at_way(tail));
+}
+
 /// Speeds of samples that move, and the loads of these.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
-  std::vector<double> speeds, loads;
+  std::vector<double> speeds, loads, forth, back;
   for (std::size_t i = 0; i < speed.size(); ++i) {
     if (speed[i] <= 1e-3 * fastest) continue;
     speeds.push_back(speed[i]);
     loads.push_back(data.load[i]);
+    (data.velocity[i] > 0.0 ? forth : back).push_back(speed[i]);
   }
   data.slow = quantile_of(speeds, 0.1);
   data.fast = quantile_of(speeds, 0.9);
+  // What goes with the direction may be an offset of the sensor as well as a speed.
+  data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
   data.least_load = quantile_of(loads, 0.1);
   data.most_load = quantile_of(loads, 0.9);
 }

@@ -69,6 +69,7 @@ struct FitData {
   int reversals = 0;
   double longest_rest = 0.0;      ///< s, between motions
   double slow = 0.0, fast = 0.0;  ///< m/s, a tenth of the moving samples is slower, a tenth faster
+  double ratio_of_speeds = 1.0;   ///< fast over slow, of one axis towards the side where it is more
   double mean_load = 0.0, force_scale = 0.0;  ///< N, force: rms
   double sample_time = 0.0;                   ///< s, median
   double least_load = 0.0, most_load = 0.0;   ///< N, of moving samples: a tenth is below, a tenth above

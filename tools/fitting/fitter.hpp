@@ -88,7 +88,10 @@ class Fitter {
     values[fit_compliance] = options_.compliance.value_or(0.0);
     values[fit_delay] = options_.delay.value_or(0.0);
   }
-  bool several_speeds() const { return data_.fast >= one_speed * data_.slow; }
+  bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
+  /// A stage at one speed each way still passes through all below it in its turns: enough for a damper, which
+  /// is gone at speed, not for a lubricant, which would be read from the speed itself.
+  bool slow_turns() const { return data_.fast >= one_speed * data_.slow; }
   bool several_loads() const { return data_.most_load >= several * data_.least_load; }
   FitPoint keep_determined(FitPoint point);
   FitPoint keep_predicting(FitPoint point);

@@ -408,10 +408,13 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
     }
     candidates.push_back(point);
   };
-  FitPoint lubricant = rigid;
-  lubricant.free.push_back(fit_viscous);
-  add(lubricant);
+  if (several_speeds()) {
+    FitPoint lubricant = rigid;
+    lubricant.free.push_back(fit_viscous);
+    add(lubricant);
+  }
   for (const bool both : {false, true}) {
+    if (both && !several_speeds()) continue;
     FitParameterSet linear = rigid.free;
     linear.push_back(fit_damping);
     if (both) linear.push_back(fit_viscous);
@@ -436,12 +439,14 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
 
 /// The lubricant, the damper, or both, where they pay for their parameters.
 FitPoint Fitter::add_speed_terms(const FitPoint& core) {
-  if (!several_speeds()) {
-    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
-      why_[p] = fmt::format("one speed only ({:.3g} to {:.3g} m/s)", data_.slow, data_.fast);
-    }
-    return core;
+  const std::string speeds = fmt::format("{:.3g} and {:.3g} m/s", data_.slow, data_.fast);
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+    const bool seen = several_speeds() || (p != fit_viscous && slow_turns());
+    why_[p] = seen         ? "not seen between " + speeds
+              : two_ways() ? "one speed only each way, between " + speeds
+                           : "one speed only, between " + speeds;
   }
+  if (!several_speeds() && !slow_turns()) return core;
   FitPoint best = core;
   for (const FitPoint& candidate : speed_candidates(core)) {
     if (candidate.values[fit_viscous] < 0.0 || candidate.values[fit_damping] < 0.0) continue;
@@ -449,11 +454,8 @@ FitPoint Fitter::add_speed_terms(const FitPoint& core) {
     if (criterion(candidate, count) < criterion(best, count)) best = candidate;
   }
   if (best.free.size() > core.free.size()) best = minimise(model_, best);
-  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
-    if (!contains(best.free, p)) {
-      why_[p] = fmt::format("not seen between {:.3g} and {:.3g} m/s", data_.slow, data_.fast);
-    }
-  }
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
+    if (contains(best.free, p)) why_[p].clear();
   return best;
 }
 
