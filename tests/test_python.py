@@ -718,7 +718,7 @@ class Fit(unittest.TestCase):
     def test_a_disc_has_less_torque_than_a_ring_of_its_radius(self):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "torque.csv"
-            rows = np.column_stack([self.t, self.x / 0.02, 0.02 * self.force])
+            rows = np.column_stack([self.t, self.x / 0.02, 0.02 * self.force])[::4]
             np.savetxt(file, rows, "%.17g", ",", header="t,angle,torque", comments="")
             held = dict(load=LOAD, residual=0.1, renewal=1.0, compliance=0.0, delay=0.0)
             ring, disc = bristle.fit(file, radius=0.02, **held), bristle.fit(file, disc=0.02, **held)
