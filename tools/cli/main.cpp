@@ -74,7 +74,7 @@ std::string version_text() {
     text +=
         fmt::format("\nwithout {}{}", BRISTLE_WITH_DOUBLE ? "" : " double precision (BRISTLE_WITH_DOUBLE)",
                     BRISTLE_WITH_TBB ? "" : " threads (BRISTLE_WITH_TBB)");
-  return text + '\n';
+  return cli::filled(text + '\n');
 }
 
 // "1ms", "500 us", "0.001" (seconds).
