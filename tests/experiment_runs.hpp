@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -51,12 +52,12 @@ inline bool is_shown(const cli::ExperimentResult& result, const std::string& phe
 }
 
 /// The row whose value in a column is x.
-inline const cli::SeriesRow* at(const std::vector<cli::SeriesRow>& rows, double x, double within,
-                                std::size_t column = 0) {
+inline std::optional<cli::SeriesRow> at(const std::vector<cli::SeriesRow>& rows, double x, double within,
+                                        std::size_t column = 0) {
   for (const cli::SeriesRow& row : rows) {
-    if (std::abs(row.values[column] - x) <= within) return &row;
+    if (std::abs(row.values[column] - x) <= within) return row;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 inline Sets operator+(Sets a, const Sets& b) {

@@ -254,7 +254,7 @@ TEST_CASE("Steady friction over speed follows the tables of both damper decays",
         for (const Row& row : read_table("steady_force_velocity.csv")) {
           if (row.at("set") != name || number(row, "v_m_per_s") <= 0.0) continue;
           INFO(name << ", " << decay << ", " << model << " at " << row.at("v_m_per_s") << " m/s");
-          const SeriesRow* found = at(rows, number(row, "v_m_per_s"), 1e-12);
+          const auto found = at(rows, number(row, "v_m_per_s"), 1e-12);
           REQUIRE(found);
           const double expected =
               number(row, std::string(decay) == "gaussian" ? "F_exp_gauss_N" : "F_exp_abs_N");
@@ -277,7 +277,7 @@ TEST_CASE("The first pull of the presliding experiment is the virgin curve of th
       for (const Row& row : read_table("virgin_curve.csv")) {
         if (row.at("dist") != dist || row.at("variant") != variant || row.at("note") == "tie") continue;
         const double x = number(row, "x_over_dbar");
-        const SeriesRow* found = at(rows, x * 2e-5, 1e-12);
+        const auto found = at(rows, x * 2e-5, 1e-12);
         if (!found) continue;
         INFO(dist << ", " << variant << ", x = " << x);
         expect_near(found->values[1] * kinetic_deflection(dist, variant), number(row, "f_reference"),
@@ -303,7 +303,7 @@ TEST_CASE("The infinite brush is pulled along the virgin curve of the table, wha
     for (const Row& row : read_table("virgin_curve.csv")) {
       if (row.at("dist") != dist || row.at("variant") != "redraw" || row.at("note") == "tie") continue;
       const double x = number(row, "x_over_dbar");
-      const SeriesRow* found = at(rows, x * 2e-5, 1e-12);
+      const auto found = at(rows, x * 2e-5, 1e-12);
       if (!found) continue;
       INFO(dist << ", x = " << x);
       // Mean snap lengths, at the default resolution of 8: a piece's share 1/8 squared, over 8.
@@ -328,7 +328,7 @@ TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
         const double x = number(row, "x_over_dbar_after_jump");
         // Right after a fall: after the first hundredth of a length.
         const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
-        const SeriesRow* found = at(rows, up ? x : 0.01, 1e-9);
+        const auto found = at(rows, up ? x : 0.01, 1e-9);
         if (!found) continue;
         INFO(dist << ", " << variant << ", " << row.at("jump") << ", x = " << x);
         // Kinetic friction 1 N before. Fluctuation of the bristles before and of as many new ones.

@@ -78,7 +78,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
     }
     // Tolerance of a piece 1e-7 of a N, some hundred pieces.
     CHECK(found_relaxed == Approx(relaxed).margin(1e-6));
-    const SeriesRow* row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
+    const auto row = at(rows_of(result, "peak", "rate_state"), duration, 0.0);
     REQUIRE(row);
     CHECK(row->values[3] == Approx(peak).margin(1e-6));
   }
@@ -282,7 +282,7 @@ TEST_CASE("The brush that ages slides at every speed as the table says", "[exper
         if (row.at("dist") != dist || row.at("beta") != beta || row.at("variant") != "redraw") continue;
         const double v = speed_of(number(row, "v_tau_over_dbar"));
         INFO(dist << ", beta " << beta << " at " << v << " m/s");
-        const SeriesRow* found = at(rows_of(result, "dry", "brush_aged"), v, 1e-6 * v);
+        const auto found = at(rows_of(result, "dry", "brush_aged"), v, 1e-6 * v);
         REQUIRE(found);
         expect_near(found->values[1] * fast_deflection(dist), number(row, "f_kinetic_ref"), resolution_error,
                     "mean deflection");
@@ -318,7 +318,7 @@ TEST_CASE("Slide-hold-slide: the peaks of the brush that ages are those of the t
     for (const Row* row : rows) {
       INFO(key << ", held for " << row->at("hold_over_tau"));
       const double hold = 0.01 * number(*row, "hold_over_tau");
-      const SeriesRow* found = at(rows_of(result, "peak", "brush_aged"), hold, 1e-6 * hold);
+      const auto found = at(rows_of(result, "peak", "brush_aged"), hold, 1e-6 * hold);
       REQUIRE(found);
       expect_near(found->values[3] * fast_deflection(first.at("dist")),
                   number(*row, "peak_over_kinetic") * number(*row, "kinetic"), 2.0 * resolution_error,
@@ -483,7 +483,7 @@ TEST_CASE("Velocity step: strengthening with speed raises friction at once by a 
     const double expected =
         a / mu0 * (std::asinh(1.5 * v / speed) - std::asinh(0.5 * v / speed)) / std::log(3.0);
     CHECK(row.values[2] == Approx(expected).margin(2e-4));
-    const SeriesRow* plain = at(rows_of(without, "step", "brush_aged"), v, 1e-9 * v);
+    const auto plain = at(rows_of(without, "step", "brush_aged"), v, 1e-9 * v);
     REQUIRE(plain);
     CHECK(row.values[3] == Approx(plain->values[3] - expected).margin(1e-6));
   }

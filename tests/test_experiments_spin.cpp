@@ -35,8 +35,8 @@ TEST_CASE("Brush and LuGre slide and spin as the table of the limit surface says
     double worst = 0.0;
     for (const Row& row : read_table("spin_limit.csv")) {
       if (row.at("pressure") != "uniform") continue;
-      const cli::SeriesRow* at_ratio = at(rows, number(row, "v_over_omegaR"), 1e-9);
-      if (at_ratio == nullptr) continue;
+      const auto at_ratio = at(rows, number(row, "v_over_omegaR"), 1e-9);
+      if (at_ratio == std::nullopt) continue;
       ++found;
       worst = std::max(worst, std::fabs(at_ratio->values[1] - number(row, "F_over_muN")));
       worst = std::max(worst, std::fabs(at_ratio->values[3] - number(row, "T_over_muNR")));
