@@ -105,9 +105,9 @@ inline double kinetic_bend(RubbedBristles sliding, double length, double piece) 
 /// Strokes of one to four presliding lengths (18 um, a third of it residual) to either side, at 50 Hz under 2
 /// N, with noise of 10 mN, as a file.
 struct RubbedStrokes {
-  double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, spread = 0.4;
+  static constexpr double kinetic = 0.35, length = 12e-6, residual = 6e-6, renewal = 1.5, spread = 0.4;
   std::string csv(std::uint64_t seed) const {
-    const auto brush = [&](std::size_t bristles, std::uint64_t of) {
+    const auto brush = [](std::size_t bristles, std::uint64_t of) {
       return RubbedBristles(bristles, lognormal_quantile(length, spread), residual, renewal, of);
     };
     static const double bend = kinetic_bend(brush(20000, 18), length, length / 50.0);

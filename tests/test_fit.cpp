@@ -612,7 +612,7 @@ TEST_CASE("A speed that is one but for its turns and its noise shows no lubrican
     const double way = w < 0.5 ? speed_gained(w) : 1.0 - turn - speed_gained(1.0 - w);
     return v * way;
   };
-  for (const auto& [encoder, seed] : {std::pair(0.0, 6u), std::pair(1e-6, 23u), std::pair(1e-6, 28u)}) {
+  for (const auto& [encoder, seed] : {std::pair(0.0, 6u), std::pair(1e-6, 6u), std::pair(1e-6, 28u)}) {
     s.encoder = encoder;
     const Fitted fitted = fit(record(s, seed).csv());
     CAPTURE(encoder, seed);

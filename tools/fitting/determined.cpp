@@ -50,6 +50,17 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
+/// Time of ageing and speed of strengthening: where they are short and slow, all beyond them grows with the
+/// logarithm, and they stay where they are.
+bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
+
+/// What a parameter that may stay open belongs to.
+FitParameter owner_of(FitParameter open) {
+  return open == fit_ageing_time           ? fit_ageing
+         : open == fit_strengthening_speed ? fit_strengthening
+                                           : fit_length;
+}
+
 }  // namespace
 
 std::string Fitter::lacking(FitParameter p) const {
@@ -83,10 +94,6 @@ std::string Fitter::lacking(FitParameter p) const {
       return "cannot be separated from other terms";
   }
 }
-
-/// Time of ageing and speed of strengthening: where they are short and slow, all beyond them grows with the
-/// logarithm, and they stay where they are.
-bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
 
 /// Parameters that ran to an end of their range stay there.
 bool Fitter::at_an_edge(FitPoint& point) {
@@ -184,15 +191,16 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   return beside > 1e-6 * alone ? alone / beside : 1e6;
 }
 
-/// Whether the length is determined at least beside a kinetic coefficient that is known: where it is not,
-/// that coefficient is what the record has.
-bool Fitter::shows_presliding(FitPoint point) {
+/// Whether the length is determined at least beside a kinetic coefficient (column `kinetic`) that is known:
+/// where it is not, that coefficient is what the record has.
+bool Fitter::shows_presliding(FitPoint point, const Eigen::MatrixXd& j, Eigen::Index kinetic,
+                              const Eigen::VectorXd& r) const {
   take_out(point.free, fit_kinetic);
   const auto at = std::find(point.free.begin(), point.free.end(), fit_length);
   if (at == point.free.end()) return true;
-  const Eigen::MatrixXd j = jacobian(model_, point);
-  const Eigen::VectorXd r = residuals(point);
-  return is_determined(point, j, covariance(j, r, correlated_samples(r)), at - point.free.begin());
+  Eigen::MatrixXd others(j.rows(), j.cols() - 1);
+  others << j.leftCols(kinetic), j.rightCols(j.cols() - kinetic - 1);
+  return is_determined(point, others, covariance(others, r, correlated_samples(r)), at - point.free.begin());
 }
 
 /// Takes out the most expendable parameter of those that the data do not determine.
@@ -214,7 +222,6 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
     const auto at = std::find(point.free.begin(), point.free.end(), p);
     if (at == point.free.end()) continue;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
-    if (p == fit_kinetic && !shows_presliding(point)) continue;
     if (without_effect) {
       if (j.col(i).norm() >= nothing) continue;
     } else if (is_determined(point, j, cov, i)) {
@@ -233,6 +240,7 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
     const bool rubbing = p == fit_renewal || p == fit_residual;
     if (rubbing && !without_effect && point.values[p] >= std::sqrt(cov(i, i)) * model_.scale(point.values, p))
       continue;
+    if (p == fit_kinetic && !shows_presliding(point, j, i, r)) continue;
     leave(point, p, lacking(p));
     return true;
   }
@@ -245,9 +253,6 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
   constexpr int tried = 6, passes = 3;
   constexpr std::size_t several_fits = 3;
   constexpr double as_good = 3.84;  // gain in the likelihood (twice its logarithm)
-  const FitParameter term = open == fit_ageing_time           ? fit_ageing
-                            : open == fit_strengthening_speed ? fit_strengthening
-                                                              : fit_length;
   double low = model_.lowest(open), high = model_.highest(open);
   std::vector<FitPoint> all{point}, row;
   for (int pass = 0; pass < passes && row.size() < several_fits; ++pass) {
@@ -256,7 +261,7 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
       FitPoint other = point;
       other.values[open] = low * std::pow(ratio, i + 0.25);
       other = minimise(model_, other);
-      if (other.values[term] > 0.0) all.push_back(other);
+      if (other.values[owner_of(open)] > 0.0) all.push_back(other);
     }
     const FitPoint best = *std::min_element(all.begin(), all.end(), better);
     const double noise =
@@ -276,12 +281,9 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
 /// Where the data leave the spread, the time of ageing or the speed of strengthening open, the point takes
 /// the middle one of those that are as good as the best; what these differ by is a part of every interval.
 FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
-  const bool matters = open == fit_ageing_time ? contains(point.free, fit_ageing)
-                       : open == fit_strengthening_speed
-                           ? contains(point.free, fit_strengthening)
-                           : contains(point.free, fit_length) && contains(point.free, fit_kinetic) &&
-                                 why_[open] == lacking(open);  // not at an end of its range
-  if (!matters || contains(point.free, open)) return point;
+  if (!contains(point.free, owner_of(open)) || contains(point.free, open)) return point;
+  // Of the spread not where only the stiffness is known, nor where it ran to an end of its range.
+  if (open == fit_spread && (!contains(point.free, fit_kinetic) || why_[open] != lacking(open))) return point;
   assume(model_, point);
   std::vector<FitPoint> row = as_good(point, open);
   if (row.size() > 1)
