@@ -191,18 +191,6 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
   return beside > 1e-6 * alone ? alone / beside : 1e6;
 }
 
-/// Whether the length is determined at least beside a kinetic coefficient (column `kinetic`) that is known:
-/// where it is not, that coefficient is what the record has.
-bool Fitter::shows_presliding(FitPoint point, const Eigen::MatrixXd& j, Eigen::Index kinetic,
-                              const Eigen::VectorXd& r) const {
-  take_out(point.free, fit_kinetic);
-  const auto at = std::find(point.free.begin(), point.free.end(), fit_length);
-  if (at == point.free.end()) return true;
-  Eigen::MatrixXd others(j.rows(), j.cols() - 1);
-  others << j.leftCols(kinetic), j.rightCols(j.cols() - kinetic - 1);
-  return is_determined(point, others, covariance(others, r, correlated_samples(r)), at - point.free.begin());
-}
-
 /// Takes out the most expendable parameter of those that the data do not determine.
 bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
   assume(model_, point);
@@ -240,7 +228,6 @@ bool Fitter::drop_one(FitPoint& point, bool with_bristles) {
     const bool rubbing = p == fit_renewal || p == fit_residual;
     if (rubbing && !without_effect && point.values[p] >= std::sqrt(cov(i, i)) * model_.scale(point.values, p))
       continue;
-    if (p == fit_kinetic && !shows_presliding(point, j, i, r)) continue;
     leave(point, p, lacking(p));
     return true;
   }

@@ -102,8 +102,6 @@ class Fitter {
   }
   bool is_determined(const FitPoint& point, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& cov,
                      Eigen::Index i) const;
-  bool shows_presliding(FitPoint point, const Eigen::MatrixXd& jacobian, Eigen::Index kinetic,
-                        const Eigen::VectorXd& residuals) const;
   bool at_an_edge(FitPoint& point);
   std::string lacking(FitParameter p) const;
   void leave(FitPoint& point, FitParameter p, const std::string& why);
