@@ -222,10 +222,15 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
     feet[i].axes = 1;
   }
   feet[1].jacobian << 0, 1, 1, 0;
-  const bristle::BodyVector<2> none = Eigen::Vector2d::Zero();
-  bristle::predict_displacements(batch, tick, body, none, feet, motions);
-  CHECK(motions[0].displacement[0] == 0.0);
-  CHECK(motions[1].displacement[0] == Approx(tick * (0.1 - 0.5 * tick * 0.1)).epsilon(1e-9));
+  // Along x the force is taken at the middle of the step: x = T^2 F/2 / (m + T^2 k/2), 4 um of 10 for 40 N.
+  // The way along y is no slip of A's, which would let go of it.
+  for (const double pull : {0.0, 40.0}) {
+    const bristle::BodyVector<2> external = Eigen::Vector2d(pull, 0.0);
+    bristle::predict_displacements(batch, tick, body, external, feet, motions);
+    const double half = 0.5 * tick * tick;
+    CHECK(motions[0].displacement[0] == Approx(half * pull / (1.0 + half * 8e6)).epsilon(1e-9));
+    CHECK(motions[1].displacement[0] == Approx(tick * (0.1 - 0.5 * tick * 0.1)).epsilon(1e-9));
+  }
 }
 
 TEST_CASE("A block on a slope does not creep", "[coupling]") {

@@ -217,6 +217,22 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
   }
 }
 
+TEST_CASE("The force is that of the bristles in contact where the load ends with a block or beside one",
+          "[load]") {
+  constexpr std::uint32_t n = 768;  // three blocks of 256
+  for (Precision precision : precisions()) {
+    for (double load : {255.0, 255.5, 256.0, 256.5, 511.7, 512.0, 512.3, 767.0, 768.0}) {
+      INFO(name_of(precision) << ", load " << load);
+      OnePatch patch(plain_material(uniform, SnapRule::keep), plain_options(n, 1, precision));
+      for (int k = 0; k < 12; ++k) {
+        const Response r = patch.step(0.43 * dbar, 0.0, load);
+        expect_near(-r.elastic[0], weighted_sum(read(patch, n).zx, load), load * rounding(precision),
+                    "force after a step that snaps");
+      }
+    }
+  }
+}
+
 TEST_CASE("The force is continuous in the load", "[load]") {
   constexpr std::uint32_t n = 600;
   for (Precision precision : precisions()) {

@@ -57,6 +57,19 @@ TEST_CASE("What a live change of material dissipates is reported once, in the ne
   CHECK(second.snaps == 0);
 }
 
+TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
+  const Material shorter = Material(surface).with_snap_length(SnapLength::uniform(0.05 * dbar, 0.15 * dbar));
+  Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
+  Lone other(shorter, plain_options(200).with_outputs(Outputs::all));
+  patch.step(0.4 * dbar, 200.0);
+  patch.batch.set_material(patch.motion.id, shorter);  // all are bent beyond their lengths now, once each
+  std::vector<std::byte> state(patch.batch.state_size());
+  REQUIRE(patch.batch.save_state(state) == state.size());
+  other.batch.restore_state(state);
+  CHECK(other.step(0.0, 200.0).snaps == 200);
+  CHECK(other.step(0.0, 200.0).snaps == 0);
+}
+
 TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
   Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
   patch.step(3.0 * dbar, 200.0);

@@ -292,6 +292,29 @@ TEST_CASE("A long slide that stops, turns back and goes on in long steps follows
   }
 }
 
+TEST_CASE("Long steps back take bristles that keep a long residual as far as it is, twice", "[rubbing]") {
+  // After a slide all are bent by the residual and more: none snaps back there before it has come by both.
+  TableCase c;
+  c.law = uniform;
+  c.renewal = 1.0;
+  c.residual = 20.0;
+  const std::uint32_t n = test_size(20000);
+  for (const double step : {15.0, 50.0, 300.0}) {
+    INFO("steps of " << step);
+    Rub rub(c, n, 1);
+    slide(rub, 60.0, 0.5);
+    const double f = rub.bend(rub.move(0.5));
+    REQUIRE(f > 20.0);
+    const double allowed = 4.0 * sampling_error(n) + 0.005;
+    for (double way = 0.0; way < 60.0; way += step) {
+      const double bend = rub.bend(rub.move(-step));
+      // The bristles are bent by at most 21.5 and snap at 20.5 or more the other way: until then they stick.
+      if (way + step <= 40.0) expect_near(bend, f - way - step, allowed, "before any snaps");
+      if (way + step >= 60.0) expect_near(bend, -f, allowed, "steady the other way");
+    }
+  }
+}
+
 TEST_CASE("Rubbed bristles follow the tables through a reversal and a turn", "[rubbing]") {
   const std::uint32_t n = test_size(100000);
   for (const double step : {0.02, 0.1, 0.5}) {
