@@ -176,10 +176,10 @@ TEST_CASE(
     "A single length that ages snaps where it is as long as its age makes it, at any speed and strength",
     "[ageing]") {
   for (const double strength : {1e-3, 0.5, bristle::largest_ageing})
-    for (const double tau : {bristle::shortest_ageing_time, 1e-4, 1.0, bristle::longest_ageing_time})
-      for (const Ageing& ageing : {Ageing::logarithmic(strength, tau), Ageing::saturating(strength, tau)})
+    for (const double t : {bristle::shortest_ageing_time, 1e-4, 1.0, bristle::longest_ageing_time})
+      for (const Ageing& ageing : {Ageing::logarithmic(strength, t), Ageing::saturating(strength, t)})
         for (double v = bristle::slowest_sliding; v < 1e3; v *= 100.0) {
-          CAPTURE(strength, tau, v);
+          CAPTURE(strength, t, v);
           // The mean deflection of a single length l is l / 2.
           const double l =
               2.0 * dbar * ageing_material(SnapLength::single(dbar), ageing).kinetic_coefficient(v);

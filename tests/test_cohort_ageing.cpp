@@ -198,13 +198,13 @@ double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
 /// snap length): what was bent by r is left where its length exceeds all r' / g so far.
 double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed, double hold,
                        double farthest) {
-  const int n = 4000;
+  constexpr std::size_t n = 4000;
   const double dr = 4.0 / n, dx = farthest / 200;
   std::vector<double> r(n), reach(n);
   double all = 0.0, kinetic = 0.0;
-  const auto left = [&](int i) { return law.survival(reach[i] * dbar); };
-  for (int i = 0; i < n; ++i) {
-    r[i] = (i + 0.5) * dr;
+  const auto left = [&](std::size_t i) { return law.survival(reach[i] * dbar); };
+  for (std::size_t i = 0; i < n; ++i) {
+    r[i] = (static_cast<double>(i) + 0.5) * dr;
     reach[i] = r[i] / growth(ageing, r[i] / speed);
     all += left(i);
     kinetic += left(i) * r[i];
@@ -212,7 +212,7 @@ double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed
   double lost = 0.0, newborn = 0.0, peak = kinetic;
   for (double x = dx; x < farthest; x += dx) {
     double mass = 0.0, force = 0.0;
-    for (int i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < n; ++i) {
       reach[i] = std::max(reach[i], (r[i] + x) / growth(ageing, r[i] / speed + hold + x / speed));
       mass += left(i);
       force += left(i) * (r[i] + x);

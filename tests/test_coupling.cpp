@@ -119,13 +119,13 @@ TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness 
 }
 
 TEST_CASE("A damper of any strength brakes a predicted body and does not turn it back", "[coupling]") {
-  const double mass = 2.0;
+  const double body_mass = 2.0;
   for (const double c : {0.1, 1.0, 10.0, 1e3, 1e6}) {  // damper x tick / mass
     CAPTURE(c);
-    const double damper = c * mass / tick;
+    const double damper = c * body_mass / tick;
     // A film alone: bristles that hold 1e-14 N.
     const Material film = plain_material(uniform, SnapRule::keep).with_viscous_friction(damper);
-    RailBody rail(false, mass, 1e-9, film, plain_options(1).with_max_normal_load(1e-9));
+    RailBody rail(false, body_mass, 1e-9, film, plain_options(1).with_max_normal_load(1e-9));
     rail.body.velocity[0] = 1.0;
     double before = 1.0;
     for (int k = 0; k < 400; ++k) {
@@ -135,7 +135,7 @@ TEST_CASE("A damper of any strength brakes a predicted body and does not turn it
       before = rail.body.velocity[0];
     }
     CHECK(before < 1e-6);
-    CHECK(rail.x == Approx(mass / damper).epsilon(1e-6));  // all momentum went into damper x way
+    CHECK(rail.x == Approx(body_mass / damper).epsilon(1e-6));  // all momentum went into damper x way
   }
 }
 

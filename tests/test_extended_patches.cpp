@@ -134,7 +134,7 @@ TEST_CASE("Cells of a disc give the moments of its pressure", "[extended]") {
   for (Pressure pressure : {Pressure::uniform, Pressure::hertz}) {
     for (int rings : {1, 2, 3, 5, 8, 16}) {
       const Outline outline = Outline::ellipse(2.0, 0.5, pressure, rings);
-      CHECK(outline.cells.size() == (rings == 1 ? 4u : 3u * rings * rings));
+      CHECK(outline.cells.size() == static_cast<std::size_t>(rings == 1 ? 4 : 3 * rings * rings));
       for (int i = 0; i < 2 * rings; ++i) {
         for (int j = 0; i + j < 2 * rings; ++j) {
           INFO(rings << " rings, x^" << i << " y^" << j);

@@ -393,7 +393,7 @@ TEST_CASE("Kept lengths are found through an encoder, with intervals that hold",
   s.encoder = 1e-6;
   cli::FitOptions options;
   options.rule = SnapRule::keep;
-  for (const std::uint64_t seed : {1010, 1020}) {
+  for (const std::uint64_t seed : {1010u, 1020u}) {
     CAPTURE(seed);
     const Fitted fitted = fit(record(s, seed).csv(), options);
     check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.06 * s.kinetic);

@@ -114,7 +114,7 @@ TEST_CASE("Strokes for ever leave the expected force of a slide as it is", "[fit
   const cli::BrushShape shape{bristle::SnapLaw::lognormal, SnapRule::redraw, 0.4};
   const std::vector<double> force = cli::PathForce(path).find(shape, length, {}, cli::Detail::finish);
   for (int k : {1, strokes - 2, strokes - 1})
-    CHECK(std::abs(force[samples * (k + 1) - 1]) == Approx(1.0).epsilon(1e-3));
+    CHECK(std::abs(force[static_cast<std::size_t>(samples * (k + 1) - 1)]) == Approx(1.0).epsilon(1e-3));
 }
 
 TEST_CASE("A length holds where few samples show the spread", "[fit]") {

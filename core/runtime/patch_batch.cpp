@@ -332,9 +332,13 @@ struct PatchBatch::Impl {
       if (!p.held) fetch(p.record, p.fetched_lines);
     }
   }
-  // Inlined by force: g++ 12 takes a function that does nothing but prefetch for one without effect.
+  // Inlined by force: g++ 12 takes a function that does nothing but prefetch for one without effect. Of the
+  // number of an address: a slot without a patch has no record, and what is reckoned from a null pointer is
+  // undefined.
   [[gnu::always_inline]] static void fetch(const void* memory, int lines) noexcept {
-    for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(memory) + 64 * line);
+    const auto address = reinterpret_cast<std::uintptr_t>(memory);
+    for (std::uintptr_t line = 0; line < static_cast<std::uintptr_t>(lines); ++line)
+      __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
   }
 
   /// One motion, start to end, on one thread.

@@ -67,7 +67,7 @@ struct PathForce::Infinite {
   Infinite(const BrushShape& s, Detail d, unsigned axes, double most_load)
       : shape(s), detail(d), material(s.material(unit_length)) {
     patch = batch.add(material, bristle::PatchOptions{}
-                                    .with_axes(axes)
+                                    .with_axes(static_cast<int>(axes))
                                     .with_max_normal_load(most_load)
                                     .with_population(bristle::Population::infinite)
                                     .with_resolution(d == Detail::search ? 8.0 : 16.0)

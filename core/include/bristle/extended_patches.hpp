@@ -43,6 +43,7 @@ struct ExtendedMotion {
 struct ExtendedResponse {
   PatchId id;
   Status status = Status::ok;
+  std::uint32_t reserved = 0;  ///< no byte is without a value: responses may be compared by memcmp
   double end[3] = {0.0, 0.0, 0.0};
   double elastic[3] = {0.0, 0.0, 0.0};
   double damper[3] = {0.0, 0.0, 0.0};
