@@ -21,11 +21,12 @@ struct Deflection {
 /// Mean deflection in mean snap lengths, of one patch of n bristles. With a single snap length all bristles
 /// of a patch that start together stay in step for ever; steady sliding is then the average over their
 /// phase, taken over `phases` patches of one bristle that started evenly spread over a snap length.
-class Brush {
+class SteadyBrush {
  public:
   static constexpr int phases = 500;
 
-  Brush(const SnapLength& law, SnapRule rule, std::uint32_t n, int axes, Precision precision, bool steady)
+  SteadyBrush(const SnapLength& law, SnapRule rule, std::uint32_t n, int axes, Precision precision,
+              bool steady)
       : single_(law.law() == bristle::SnapLaw::single), rule_(rule), load_(single_ ? 1.0 : n) {
     const int patches = single_ && steady ? phases : 1;
     ids_ = add_patches(batch_, patches, plain_material(law, rule),

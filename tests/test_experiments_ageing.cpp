@@ -426,7 +426,7 @@ void check_critical_stiffness(double ageing) {
     const Sets sets = trial + Sets{set("viscous", damping)};
     cli::Settings settings(cli::find_experiment("critical-stiffness").parameters);
     for (const std::string& each : sets) settings.set(each);
-    const cli::Pull pull{"", cli::brush_material("brush_aged", settings), load, 6e-5, 1e-3, 1e-3};
+    const cli::SpringPull pull{"", cli::brush_material("brush_aged", settings), load, 6e-5, 1e-3, 1e-3};
     const double expected = cli::critical_stiffness(pull);
     REQUIRE(expected > 100.0);
     REQUIRE(cli::sliding_damping(pull) == Approx(damping).epsilon(1e-6));

@@ -225,7 +225,7 @@ TEST_CASE("However many threads share the renewals of a patch, bits and response
   // Lengths of one piece and of several, turns, and long slides in which most of the way is carried.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
                                 {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
-  const std::uint32_t n = test_size(70000);  // the last range holds less than the others
+  const std::uint32_t n = 70000;  // several ranges, of which the last holds less than the others
   setenv("BRISTLE_SHARING", "0,4096,100", 1);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const bool ages : {false, true}) {

@@ -21,7 +21,7 @@ TEST_CASE("After a turn the force along and across the new direction follow the 
       for (const NamedLaw& law : reference_laws()) {
         for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
           INFO(name_of(precision) << ", " << law.name << ", " << table_name(rule) << ", turn by " << turn);
-          Brush brush(law.law, rule, n, 2, precision, true);
+          SteadyBrush brush(law.law, rule, n, 2, precision, true);
           brush.slide_to_steady(std::cos(start), std::sin(start));
           const double ex = std::cos(angle);
           const double ey = std::sin(angle);
@@ -34,8 +34,8 @@ TEST_CASE("After a turn the force along and across the new direction follow the 
             const Deflection f = brush.step((to - y) * ex, (to - y) * ey);
             y = to;
             INFO("y = " << y << " mean snap lengths after the turn");
-            const double tolerance =
-                brush.single() ? 1.5 / Brush::phases : sampling_tolerance(number(row, "mc_se"), n, precision);
+            const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
+                                                    : sampling_tolerance(number(row, "mc_se"), n, precision);
             // Across: what is left of the old direction, which lies to the right of a turn to the left.
             expect_near(f.x * ex + f.y * ey, number(row, "f_parallel_ref"), tolerance, "deflection along");
             expect_near(f.x * ey - f.y * ex, number(row, "f_perp_ref"), tolerance, "deflection across");

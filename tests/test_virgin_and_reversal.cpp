@@ -57,7 +57,7 @@ TEST_CASE("First loading from rest follows the virgin curve of every law and rul
         for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
           INFO(name_of(precision) << ", " << e.axes << " axes, " << law.name << ", " << table_name(rule));
           const Quantile quantile = quantile_of(law.name);
-          Brush brush(law.law, rule, n, e.axes, precision, false);
+          SteadyBrush brush(law.law, rule, n, e.axes, precision, false);
           double x = 0.0;
           for (const Row& row : rows) {
             if (row.at("dist") != law.name || row.at("variant") != table_name(rule)) continue;
@@ -94,7 +94,7 @@ TEST_CASE("Reversal out of steady sliding follows the reversal curve of every la
       for (const NamedLaw& law : reference_laws()) {
         for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
           INFO(name_of(precision) << ", " << e.axes << " axes, " << law.name << ", " << table_name(rule));
-          Brush brush(law.law, rule, n, e.axes, precision, true);
+          SteadyBrush brush(law.law, rule, n, e.axes, precision, true);
           brush.slide_to_steady(e.x, e.y);
           double y = 0.0;
           for (const Row& row : rows) {
@@ -105,8 +105,8 @@ TEST_CASE("Reversal out of steady sliding follows the reversal curve of every la
             INFO("y = " << y << " mean snap lengths after the reversal");
             // With a single length the phases are spread evenly: one of them may be on the other side of a
             // snap.
-            const double tolerance =
-                brush.single() ? 1.5 / Brush::phases : sampling_tolerance(number(row, "mc_se"), n, precision);
+            const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
+                                                    : sampling_tolerance(number(row, "mc_se"), n, precision);
             expect_near(f.x * e.x + f.y * e.y, number(row, "f_reference"), tolerance, "mean deflection");
             ++points;
           }

@@ -18,7 +18,7 @@ struct Life {
   double age, gain;
 };
 
-std::vector<Life> lives(const Pull& pull) {
+std::vector<Life> lives(const SpringPull& pull) {
   constexpr int bristles = 2000;
   const bristle::Material& m = pull.material;
   const double v = pull.speed_m_per_s;
@@ -37,7 +37,7 @@ std::vector<Life> lives(const Pull& pull) {
   return all;
 }
 
-double steady_force(const Pull& pull) {
+double steady_force(const SpringPull& pull) {
   return pull.load_n * pull.material.kinetic_coefficient(pull.speed_m_per_s);
 }
 
@@ -46,7 +46,7 @@ double steady_force(const Pull& pull) {
 // Bristles born at s, at x(s), are bent by r = x(t) - x(s); those are left whose drawn length exceeds r / g(t
 // - s). With x = v t + u, u = exp(p t), births n = n0 + n1: their number stays one, which gives n1, and the
 // force follows to first order.
-Complex sliding_stiffness(const Pull& pull, Complex p) {
+Complex sliding_stiffness(const SpringPull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
   double number = 0.0;  // E[A], 1 / n0
   Complex kept = 0.0, bent = 0.0, lost = 0.0, lost_bent = 0.0;
@@ -63,11 +63,11 @@ Complex sliding_stiffness(const Pull& pull, Complex p) {
   return contact_stiffness(pull) * force / number;
 }
 
-double contact_stiffness(const Pull& pull) {
+double contact_stiffness(const SpringPull& pull) {
   return pull.material.bristle_stiffness * pull.material.bristles_in_contact(pull.load_n);
 }
 
-double sliding_damping(const Pull& pull) {
+double sliding_damping(const SpringPull& pull) {
   const double v = pull.speed_m_per_s, step = 1e-4 * v;
   const bristle::Material& m = pull.material;
   const auto force = [&](double speed) {
@@ -77,7 +77,7 @@ double sliding_damping(const Pull& pull) {
   return (force(v + step) - force(v - step)) / (2.0 * step);
 }
 
-double critical_stiffness(const Pull& pull) {
+double critical_stiffness(const SpringPull& pull) {
   const double damping = sliding_damping(pull);
   const auto loss = [&](double omega) {
     return damping * omega + sliding_stiffness(pull, {0.0, omega}).imag();
@@ -98,7 +98,7 @@ double critical_stiffness(const Pull& pull) {
   return std::max(pull.mass_kg * slow * slow - sliding_stiffness(pull, {0.0, slow}).real(), 0.0);
 }
 
-PullResult run_pull(const Pull& pull, Scheme scheme, double stiffness, double push, double lengths) {
+PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, double push, double lengths) {
   const double v = pull.speed_m_per_s, dt = pull.dt_s, dbar = pull.material.snap_length.mean();
   bristle::PatchBatch batch;
   bristle::Motion motion;
@@ -166,7 +166,7 @@ PullResult run_pull(const Pull& pull, Scheme scheme, double stiffness, double pu
 
 // Creep: inertia is nothing beside the spring, and strengthening with speed holds against the fall. Inertial:
 // a lubricant does.
-std::vector<Pull> pulls() {
+std::vector<SpringPull> pulls() {
   const auto material = [](double ageing_time) {
     return bristle::Material::from_coefficients(bristle::Coefficients::paper()
                                                     .with_kinetic(0.4)
@@ -175,13 +175,13 @@ std::vector<Pull> pulls() {
                                                     .with_growth_per_decade(0.1)
                                                     .with_ageing_time(ageing_time));
   };
-  Pull creep{"creep", material(0.01).with_speed_strengthening(0.005, 1e-8), 10.0, 2e-5, 50.0, 1e-3};
-  Pull inertial{"inertial", material(1e-4).with_viscous_friction(5.0), 10.0, 5e-3, 2.0, 2e-5};
+  SpringPull creep{"creep", material(0.01).with_speed_strengthening(0.005, 1e-8), 10.0, 2e-5, 50.0, 1e-3};
+  SpringPull inertial{"inertial", material(1e-4).with_viscous_friction(5.0), 10.0, 5e-3, 2.0, 2e-5};
   return {creep, inertial};
 }
 
 // The growth turns its sign where the spring is critical: by bisection of ln(stiffness).
-PullRow pull_row(const Pull& pull, Scheme scheme) {
+PullRow pull_row(const SpringPull& pull, Scheme scheme) {
   PullRow row;
   row.pull = pull;
   row.scheme = scheme;

@@ -13,7 +13,7 @@
 
 namespace cli {
 
-struct Pull {
+struct SpringPull {
   std::string name;
   bristle::Material material;
   double load_n = 10.0;
@@ -24,14 +24,14 @@ struct Pull {
 
 /// The force per displacement of a contact in steady sliding whose motion is disturbed as exp(p t), N/m,
 /// dampers left out: redraw without shared renewal (core/MODEL.md, "Ageing").
-std::complex<double> sliding_stiffness(const Pull& pull, std::complex<double> p);
+std::complex<double> sliding_stiffness(const SpringPull& pull, std::complex<double> p);
 /// The same of a contact that sticks, N/m.
-double contact_stiffness(const Pull& pull);
+double contact_stiffness(const SpringPull& pull);
 /// What dampers, lubricant and strengthening add to the force per change of speed, N s/m.
-double sliding_damping(const Pull& pull);
+double sliding_damping(const SpringPull& pull);
 /// Stiffness of the spring, N/m, above which steady sliding is stable; 0 if it is stable on every spring, and
 /// infinite if on none.
-double critical_stiffness(const Pull& pull);
+double critical_stiffness(const SpringPull& pull);
 
 /// How steady sliding goes on after a push.
 struct PullResult {
@@ -44,15 +44,16 @@ struct PullResult {
 };
 /// `push`: how much farther than in steady sliding the spring is stretched at the start, and `lengths`: the
 /// way of its end, both in mean snap lengths.
-PullResult run_pull(const Pull& pull, Scheme scheme, double stiffness_n_per_m, double push, double lengths);
+PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness_n_per_m, double push,
+                    double lengths);
 
 struct PullRow {
-  Pull pull;
+  SpringPull pull;
   Scheme scheme = Scheme::predictor;
   double theory = 0.0, measured = 0.0;  ///< critical stiffness, N/m
   PullResult soft;                      ///< on a spring of a quarter of it
 };
-std::vector<Pull> pulls();
-PullRow pull_row(const Pull& pull, Scheme scheme);
+std::vector<SpringPull> pulls();
+PullRow pull_row(const SpringPull& pull, Scheme scheme);
 
 }  // namespace cli

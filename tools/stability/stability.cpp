@@ -176,7 +176,7 @@ StabilityResult measure(const StabilityOptions& options) {
       }
     });
   }
-  for (const Pull& pull : pulls()) {
+  for (const SpringPull& pull : pulls()) {
     for (const Scheme scheme : {Scheme::predictor, Scheme::midpoint}) {
       result.pulled.emplace_back();
       result.pulled.back().pull = pull;
