@@ -194,7 +194,7 @@ TEST_CASE(
     "A spring pulls a mass steadily over a contact that ages above the critical stiffness, and in jerks "
     "below",
     "[stability][ageing]") {
-  for (const cli::Pull& pull : cli::pulls()) {
+  for (const cli::SpringPull& pull : cli::pulls()) {
     CAPTURE(pull.name);
     // As slow as can be a disturbance sees the slope of the curve of friction over speed.
     const double v = pull.speed_m_per_s, omega = 1e-3 * v / pull.material.snap_length.mean();
@@ -213,14 +213,14 @@ TEST_CASE(
 
 TEST_CASE("A contact that ages and slides in jerks takes no more than the spring gives",
           "[stability][ageing][energy]") {
-  const cli::Pull pull = cli::pulls().at(0);
+  const cli::SpringPull pull = cli::pulls().at(0);
   const cli::PullResult jerks =
       cli::run_pull(pull, Scheme::midpoint, 0.25 * cli::critical_stiffness(pull), 0.2, 20.0);
   CHECK(jerks.slowest < 0.05);
   CHECK(jerks.fastest > 10.0);
   CHECK(jerks.energy_error < 1e-9 * jerks.work);
   // Without ageing the same spring pulls it steadily.
-  cli::Pull plain = pull;
+  cli::SpringPull plain = pull;
   plain.material.ageing_strength = 0.0;
   CHECK(cli::critical_stiffness(plain) == 0.0);
   const cli::PullResult steady =
