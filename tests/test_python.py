@@ -32,6 +32,7 @@ COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
 TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment",
          "sweep", "SweepTable"}
 HAS_TOOLS = hasattr(bristle, "fit")
+os.environ.pop("LD_PRELOAD", None)  # a sanitizer's, for the interpreter: the programs started here bring their own
 
 
 def material(law, rule="keep", **more):
