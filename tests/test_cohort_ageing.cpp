@@ -539,6 +539,21 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
   CHECK(far.imbalance < 1e-12);
 }
 
+TEST_CASE("A long step back is a slide of its own, with the friction of its speed the other way",
+          "[cohorts][ageing][physics]") {
+  const Ageing ageing = Ageing::logarithmic(0.05, 1e-3);
+  const double speed = 2e3;
+  for (const SnapLength& law : {lognormal, uniform}) {
+    INFO(to_string(law.law()));
+    const double f = steady_force(law, ageing, speed);
+    AgedBrush brush(aged(law, ageing));
+    brush.hold(1.0);
+    for (const double length : {1e3, -60.0, -1e3, 60.0})
+      CHECK(brush.step(length, std::abs(length) / speed) == Approx(std::copysign(f, length)).epsilon(3.5e-3));
+    CHECK(brush.imbalance < 1e-12);
+  }
+}
+
 TEST_CASE("A patch that nobody names ages by the clock of its batch", "[cohorts][ageing]") {
   // Two alike: one is named while it rests, the other is not; a third rests in one step.
   const Material material = aged(lognormal, 0.1);

@@ -17,6 +17,7 @@
 #include <bristle/error.hpp>
 #include <bristle/material.hpp>
 
+using bristle::Ageing;
 using bristle::Coefficients;
 using bristle::DamperDecay;
 using bristle::Material;
@@ -240,6 +241,15 @@ TEST_CASE("Materials differ when any parameter does", "[material]") {
   CHECK(Material{}.with_snap_length(SnapLength::single(1.0)) != material);
   CHECK(Material{}.with_snap_rule(SnapRule::keep) != material);
   CHECK(Material{}.with_damper_decay(DamperDecay::gaussian) != material);
+  CHECK(Material{}.with_residual_length(1e-6) != material);
+  CHECK(Material{}.with_shared_renewal(1.0) != material);
+  const auto ages = [](const Ageing& ageing) { return Material{}.with_ageing(ageing); };
+  CHECK(ages(Ageing::logarithmic(0.05, 1e-3)) != material);
+  CHECK(ages(Ageing::logarithmic(0.05, 1e-3)) != ages(Ageing::logarithmic(0.06, 1e-3)));
+  CHECK(ages(Ageing::logarithmic(0.05, 1e-3)) != ages(Ageing::logarithmic(0.05, 2e-3)));
+  CHECK(ages(Ageing::logarithmic(0.05, 1e-3)) != ages(Ageing::saturating(0.05, 1e-3)));
+  CHECK(Material{}.with_speed_strengthening(0.01, 1e-6) != material);
+  CHECK(Material{}.with_speed_strengthening(0.01, 1e-6) != Material{}.with_speed_strengthening(0.01, 1e-7));
 }
 
 TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population", "[virgin]") {

@@ -32,7 +32,12 @@ COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
 TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment",
          "sweep", "SweepTable"}
 HAS_TOOLS = hasattr(bristle, "fit")
-os.environ.pop("LD_PRELOAD", None)  # a sanitizer's, for the interpreter: the programs started here bring their own
+
+
+def command_line(*arguments):
+    """What it prints. Without what a sanitizer loads into the interpreter: the program has its own runtime."""
+    environment = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
+    return subprocess.run([COMMAND_LINE, *arguments], check=True, capture_output=True, text=True, env=environment).stdout
 
 
 def material(law, rule="keep", **more):
@@ -772,9 +777,7 @@ class Scenes(unittest.TestCase):
         for name, steps in (("stroke", 1500), ("block_on_floor", 700), ("two_surfaces", 300), ("fingertip", 300)):
             with tempfile.TemporaryDirectory() as folder:
                 out = pathlib.Path(folder) / "forces.csv"
-                printed = subprocess.run(
-                    [COMMAND_LINE, "run", SCENES / f"{name}.toml", "--steps", str(steps), "--out", out],
-                    check=True, capture_output=True, text=True).stdout
+                printed = command_line("run", SCENES / f"{name}.toml", "--steps", str(steps), "--out", out)
                 rows = list(csv.DictReader(out.read_text().splitlines()))
             run = bristle.run_scene(SCENES / f"{name}.toml", steps=steps)
             self.assertIn(f"state hash  {run.state_hash:016x}\n", printed)
@@ -981,9 +984,9 @@ class Sweeps(unittest.TestCase):
             self.skipTest("no command line beside the module")
         with tempfile.TemporaryDirectory() as folder:
             report = pathlib.Path(folder) / "report.json"
-            subprocess.run([COMMAND_LINE, "sweep", SCENES / "two_surfaces.toml", "--vary", "material.rubber.kinetic=0.6,0.9",
-                            "--vary", "patch.steel_pad.bristles=100:400:2", "--report", "kinetic,time.cpu", "--steps", "300",
-                            "--repeat", "2", "--json", report], check=True, stdout=subprocess.DEVNULL)
+            command_line("sweep", SCENES / "two_surfaces.toml", "--vary", "material.rubber.kinetic=0.6,0.9",
+                         "--vary", "patch.steel_pad.bristles=100:400:2", "--report", "kinetic,time.cpu", "--steps", "300",
+                         "--repeat", "2", "--json", report)
             said = json.loads(report.read_text())
         self.assertEqual((table.hash, table.study), (said["table_hash"], said["study"]))
 

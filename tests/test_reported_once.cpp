@@ -141,6 +141,35 @@ TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   CHECK_THROWS_WITH(patch.batch.restore_state(state), Catch::Contains("more than its patches"));
 }
 
+TEST_CASE("A saved state is refused where any parameter of the material is another", "[state]") {
+  const auto make = [](double residual, double renewal, const bristle::Ageing& ageing, double strengthening,
+                       double speed) {
+    return Material(surface)
+        .with_residual_length(residual)
+        .with_shared_renewal(renewal)
+        .with_ageing(ageing)
+        .with_speed_strengthening(strengthening, speed);
+  };
+  const auto ages = bristle::Ageing::logarithmic(0.05, 1e-3);
+  const PatchOptions options = plain_options(20);
+  Lone patch(make(0.1 * dbar, 1.0, ages, 0.01, 1e-6), options);
+  patch.step(0.3 * dbar, 20.0);
+  std::vector<std::byte> state(patch.batch.state_size());
+  REQUIRE(patch.batch.save_state(state) == state.size());
+  Lone same(make(0.1 * dbar, 1.0, ages, 0.01, 1e-6), options);
+  same.batch.restore_state(state);
+  CHECK(same.batch.state_hash() == patch.batch.state_hash());
+  for (const Material& other :
+       {make(0.2 * dbar, 1.0, ages, 0.01, 1e-6), make(0.1 * dbar, 2.0, ages, 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, bristle::Ageing::logarithmic(0.06, 1e-3), 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, bristle::Ageing::logarithmic(0.05, 2e-3), 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, bristle::Ageing::saturating(0.05, 1e-3), 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, ages, 0.02, 1e-6), make(0.1 * dbar, 1.0, ages, 0.01, 1e-7)}) {
+    Lone refuses(other, options);
+    CHECK_THROWS_AS(refuses.batch.restore_state(state), bristle::Error);
+  }
+}
+
 TEST_CASE("Neighbouring keys of pools with neighbouring seeds have bristles of their own", "[keys]") {
   PatchBatch batch;
   const auto pool = [&](std::uint32_t seed) {
