@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -369,6 +370,24 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
   }
   CHECK(peak_deflection(law, SnapRule::redraw) == Approx(1.0 / 1.25).margin(1e-6));
   CHECK(peak_deflection(law, SnapRule::keep) == Approx(1.0 / 1.25).margin(1e-6));
+}
+
+TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the others", "[virgin]") {
+  // A bristle that draws such a length draws again at once.
+  const std::array<double, 3> others{0.0, 10e-6, 20e-6};
+  for (const double tiny : {1e-12, 1e-9}) {
+    const std::array<double, 4> with{tiny, tiny, 10e-6, 20e-6};
+    for (const double renewal : {0.0, 1.0}) {
+      CAPTURE(tiny, renewal);
+      const auto material = [renewal](bristle::Span<const double> lengths) {
+        return Material{}.with_snap_length(SnapLength::table(lengths)).with_shared_renewal(renewal);
+      };
+      const double peak = material(with).peak_coefficient();
+      if (renewal == 0.0) CHECK(peak == Approx(material(others).peak_coefficient()).epsilon(1e-4));
+      CHECK(peak >= (1.0 - 1e-6) * material(with).kinetic_coefficient());
+      CHECK(peak < material(others).peak_coefficient() * 1.0001);  // more are renewed, none is held longer
+    }
+  }
 }
 
 TEST_CASE("The peak coefficient is the highest point of the virgin curve, or its limit", "[virgin]") {
