@@ -390,6 +390,16 @@ TEST_CASE("Redraw: lengths of next to nothing leave the virgin curve of the othe
   }
 }
 
+TEST_CASE("A normal law without a width to speak of slides as its one length", "[material]") {
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw})
+    for (const double deviation : {1e-30, 1e-22, 3e-21, 1e-19, 1e-16}) {
+      CAPTURE(deviation);
+      const Material material =
+          Material{}.with_snap_length(SnapLength::normal(10e-6, deviation)).with_snap_rule(rule);
+      CHECK(material.snap_rate() == Approx(1.0 / 10e-6).epsilon(1e-9));
+    }
+}
+
 TEST_CASE("The peak coefficient is the highest point of the virgin curve, or its limit", "[virgin]") {
   const std::vector<double> values{0.3, 0.8, 1.0, 1.1, 1.9};
   const std::vector<double> two_groups{0.1, 0.11, 0.12, 0.13, 4.0, 4.1};

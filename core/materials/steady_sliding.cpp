@@ -55,6 +55,10 @@ void add_lognormal(std::vector<Node>& nodes, double cv) {
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
   const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
+  if (deviation < 1e-12 * mean) {  // panels so narrow would end where they began
+    nodes.push_back({1.0, 1.0});
+    return;
+  }
   const double kept = normal_cdf(mean / deviation);
   const auto density = [&](double x) { return normal_density((x - mean) / deviation) / (deviation * kept); };
   double low = std::max(mean - 9.0 * deviation, 0.0);
