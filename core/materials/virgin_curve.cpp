@@ -385,8 +385,8 @@ double resolving_step(const SnapLength& law) noexcept {
 
 /// Step not above `largest` at which the atoms lie nearest to the nodes of a grid of twice the step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Atoms of next to no length, or none, would ask for millions of cells: they may lie half a step off.
-  if (0.5 * atoms.back().length < 0.25 * largest) return largest;
+  // Atoms of next to no length would ask for millions of cells: they may lie half a step off.
+  if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
