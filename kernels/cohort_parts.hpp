@@ -648,7 +648,8 @@ inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double 
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
   const double mass = whole_part(cohort(rows, i, cohort_fresh));
-  const double kept = least(whole_part((mass + 0.5) * at.left), mass);
+  // At the law's end S may be a rounding error below 0.
+  const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
   cohort(rows, i, cohort_reach) = reach;
   cohort(rows, i, cohort_left) = at.left;
   cohort(rows, i, cohort_moment) = at.moment;

@@ -180,6 +180,21 @@ TEST_CASE("Shared renewal that goes to 0 leads to the brush without it", "[rubbi
   }
 }
 
+TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extremes]") {
+  // The square of its inverse is beyond all numbers from 1e-154 on.
+  for (SnapRule rule : both_rules)
+    for (const SnapLength& law :
+         {SnapLength::uniform(0.5, 1.5), SnapLength::lognormal(1.0, 0.15), SnapLength::lognormal(1.0, 0.6)})
+      for (const double tiny : {5e-324, 2.3e-308, 1e-200, 1e-154, 1e-100, 1e-17}) {
+        CAPTURE(tiny, law.cv());
+        const Material without = rubbed(law, rule, 0.0, 0.3), with = rubbed(law, rule, tiny, 0.3);
+        CHECK(with.snap_rate() == Approx(without.snap_rate()).epsilon(1e-12));
+        CHECK(with.kinetic_coefficient() == Approx(without.kinetic_coefficient()).epsilon(1e-12));
+        CHECK(with.peak_coefficient() == Approx(without.peak_coefficient()).epsilon(1e-6));
+        CHECK(virgin_deflection(with, 2.9) == Approx(virgin_deflection(without, 2.9)).epsilon(1e-6));
+      }
+}
+
 TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one by one", "[rubbing][virgin]") {
   using namespace bristle_test;
   const std::vector<double> spread{0.3, 0.5, 0.9, 1.1, 2.8};

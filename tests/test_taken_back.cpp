@@ -3,6 +3,7 @@
 // refused.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -61,6 +62,71 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
   }
 }
 
+TEST_CASE("An infinite brush is the same everywhere when its load falls to a few units of mass",
+          "[state][cohorts][determinism]") {
+  // Many cohorts round what they keep of so little, and may keep more together than there is.
+  for (const double cv : {0.15, 0.3}) {
+    std::vector<OnePatch> patches;
+    for (const bristle::IsaInfo& isa : bristle::instruction_sets())
+      if (isa.usable)
+        patches.emplace_back(redrawn(SnapLength::lognormal(dbar, cv)), infinite_options(),
+                             BatchOptions{}.with_isa(isa.name));
+    for (int units = 1; units < 40; ++units) {
+      const double load = units * unit_of_mass;
+      std::vector<Response> first;
+      for (OnePatch& patch : patches) {
+        patch.step(-64.0 * dbar, 0.0, 0.9);
+        patch.step(0.8 * dbar, 0.0, 0.7);
+        const std::vector<Response> after{patch.step(0.0, 0.0, load), patch.step(-1.5 * dbar, 0.0, load)};
+        expect_taken_back(patch);
+        if (first.empty()) first = after;
+        INFO(units << " units, " << patch.batch.isa());
+        for (int k = 0; k < 2; ++k) {
+          CHECK(first_difference(first[k], after[k]) == "");
+          CHECK(std::abs(after[k].elastic[0]) < 3.0 * dbar * load);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("An infinite brush of any lengths is taken back after its lengths became shorter",
+          "[state][cohorts]") {
+  // The share that is stronger than the longest length is 0 but for its rounding.
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  for (int k = 0; k < 40; ++k) {
+    const double shortest = (0.2 + share(random)) * dbar, longest = shortest * (1.5 + 2.0 * share(random));
+    OnePatch patch(redrawn(SnapLength::uniform(shortest, longest)), infinite_options());
+    patch.step(0.9 * shortest, 0.0, 1.0);
+    patch.batch.set_material(patch.id, redrawn(SnapLength::uniform(0.2 * shortest, 0.2 * longest)));
+    patch.step(0.0, 0.0, 1.0);
+    expect_taken_back(patch);
+  }
+}
+
+TEST_CASE("Bristles shorter than a residual can tell are none too short to divide by", "[load][state]") {
+  constexpr std::uint32_t many = 1u << 20;
+  const Material plain = redrawn(SnapLength::exponential(dbar));
+  for (Precision precision : precisions()) {
+    OnePatch patch(plain, plain_options(many, 1, precision));
+    std::vector<double> x(many), y(many), length(many);
+    const auto shortest = [&] {
+      REQUIRE(patch.batch.read_bristles(patch.id, {x.data(), many}, {y.data(), many},
+                                        {length.data(), many}) == many);
+      return *std::min_element(length.begin(), length.end());
+    };
+    patch.step(0.0, 0.0, many);
+    const double residual = 8.0 * dbar;
+    for (const double left : {residual, 0.0}) {
+      patch.batch.set_material(patch.id, Material(plain).with_residual_length(left));
+      patch.step(0.0, 0.0, many);
+      CHECK(shortest() > 0.0);  // beyond the residual
+      expect_taken_back(patch);
+    }
+  }
+}
+
 TEST_CASE("A patch that ages is taken back after a life of any length", "[state][ageing]") {
   const Material ages = redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6));
   for (const PatchOptions& options : {plain_options(40), infinite_options()}) {
@@ -112,6 +178,27 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
       bristle::detail::seal_batch({bad.size(), 1}, bad);
       CHECK_THROWS_WITH(patch.batch.restore_state(bad), Catch::Contains("(time)"));
     }
+  }
+}
+
+TEST_CASE("Exponential bristles longer than any one draw are taken back", "[state][jumps]") {
+  constexpr std::uint32_t many = 1u << 20;
+  const SnapLength law = SnapLength::exponential(dbar);
+  for (Precision precision : precisions()) {
+    // Length and age of the bristle that a long slide ends on: one of a million is longer than two draws of
+    // 24 bits let one of them be.
+    OnePatch patch(redrawn(law), plain_options(many, 1, precision));
+    std::vector<double> x(many), y(many), length(many);
+    double longest = 0.0;
+    for (int k = 0; k < 8; ++k) {
+      patch.step(1e3 * dbar, 0.0, many);
+      REQUIRE(patch.batch.read_bristles(patch.id, {x.data(), many}, {y.data(), many},
+                                        {length.data(), many}) == many);
+      longest = std::max(longest, *std::max_element(length.begin(), length.end()));
+      expect_taken_back(patch);
+    }
+    CHECK(longest > 1.01 * law.longest());
+    CHECK(longest < 2.0 * law.longest());
   }
 }
 

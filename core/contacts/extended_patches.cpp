@@ -51,7 +51,7 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = turned[0];
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // never -0: a light step writes 0 where nothing damps
     sum[2][2] = square * (size * size);
   }
 };
@@ -92,7 +92,8 @@ struct ExtendedPatch {
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    const double known = std::min(load, detail::highest_load);  // more is refused, and has a size all the same
+    const double known =
+        std::min(load, detail::highest_load);  // more is refused, and has a size all the same
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -112,6 +113,11 @@ struct Course {
 constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
+
+/// What no cell sees: its share of a load that is too high may be one that is not.
+bool is_good(const ExtendedMotion& motion) noexcept {
+  return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
+}
 
 /// A spin that cannot be turns nothing: the cells refuse their motions.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
@@ -149,7 +155,7 @@ Course course_of(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept 
 
 void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, const Course& course,
                         Span<Motion> cells) noexcept {
-  const bool good = is_good_spin(motion.displacement[2]);
+  const bool good = is_good(motion);
   const Turn midway = grown(course.midway, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     Motion& cell = cells[k];

@@ -236,7 +236,10 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  const double growth = shared_renewal == 0.0 ? 0.0 : solve_growth(nodes, rule, shared_renewal, mean);
+  // Less than a rounding error of the number of bristles is none; 1 / kappa squared would overflow.
+  constexpr double least_renewal = 1e-16;
+  const bool renews = shared_renewal > least_renewal;
+  const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;
   const auto path = [&](double l) { return path_share(growth, l); };
   const auto bend = [&](double l) { return deflection_share(growth, l); };
   SteadySliding s;

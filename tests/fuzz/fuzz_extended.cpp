@@ -118,13 +118,21 @@ void extended(Bytes bytes) {
     options = any_brush_options(input, 400, input.flag());
     if (input.choice(16) != 15) options.axes = 2;
     outline = any_outline(input);
-    trace(material, options);
-    for (const auto& twin : twins) ids.push_back(twin->patches.add(material, options, outline));
-  } catch (const bristle::Error& error) {
-    check(*error.what() != 0 && ids.empty(), "what one instruction set refuses they all refuse, and say why");
-    for (const auto& twin : twins) check(twin->batch.patch_count() == 0, "what was refused leaves no cell");
+  } catch (const bristle::Error&) {  // a law or an outline that is refused
     return;
   }
+  trace(material, options);
+  for (const auto& twin : twins) {
+    try {
+      ids.push_back(twin->patches.add(material, options, outline));
+    } catch (const bristle::Error& error) {
+      check(*error.what() != 0 && ids.empty(),
+            "what one instruction set refuses they all refuse, and say why");
+      check(twin->batch.patch_count() == 0, "what was refused leaves no cell");
+    }
+  }
+  if (ids.empty()) return;
+  check(ids.size() == twins.size(), "what one instruction set takes they all take");
   const double scale = material.snap_length.mean();
   for (int k = 0; k < 16 && !input.empty(); ++k) {
     const unsigned kind = input.choice(16);

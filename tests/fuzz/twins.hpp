@@ -146,7 +146,10 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +
                         std::fabs(r.damper_work);
-    check(std::fabs(off) <= 1e-3 * size + 1e-25, "work is stored or lost");
+    // Places are counted in 2^-44 of a scaled length; a load beyond what the patch is for has stiffness to
+    // match.
+    const double rounding = std::fabs(r.elastic[0]) + std::fabs(r.elastic[1]);
+    check(std::fabs(off) <= 1e-3 * size + rounding * 0x1p-42 * scale + 1e-25, "work is stored or lost");
   }
   twins.check_alike();
   twins.remove();

@@ -79,10 +79,14 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     lost += (before - kept) * (zx * zx + zy * zy);
     entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;
   }
-  // Each was rounded: what is missing or too much, a few units, is made up by the largest.
-  if (all_kept != mass_now)
-    entry(r.rows, largest, cohort_fresh) =
-        fresh_mass(most_kept + (mass_now - all_kept), entry(r.rows, largest, cohort_left));
+  // Each was rounded: what is missing or too much, a few units, is made up by the largest; where that is all
+  // there is, by the next ones too.
+  double missing = mass_now - all_kept;
+  for (std::uint32_t i = largest; missing != 0.0; i = (i + 1) % r.count) {
+    const double kept = std::max(kept_of[i] + missing, 0.0);
+    missing -= kept - kept_of[i];
+    entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;
+  }
   remove_empty(r);
   r.mass = mass_now;
   find_moment(r, r.rows);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
@@ -33,8 +34,11 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
       if (rule.filler == Filler::first_length && both_draw && same_law && !same_residual) {
         const double less = static_cast<double>(static_cast<T>(from.material->residual));
-        for (std::uint32_t i = 0; i < contact; ++i)
-          column[i] = static_cast<T>(to.material->residual + (static_cast<double>(old[i]) - less));
+        const double shortest = shortest_beyond_residual<T>(*to.material);
+        for (std::uint32_t i = 0; i < contact; ++i) {
+          const double drawn = std::max(static_cast<double>(old[i]) - less, shortest);
+          column[i] = static_cast<T>(to.material->residual + drawn);
+        }
         return;
       }
     }

@@ -1,7 +1,6 @@
 #include "core/patches/representatives/population.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace bristle::detail {
 namespace {
@@ -24,9 +23,7 @@ template <class T>
 void fill(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed, Span<T> lengths) {
   const SnapLength& law = material.material.snap_length;
   const auto share = sampling == Sampling::random ? random_share : stratified_share;
-  // A snap length that the residual would swallow in T is no length to divide by.
-  const double shortest = std::max(
-      material.shortest, 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * material.residual);
+  const double shortest = shortest_beyond_residual<T>(material);
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     const double u = share(seed, static_cast<std::uint32_t>(i));
     const double scaled = law.quantile(u) * material.lengths_per_metre;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "bristle/patch.hpp"
 #include "bristle/span.hpp"
@@ -20,6 +21,14 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// u_i in (0, 1): independent numbers, a hash of seed and i (Sampling::random).
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept;
+
+/// Least that a snap length in T may be beyond the residual, scaled: what the residual would swallow is no
+/// length to divide by.
+template <class T>
+double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
+  const double least = 8.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * material.residual;
+  return least > material.shortest ? least : material.shortest;
+}
 
 /// Q(u_i), scaled, for i = 0 .. size - 1.
 void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,

@@ -265,8 +265,10 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       if (!within(e, -1.0, 1.0)) return "direction";
   }
 
+  // One that a long slide ends on may have two draws of an exponential law: before the place, and after it.
+  const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
   // Rounding may carry a bristle a little over its length.
-  const double longest = longest_bend(r) * (1.0 + 1e-3);
+  const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);
   const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
