@@ -4,6 +4,7 @@
 
 #include "core/materials/elementary.hpp"
 #include "core/materials/kernel_law.hpp"
+#include "core/materials/law_at.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -49,6 +50,18 @@ double find_forgetting_path(const SurvivalTable& table, const SnapLength& law, d
   return std::max(tail + waves, 2.0 * tail);
 }
 
+/// S at the nodes, the first of which is 0, as far as the law has any.
+std::vector<double> survival_at_nodes(const SnapLength& law, double metres, double longest) {
+  std::vector<double> lengths;
+  while (node(lengths.size() + 1) < longest) lengths.push_back(node(lengths.size() + 1) * metres);
+  std::vector<LawAt> at(lengths.size());
+  read_law(law, {lengths.data(), lengths.size()}, {at.data(), at.size()});
+  std::vector<double> survival{1.0};
+  for (const LawAt& a : at) survival.push_back(a.survival);
+  survival.push_back(0.0);
+  return survival;
+}
+
 /// S at the start of a cell.
 double survival_at(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
@@ -65,13 +78,14 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const bool sharp = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   table.smooth = !sharp;
   const double shortest = sharp ? law.first_parameter() * per_metre : 0.0;
+  const std::vector<double> survival_at_node = survival_at_nodes(law, metres, longest);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
     // The corners at the shortest and the longest length are nodes too: no cohort's R is below the first
     // (CohortLaw::sure), and no argument above the last is looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
-    double after = next == longest ? 0.0 : std::min(law.survival(next * metres), survival);
+    double after = std::min(survival_at_node[k + 1], survival);
     if (start == shortest) table.sure = shortest;
     if (1.0 - after < negligible_share) {
       after = 1.0;

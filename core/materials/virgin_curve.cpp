@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "core/materials/elementary.hpp"
+#include "core/materials/law_at.hpp"
 #include "core/materials/steady_sliding.hpp"
 
 namespace bristle::detail {
@@ -191,37 +192,60 @@ struct LawOnGrid {
   std::size_t last() const noexcept { return mass.size() - 1; }
 };
 
-/// Atoms are moved to their nearest nodes.
-LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, double step, int cells) {
-  const std::size_t n = static_cast<std::size_t>(cells);
-  LawOnGrid law;
-  law.step = step;
-  law.mass.assign(n + 1, 0.0);
-  law.first = law.survival = law.atom_mass = law.mass;
-  for (std::size_t i = 0; i <= n; ++i) {
-    const double x = static_cast<double>(i) * step;
-    law.mass[i] = unit.partial_moment(0, x);
-    law.first[i] = unit.partial_moment(1, x);
-    for (const Atom& atom : atoms) {
-      if (atom.length < x) {
-        law.mass[i] -= atom.mass;
-        law.first[i] -= atom.mass * atom.length;
-      }
-    }
-  }
+/// Atoms are moved to their nearest nodes; `survival` is what they leave, or stays without them.
+void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
+  law.atom_mass.assign(law.mass.size(), 0.0);
+  if (atoms.empty()) return;
   for (const Atom& atom : atoms) {
-    const double node = whole_part(atom.length / step + 0.5);
-    if (node > static_cast<double>(n)) continue;
+    const double node = whole_part(atom.length / law.step + 0.5);
+    if (node > static_cast<double>(law.last())) continue;
     const std::size_t j = static_cast<std::size_t>(node);
     if (law.atom_mass[j] == 0.0) law.atom_nodes.push_back(j);
     law.atom_mass[j] += atom.mass;
   }
   double atoms_below = 0.0;
-  for (std::size_t i = 0; i <= n; ++i) {
-    law.survival[i] = atoms.empty() ? unit.survival(static_cast<double>(i) * step)
-                                    : std::max(1.0 - law.mass[i] - atoms_below, 0.0);
+  for (std::size_t i = 0; i < law.mass.size(); ++i) {
+    law.survival[i] = std::max(1.0 - law.mass[i] - atoms_below, 0.0);
     atoms_below += law.atom_mass[i];
   }
+}
+
+LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, double step, int cells) {
+  const std::size_t n = static_cast<std::size_t>(cells);
+  std::vector<double> lengths(n);
+  for (std::size_t i = 0; i < n; ++i) lengths[i] = static_cast<double>(i + 1) * step * unit.mean;
+  std::vector<LawAt> at(n);
+  read_law(unit.law, {lengths.data(), n}, {at.data(), n});
+  LawOnGrid law;
+  law.step = step;
+  law.mass.assign(n + 1, 0.0);
+  law.first = law.mass;
+  law.survival.assign(n + 1, unit.survival(0.0));
+  for (std::size_t i = 1; i <= n; ++i) {
+    law.mass[i] = at[i - 1].mass;
+    law.first[i] = at[i - 1].first / unit.mean;
+    law.survival[i] = at[i - 1].survival;
+    for (const Atom& atom : atoms) {
+      if (atom.length < static_cast<double>(i) * step) {
+        law.mass[i] -= atom.mass;
+        law.first[i] -= atom.mass * atom.length;
+      }
+    }
+  }
+  place_atoms(atoms, law);
+  return law;
+}
+
+/// The law on a grid of twice the step, every other node of which it has.
+LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms) {
+  LawOnGrid law;
+  law.step = 2.0 * fine.step;
+  for (std::size_t i = 0; i <= fine.last(); i += 2) {
+    law.mass.push_back(fine.mass[i]);
+    law.first.push_back(fine.first[i]);
+    law.survival.push_back(fine.survival[i]);
+  }
+  place_atoms(atoms, law);
   return law;
 }
 
@@ -363,17 +387,16 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// The curve of redraw without shared renewal on the nodes of a grid.
-VirginGrid solve_redraw(const UnitLaw& unit, const std::vector<Atom>& atoms, double step, int cells) {
-  const RenewalProblem problem = pose_redraw(put_on_grid(unit, atoms, step, cells), 0.0, {});
-  return solve_renewal(problem.kernel, problem.deflections, step);
-}
-
-VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double fine_step,
-                                     int fine_cells) {
-  const VirginGrid coarse = solve_redraw(unit, atoms, 2.0 * fine_step, fine_cells / 2);
-  VirginGrid fine = solve_redraw(unit, atoms, fine_step, fine_cells);
-  extrapolate_grids(coarse, fine);
+/// The curve of redraw without shared renewal on the nodes of a grid of an even number of cells.
+VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
+                                     int cells) {
+  const auto solve = [](const LawOnGrid& law) {
+    const RenewalProblem problem = pose_redraw(law, 0.0, {});
+    return solve_renewal(problem.kernel, problem.deflections, law.step);
+  };
+  const LawOnGrid law = put_on_grid(unit, atoms, step, cells);
+  VirginGrid fine = solve(law);
+  extrapolate_grids(solve(every_other_node(law, atoms)), fine);
   return fine;
 }
 
@@ -743,13 +766,30 @@ struct RenewedCurve {
         atoms(find_atoms(snap_length)),
         steady(find_steady_sliding(snap_length, snap_rule, shared_renewal)) {}
 
-  /// Empty where so many bristles snap within a cell that the curve is at its kinetic value at once.
-  VirginGrid solve(const DividedLaw* divided, double step, int cells) const {
+  /// On a grid of an even number of cells. Empty where so many bristles snap within a cell that the curve is
+  /// at its kinetic value at once.
+  VirginGrid solve_extrapolated(double step, int cells) const {
     const std::vector<double> damping = damping_at_nodes(steady.growth, step, cells);
-    const RenewalProblem problem = divided
-                                       ? pose_keep(*divided, renewal, step, damping)
-                                       : pose_redraw(put_on_grid(unit, atoms, step, cells), renewal, damping);
-    if (problem.kernel.too_coarse()) return {};
+    const std::vector<double> coarse_damping = damping_at_nodes(steady.growth, 2.0 * step, cells / 2);
+    if (rule == SnapRule::redraw) {
+      const LawOnGrid nodes = put_on_grid(unit, atoms, step, cells);
+      return extrapolated(pose_redraw(every_other_node(nodes, atoms), renewal, coarse_damping),
+                          pose_redraw(nodes, renewal, damping), step);
+    }
+    const double end = std::min(step * (cells + 1), law.longest() / unit.mean + step);
+    const DividedLaw divided(unit, std::max(std::min(0.25 * step, 1.0 / 1024), end / 16384), end);
+    return extrapolated(pose_keep(divided, renewal, 2.0 * step, coarse_damping),
+                        pose_keep(divided, renewal, step, damping), step);
+  }
+
+  static VirginGrid extrapolated(const RenewalProblem& coarse, const RenewalProblem& fine, double step) {
+    if (coarse.kernel.too_coarse() || fine.kernel.too_coarse()) return {};
+    VirginGrid grid = solve(fine, step);
+    extrapolate_grids(solve(coarse, 2.0 * step), grid);
+    return grid;
+  }
+
+  static VirginGrid solve(const RenewalProblem& problem, double step) {
     VirginGrid grid = solve_renewal(problem.kernel, problem.deflections, step);
     const VirginGrid bristles = solve_renewal(problem.kernel, problem.bristles, step);
     for (std::size_t i = 1; i < grid.left.size(); ++i) {
@@ -757,21 +797,6 @@ struct RenewedCurve {
       grid.right[i] /= bristles.right[i];
     }
     return grid;
-  }
-
-  VirginGrid solve_extrapolated(double step, int cells) const {
-    if (rule == SnapRule::redraw) return extrapolated(nullptr, step, cells);
-    const double end = std::min(step * (cells + 1), law.longest() / unit.mean + step);
-    const DividedLaw divided(unit, std::max(std::min(0.25 * step, 1.0 / 1024), end / 16384), end);
-    return extrapolated(&divided, step, cells);
-  }
-
-  VirginGrid extrapolated(const DividedLaw* divided, double step, int cells) const {
-    const VirginGrid coarse = solve(divided, 2.0 * step, cells / 2);
-    VirginGrid fine = solve(divided, step, cells);
-    if (coarse.left.empty() || fine.left.empty()) return {};
-    extrapolate_grids(coarse, fine);
-    return fine;
   }
 
   /// Atoms keep the step of the paper's curves; for the others extrapolation makes up for twice that.

@@ -1,0 +1,18 @@
+// A snap-length law read at many lengths.
+#pragma once
+
+#include "bristle/snap_length.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle::detail {
+
+/// SnapLength::partial_moment of order 0 and 1, and SnapLength::survival.
+struct LawAt {
+  double mass, first, survival;
+};
+
+/// At each of the lengths (m, above 0, finite), of which there are as many as of `at`: the bits of those
+/// functions. The three of a lognormal law share most of their work.
+void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at);
+
+}  // namespace bristle::detail
