@@ -26,6 +26,8 @@ struct TemporaryFolder {
 
   /// The path of a new file with this text.
   std::string write(const std::string& name, const std::string& text) const {
+    // A new file each time: to truncate one that was just written waits for the disk, milliseconds on ext4.
+    std::filesystem::remove(path / name);
     std::ofstream(path / name, std::ios::binary) << text;
     return at(name);
   }

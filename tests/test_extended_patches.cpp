@@ -817,6 +817,10 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
     const ExtendedResponse other = eager.step(0.1 * dbar, 0.05 * dbar, spin);
     CHECK(std::memcmp(&one, &other, sizeof one) == 0);
   }
+  const ExtendedResponse one = lazy.step(INFINITY, 0.0, 0.0), other = eager.step(INFINITY, 0.0, 0.0);
+  CHECK(one.status == Status::bad_input);
+  CHECK(one.stiffness[0][0] == 0.0);
+  CHECK(std::memcmp(&one, &other, sizeof one) == 0);
 }
 
 TEST_CASE("Cells that need no look at their bristles are stepped with the bits of the batch", "[extended]") {

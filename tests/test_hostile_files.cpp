@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -197,34 +198,38 @@ TEST_CASE("Places that are no files, and files without an end, are refused", "[c
 TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so", "[cli][hostile]") {
   const TemporaryFolder folder;
   const std::string scene = folder.write("scene.toml", scene_with("bristles = 10"));
-  const std::string fifo = folder.at("fifo");
-  REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
-  // The other one opens the FIFO once the command has said that it waits.
-  const auto run_beside = [&](const std::string& other, const std::string& arguments) {
+  struct Told {
+    int code;
+    std::string said;
+  };
+  // All at once: each waits seconds. `beside` is done once the command has said that it waits.
+  const auto run = [&](const std::string& name, const std::string& arguments, const std::string& beside) {
+    const std::string fifo = folder.at(name), said = folder.write(name + ".stderr", "");
+    REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
     const std::string script = folder.write(
-        "beside.sh", "(for i in $(seq 200); do [ -s '" + folder.at("stderr") +
-                         "' ] && break; sleep 0.05; done\n" + other +
-                         ") &\ntimeout 20 '" BRISTLE_CLI "' run " + arguments + " >/dev/null 2>'" +
-                         folder.at("stderr") + "'; code=$?; wait; exit $code\n");
-    folder.write("stderr", "");
-    return std::system(("timeout 30 sh '" + script + "'").c_str());
+        name + ".sh", "(for i in $(seq 200); do [ -s '" + said + "' ] && break; sleep 0.05; done\n" + beside +
+                          ") &\ntimeout " + (beside.empty() ? "-s INT 1.5" : "20") +
+                          " '" BRISTLE_CLI "' run " + arguments + " >/dev/null 2>'" + said +
+                          "'; code=$?; wait; exit $code\n");
+    return std::async(std::launch::async, [=] {
+      const int status = std::system(("timeout 30 sh '" + script + "'").c_str());
+      std::ifstream in(said);
+      return Told{WEXITSTATUS(status), std::string(std::istreambuf_iterator<char>(in), {})};
+    });
   };
-  const auto said = [&] {
-    std::ifstream in(folder.at("stderr"));
-    return std::string(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-  };
-  // Somebody who comes late.
-  CHECK(run_beside("cat '" + scene + "' >'" + fifo + "'", "'" + fifo + "'") == 0);
-  CHECK(said() == "bristle: " + fifo + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");
-  CHECK(run_beside("cat '" + fifo + "' >'" + folder.at("forces") + "'",
-                   "'" + scene + "' --out '" + fifo + "'") == 0);
-  CHECK(said() == "bristle: " + fifo + ": a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n");
+  const std::string read = folder.at("read"), written = folder.at("written"), left = folder.at("left");
+  auto reads = run("read", "'" + read + "'", "cat '" + scene + "' >'" + read + "'");
+  auto writes = run("written", "'" + scene + "' --out '" + written + "'",
+                    "cat '" + written + "' >'" + folder.at("forces") + "'");
+  auto waits = run("left", "'" + left + "'", "");  // nobody comes: Ctrl-C
+  const Told reader = reads.get(), writer = writes.get(), alone = waits.get();
+  CHECK(reader.code == 0);
+  CHECK(reader.said == "bristle: " + read + ": a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n");
+  CHECK(writer.code == 0);
+  CHECK(writer.said == "bristle: " + written + ": a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n");
   CHECK(std::filesystem::file_size(folder.at("forces")) > 100);
-  // Nobody comes: Ctrl-C.
-  const int status = std::system(
-      ("timeout -s INT 1.5 '" BRISTLE_CLI "' run '" + fifo + "' 2>'" + folder.at("stderr") + "'").c_str());
-  CHECK(WEXITSTATUS(status) == 124);
-  CHECK_THAT(said(), Contains("nobody writes"));
+  CHECK(alone.code == 124);
+  CHECK_THAT(alone.said, Contains("nobody writes"));
 }
 
 TEST_CASE("A report whose fields have other types ends with code 2 and one line", "[cli][hostile]") {

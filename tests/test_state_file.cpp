@@ -36,6 +36,7 @@ std::vector<std::byte> read_bytes(const std::string& path) {
 }
 
 void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
+  std::filesystem::remove(path);  // to truncate a file just written waits for the disk
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }

@@ -361,6 +361,7 @@ struct ExtendedPatches::Impl {
   static Status finish_lightly(ExtendedPatch& p, const ExtendedMotion& motion, Status status,
                                const Force* elastic, ExtendedResponse& out) noexcept {
     const Course course = course_of(p, motion);
+    if (!was_stepped(status)) p.common = Stiffnesses{};  // what was refused has neither stiffness nor limits
     sum_up_lightly(p, motion.id, course, elastic, out);
     out.status = out.status | status;
     p.common.known = was_stepped(out.status);

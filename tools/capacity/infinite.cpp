@@ -25,7 +25,7 @@ InfiniteRow many_patches(const CapacityCase& what, std::uint64_t patches, const 
   CapacitySubject subject(what, patches, options.isa);
   const double to_ns = 1e9 / static_cast<double>(patches);
   std::vector<double> ns;
-  for (int i = 0; i < (options.quick ? 20 : 60); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
+  for (int i = 0; i < (options.quick ? 8 : 60); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
   InfiniteRow row;
   row.patches = patches;
   row.ns_per_patch = quantile(ns, 0.5);

@@ -251,11 +251,15 @@ def main(request_file):
     with open(request_file) as file:
         request = json.load(file)
     try:
+        import dask
+        from dask.utils import parse_timedelta
         from distributed import Client
     except ImportError:
         sys.exit(f"bristle: {sys.executable} has no module distributed: on Debian apt install python3-distributed")
     try:
-        client = Client(request["address"], timeout=10)
+        # Dask's own patience, which users may set, but not its half a minute where nobody answers.
+        patience = parse_timedelta(dask.config.get("distributed.comm.timeouts.connect"))
+        client = Client(request["address"], timeout=min(10, patience))
     except (OSError, ValueError) as error:
         sys.exit(f"bristle: --dask {request['address']}: no scheduler answers there ({error})")
     try:
