@@ -125,7 +125,7 @@ TEST_CASE("A limit given by hand lifts the limits of numbers", "[cli][memory]") 
 TEST_CASE("A scene that takes long to read or to step shows how far it is", "[cli][memory]") {
   const TemporaryFolder folder;
   std::string text = head + patch("tip", "material = \"m1\"\nbristles = 100");
-  for (int i = 0; i < 300; ++i)
+  for (int i = 0; i < 700; ++i)
     text += material("m" + std::to_string(i), "presliding_length = " + std::to_string(10 + i) + "e-7");
   Said said = at_terminal("'" BRISTLE_CLI "' run '" + folder.write("many.toml", text) + "'");
   CHECK(said.code == 0);
