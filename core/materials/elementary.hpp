@@ -135,7 +135,10 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       1.29313843261655758e-14,  -1.21806635217263412e-15, -8.05214737262093315e-16, -2.86049414426162132e-17,
       4.05706442433535364e-17,  7.00640077281459613e-18};
   double t[n], b1[n] = {}, b2[n] = {};  // Clenshaw's recurrence
-  for (int i = 0; i < n; ++i) t[i] = (z[i] - 4.0) / (z[i] + 4.0);
+  for (int i = 0; i < n; ++i) {
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // infinity is no number to divide by
+    t[i] = (within - 4.0) / (within + 4.0);
+  }
   for (int k = 25; k >= 1; --k)
     for (int i = 0; i < n; ++i) {
       const double b0 = 2.0 * t[i] * b1[i] - b2[i] + chebyshev[k];
@@ -143,7 +146,7 @@ inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept
       b1[i] = b0;
     }
   for (int i = 0; i < n; ++i) {
-    const double mills = (t[i] * b1[i] - b2[i] + 0.5 * chebyshev[0]);
+    const double mills = t[i] * b1[i] - b2[i] + 0.5 * chebyshev[0];
     tail[i] = z[i] > 40.0 ? 0.0 : exp_half_square(z[i]) * mills / (4.0 + z[i]);
   }
 }

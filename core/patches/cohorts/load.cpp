@@ -82,7 +82,8 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   // Each was rounded: what is missing or too much, a few units, is made up by the largest; where that is all
   // there is, by the next ones too.
   double missing = mass_now - all_kept;
-  for (std::uint32_t i = largest; missing != 0.0; i = (i + 1) % r.count) {
+  for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
+    const std::uint32_t i = (largest + k) % r.count;
     const double kept = std::max(kept_of[i] + missing, 0.0);
     missing -= kept - kept_of[i];
     entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;

@@ -126,8 +126,8 @@ void check(const CompiledMaterial& compiled, const PatchOptions& options) {
   if (renewals > most_renewals)
     refuse(where, "shared_renewal", material.shared_renewal,
            "less: with so many bristles of next to no length each snap draws others that snap at once, and "
-           "nearly no "
-           "friction is left (or use lengths that are longer)");
+           "nearly "
+           "no friction is left (or make the lengths longer)");
   if (options.resolution != 0.0)
     require_within(where, "resolution", options.resolution, 1.0, highest_resolution,
                    "pieces per mean snap length; 0 = automatic");
