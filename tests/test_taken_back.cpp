@@ -81,7 +81,7 @@ TEST_CASE("An infinite brush is the same everywhere when its load falls to a few
         expect_taken_back(patch);
         if (first.empty()) first = after;
         INFO(units << " units, " << patch.batch.isa());
-        for (int k = 0; k < 2; ++k) {
+        for (std::size_t k = 0; k < 2; ++k) {
           CHECK(first_difference(first[k], after[k]) == "");
           CHECK(std::abs(after[k].elastic[0]) < 3.0 * dbar * load);
         }
