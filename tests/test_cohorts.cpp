@@ -467,13 +467,6 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
                     Catch::Contains("StepRule::exact"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
-  // Of three that are drawn two snap at once, and each of them draws two: a step would have 1e11 pieces.
-  const std::vector<double> lengths{1e-12, 1e-12, 1e-12, 2.0 * dbar};
-  const Material avalanche =
-      plain_material(SnapLength::table(lengths), SnapRule::redraw).with_shared_renewal(1.0);
-  CHECK_THROWS_WITH(batch.add(avalanche, infinite_options()), Catch::Contains("shared_renewal = 1"));
-  const PatchId taken = batch.add(Material(avalanche).with_shared_renewal(0.3), infinite_options());
-  CHECK_THROWS_WITH(batch.set_material(taken, avalanche), Catch::Contains("shared_renewal = 1"));
   // Wider than bristle by bristle: taken.
   CHECK_NOTHROW(
       batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));

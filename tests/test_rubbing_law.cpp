@@ -17,6 +17,7 @@
 #include "reference_table.hpp"
 
 #include <bristle/material.hpp>
+#include <bristle/patch_batch.hpp>
 
 using bristle::Coefficients;
 using bristle::Material;
@@ -195,6 +196,21 @@ TEST_CASE("A shared renewal below what can be counted is none", "[rubbing][extre
       }
 }
 
+TEST_CASE("A renewal that is an avalanche is refused, whatever the population", "[rubbing][bad_input]") {
+  // Of three that are drawn one snaps at once, and draws five: a step would draw and draw, or cut a path into
+  // 1e11 pieces.
+  const std::vector<double> lengths{1e-12, 1e-12, 15e-6, 20e-6};
+  const Material avalanche = rubbed(SnapLength::table(lengths), SnapRule::redraw, 4.0, 0.0);
+  const Material calm = Material(avalanche).with_shared_renewal(0.3);
+  for (const auto population : {bristle::Population::representatives, bristle::Population::infinite}) {
+    const auto options = bristle::PatchOptions{}.with_population(population);
+    bristle::PatchBatch batch;
+    CHECK_THROWS_WITH(batch.add(avalanche, options), Catch::Contains("shared_renewal = 4"));
+    const bristle::PatchId taken = batch.add(calm, options);
+    CHECK_THROWS_WITH(batch.set_material(taken, avalanche), Catch::Contains("shared_renewal = 4"));
+  }
+}
+
 TEST_CASE("Virgin curves of other laws with shared renewal follow bristles one by one", "[rubbing][virgin]") {
   using namespace bristle_test;
   const std::vector<double> spread{0.3, 0.5, 0.9, 1.1, 2.8};
@@ -369,7 +385,7 @@ TEST_CASE("A ratio out of reach names the range with residual and shared renewal
   CHECK(names(refused(Coefficients{}.with_residual_share(-0.1)), {"residual_share = -0.1"}));
   CHECK(names(refused(Coefficients{}.with_shared_renewal(17.0)), {"shared_renewal = 17", "0 to 16"}));
   CHECK(names(ask(1.2, SnapLaw::exponential, SnapRule::keep, 0.0, 1.0),
-              {"shared_renewal = 1", "0 with law exponential and rule keep"}));
+              {"shared_renewal = 4", "0 with law exponential and rule keep"}));
 }
 
 TEST_CASE("Keep with shared renewal takes no law with bristles near no length", "[rubbing][bad_input]") {

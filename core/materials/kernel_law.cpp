@@ -6,6 +6,7 @@
 
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
+#include "core/common/range_check.hpp"
 #include "core/materials/elementary.hpp"
 #include "core/materials/virgin_curve.hpp"
 
@@ -18,6 +19,8 @@ constexpr double negligible_cv = 1e-6;
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
 constexpr int biased_knots = 1024;
+// Of a bristle per mean snap length. Beyond, a step would draw without end.
+constexpr double most_renewals = 100.0;
 
 /// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
 /// within 1e-3 of its steady value: the renewal equation on a grid (core/MODEL.md, "Jumps").
@@ -302,6 +305,12 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.shortest = shortest_scaled;
   c.residual = material.residual_length * per_metre;
   c.snap_rate = material.snap_rate() * c.metres_per_length;
+  const double renewals = material.shared_renewal * c.snap_rate * length.mean() * per_metre;
+  if (renewals > most_renewals)
+    refuse("Material", "shared_renewal", material.shared_renewal,
+           "less: with so many bristles of next to no length each snap draws others that snap at once, and "
+           "nearly "
+           "no friction is left (or make the lengths longer)");
   c.kinetic = c.residual + kinetic_deflection(length, material.snap_rule, material.shared_renewal) *
                                length.mean() * per_metre;
   c.single_length = length.law() == SnapLaw::single;

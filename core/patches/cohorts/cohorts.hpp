@@ -15,7 +15,6 @@ namespace bristle::detail {
 
 constexpr double default_resolution = 8.0;  ///< pieces per mean snap length
 constexpr double highest_resolution = 128.0;
-constexpr double most_renewals = 100.0;  ///< of a bristle per mean snap length: pieces are cut for them
 constexpr std::uint32_t default_cohorts = 96;   ///< capacity at the default resolution
 constexpr double bound_margin = 0x1p-40;        ///< scaled: more than what rounding does to a deflection
 constexpr double least_cohort_spread = 0.05;    ///< cv below which a brush snaps too much in step

@@ -108,8 +108,7 @@ constexpr ContactModel cohorts_model = {"cohorts",
                                         &restore_cohorts,
                                         &step_cohorts_lightly};
 
-void check(const CompiledMaterial& compiled, const PatchOptions& options) {
-  const Material& material = compiled.material;
+void check(const Material& material, const PatchOptions& options) {
   if (material.snap_rule != SnapRule::redraw)
     throw Error(std::string(where) +
                 ": the material has SnapRule::keep, whose bristles never forget their phases; infinite needs "
@@ -122,12 +121,6 @@ void check(const CompiledMaterial& compiled, const PatchOptions& options) {
     throw Error(std::string(where) +
                 ": step_rule = literal is for bristles; infinite needs StepRule::exact (or use "
                 "Population::representatives)");
-  const double renewals = material.shared_renewal * compiled.snap_rate * compiled.survival().mean;
-  if (renewals > most_renewals)
-    refuse(where, "shared_renewal", material.shared_renewal,
-           "less: with so many bristles of next to no length each snap draws others that snap at once, and "
-           "nearly "
-           "no friction is left (or make the lengths longer)");
   if (options.resolution != 0.0)
     require_within(where, "resolution", options.resolution, 1.0, highest_resolution,
                    "pieces per mean snap length; 0 = automatic");
@@ -165,7 +158,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
 
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double zeta_max) {
-  check(*material, options);
+  check(material->material, options);
   Cohorts made;
   made.kernels = find_cohort_kernels(kernels.name);
   if (made.kernels == nullptr)
