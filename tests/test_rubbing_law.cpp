@@ -385,7 +385,7 @@ TEST_CASE("A ratio out of reach names the range with residual and shared renewal
   CHECK(names(refused(Coefficients{}.with_residual_share(-0.1)), {"residual_share = -0.1"}));
   CHECK(names(refused(Coefficients{}.with_shared_renewal(17.0)), {"shared_renewal = 17", "0 to 16"}));
   CHECK(names(ask(1.2, SnapLaw::exponential, SnapRule::keep, 0.0, 1.0),
-              {"shared_renewal = 4", "0 with law exponential and rule keep"}));
+              {"shared_renewal = 1", "0 with law exponential and rule keep"}));
 }
 
 TEST_CASE("Keep with shared renewal takes no law with bristles near no length", "[rubbing][bad_input]") {
