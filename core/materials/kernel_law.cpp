@@ -20,7 +20,7 @@ constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
 constexpr int biased_knots = 1024;
 // Of a bristle per mean snap length. Beyond, a step would draw without end.
-constexpr double most_renewals = 100.0;
+constexpr double most_renewals = 1000.0;
 
 /// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
 /// within 1e-3 of its steady value: the renewal equation on a grid (core/MODEL.md, "Jumps").
