@@ -472,6 +472,34 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
       batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));
 }
 
+TEST_CASE("Short bristles that are rubbed ask for a finer resolution", "[cohorts][rubbing]") {
+  // A third of them have a length of a twentieth of the mean: less than half of a piece by default.
+  const std::vector<double> lengths{1e-6, 1e-6, 1e-5, 1e-4};
+  for (const double renewal : {0.0, 0.3, 1.0}) {
+    const Material material = Material{}
+                                  .with_snap_length(SnapLength::table(lengths))
+                                  .with_snap_rule(SnapRule::redraw)
+                                  .with_shared_renewal(renewal);
+    const double right = material.kinetic_coefficient(), step = 0.037 * material.snap_length.mean();
+    const auto off = [&](double resolution) {
+      OnePatch patch(material, infinite_options(resolution).with_max_normal_load(1.0));
+      double mean = 0.0;
+      for (int k = 0; k < 2000; ++k) {
+        const Response r = patch.step(step, 0.0, 1.0);
+        if (k >= 1000) mean -= r.mean[0] / 1000.0;
+      }
+      return mean / right - 1.0;
+    };
+    const double usual = off(8.0), fine = off(32.0);
+    CAPTURE(renewal, right, usual, fine);
+    CHECK(std::abs(fine) < (renewal == 0.0 ? 0.02 : 0.01));
+    if (renewal == 0.0)
+      CHECK(std::abs(usual) < 0.003);
+    else
+      CHECK(std::abs(fine) < 0.1 * std::abs(usual));
+  }
+}
+
 TEST_CASE("Under wavering loads the infinite brush goes the way of very many bristles", "[cohorts][load]") {
   const std::uint32_t n = test_size(100000);
   const SnapLength law = SnapLength::lognormal(dbar, 0.3);

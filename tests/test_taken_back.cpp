@@ -185,8 +185,8 @@ TEST_CASE("Exponential bristles longer than any one draw are taken back", "[stat
   constexpr std::uint32_t many = 1u << 20;
   const SnapLength law = SnapLength::exponential(dbar);
   for (Precision precision : precisions()) {
-    // Length and age of the bristle that a long slide ends on: one of a million is longer than two draws of
-    // 24 bits let one of them be.
+    // The bristle that a long slide ends on has two draws, its age and what is left: one of a million is
+    // longer than the longest draw.
     OnePatch patch(redrawn(law), plain_options(many, 1, precision));
     std::vector<double> x(many), y(many), length(many);
     double longest = 0.0;

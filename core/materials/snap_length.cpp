@@ -389,7 +389,7 @@ void read_lognormal(const Lognormal& law, const double* lengths, std::size_t cou
 
 void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at) {
   BRISTLE_ASSERT(lengths_m.size() == at.size());
-  if (law.law() == SnapLaw::lognormal && law.cv() > 0.0) {
+  if (law.law() == SnapLaw::lognormal) {
     const Lognormal lognormal(law.first_parameter(), law.second_parameter());
     for (std::size_t i = 0; i < at.size(); i += at_a_time)
       read_lognormal(lognormal, lengths_m.data() + i, std::min(at_a_time, at.size() - i), at.data() + i);
