@@ -126,7 +126,7 @@ TEST_CASE("exp, log, expm1 and log1p are those of libm to two units in the last 
         5.0);
 }
 
-TEST_CASE("exp and log answer at the ends of their range as libm does", "[elementary]") {
+TEST_CASE("exp, log, expm1 and log1p answer at the ends of their range as libm does", "[elementary]") {
   for (double x : {0.0, -0.0, 709.8, 1e300, inf, -745.0, -746.0, -1e300, -inf, 710.0}) {
     INFO(x);
     CHECK(own::exp(x) == std::exp(x));
@@ -142,6 +142,10 @@ TEST_CASE("exp and log answer at the ends of their range as libm does", "[elemen
   CHECK(own::log(std::numeric_limits<double>::max()) == std::log(std::numeric_limits<double>::max()));
   CHECK(own::log(std::numeric_limits<double>::denorm_min()) ==
         std::log(std::numeric_limits<double>::denorm_min()));
+  for (double x : {inf, -inf, -1000.0}) CHECK(own::expm1(x) == std::expm1(x));
+  for (double x : {inf, -1.0, std::numeric_limits<double>::max()}) CHECK(own::log1p(x) == std::log1p(x));
+  CHECK(std::isnan(own::log1p(-1.5)));
+  CHECK(std::isnan(own::log1p(nan_value)));
 }
 
 TEST_CASE("The normal distribution function is erfc, its inverse undoes it, down to 1e-300", "[elementary]") {

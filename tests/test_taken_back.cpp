@@ -160,6 +160,23 @@ TEST_CASE("A patch that ages is taken back after steps below its time's rounding
   }
 }
 
+TEST_CASE("A patch that ages and is rubbed is taken back after a slide in no time and a rest",
+          "[state][ageing]") {
+  for (const Ageing& ageing : {Ageing::logarithmic(0.5, 1.0), Ageing::saturating(0.5, 1.0)})
+    for (const double dt : {1e-300, 1e-12, 1.0}) {
+      OnePatch patch(redrawn().with_ageing(ageing).with_shared_renewal(0.3), plain_options(40));
+      const double load = plain_options(40).max_normal_load;
+      // A speed beyond any number, a rest, and on at the usual one.
+      patch.step(1e300, 0.0, load, dt);
+      expect_taken_back(patch);
+      patch.step(0.0, 0.0, load, 1e9);
+      patch.step(3.0 * dbar, 0.0, load, 1e-3);
+      expect_taken_back(patch);
+      CHECK(patch.step(3.0 * dbar, 0.0, load, 1e-3).elastic[0] < 0.0);
+      expect_taken_back(patch);
+    }
+}
+
 TEST_CASE("A patch that has held longer than it has lived is refused", "[state][ageing]") {
   OnePatch patch(redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-6)), plain_options(40));
   patch.step(0.1 * dbar, 0.0, 40.0, 2.0);

@@ -100,6 +100,7 @@ inline double log(double x) noexcept {
 inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
+  if (u == 0.0 || u == infinity) return log(u);
   // The rounding of u is undone to first order (Kahan).
   return log(u) + (x - (u - 1.0)) / u;
 }
