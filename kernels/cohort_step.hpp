@@ -176,6 +176,12 @@ struct VectorSums {
   }
 };
 
+/// On one axis the root of a square is the number without its sign, to the last bit.
+template <int axes>
+inline Vector length_of(Vector zx, Vector square) {
+  return axes == 2 ? root<double>(square) : xsimd::abs(zx);
+}
+
 /// See renewable_path in cohort_reference.cpp.
 inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
   const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
@@ -193,7 +199,8 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector zx = Vector(at[0]) - x;
   const Vector zy = axes == 2 ? Vector(at[1]) - y : zero;
   const Vector square = axes == 2 ? zx * zx + zy * zy : zx * zx;
-  Vector bent = rubs ? most<double>(root<double>(square) - Vector(law.residual), zero) : root<double>(square);
+  Vector bent = length_of<axes>(zx, square);
+  if (rubs) bent = most<double>(bent - Vector(law.residual), zero);
   const Vector reach = place.get(cohort_reach);
   const Vector fresh = place.get(cohort_fresh);
   const Vector left = place.get(cohort_left);
@@ -231,8 +238,11 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
     gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
   } else {
     if (rubs) snapped_at = snapped_at + Vector(law.residual);
-    const Vector across = most<double>(square - along * along, zero);
-    const Vector before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
+    Vector before = snapped_at;  // along the motion
+    if (axes == 2) {
+      const Vector across = most<double>(square - along * along, zero);
+      before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
+    }
     gap = along - before;
   }
   gap = least<double>(most<double>(gap, zero), Vector(length));
@@ -327,7 +337,7 @@ struct VectorEngine {
           reach = reach * ageing_at(times, most<double>(Vector(times.now) - births, Vector(0.0)));
         }
         reach = reach + Vector(law.residual);
-        slack = least<double>(slack, reach - root<double>(square));
+        slack = least<double>(slack, reach - length_of<axes>(zx, square));
       }
     alignas(64) double lane[vector_size];
     slack.store_aligned(lane);
