@@ -307,6 +307,7 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
     const Found found = Fitter(thin, held, Detail::search, progress).search();
     progress.update(0.9);
     FitResult result = Fitter(moving, held, Detail::finish, progress).finish(found);
+    result.evaluations += found.evaluations;
     if (moving.samples() < data.samples()) result.curve = curve_at(data, held, result);
     return result;
   } catch (const bristle::Error& error) {

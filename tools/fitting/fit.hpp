@@ -104,7 +104,7 @@ struct FitResult {
   double correlated_samples = 1.0;  ///< as many samples count as one, for the intervals
   double smallest_singular_value = 0.0;  ///< of the Jacobian, columns scaled to length 1, over the largest
   double fluctuating_bristles = 0.0;  ///< 1/N: as many at least, by the residuals in sliding; may be infinite
-  int evaluations = 0;                ///< of the force of the brush along the path
+  int evaluations = 0;                ///< of the force of the brush along the path, the search included
 };
 
 /// What a report calls the fitted numbers, by FitParameter, then peak, stiffness, forward and backward.

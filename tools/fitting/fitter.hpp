@@ -34,6 +34,7 @@ struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
   std::string stage_note;
+  int evaluations = 0;  ///< that it took
 };
 
 /// Finds the best point of a record, or takes away from one what the record does not determine.
@@ -44,7 +45,7 @@ class Fitter {
 
   Found search() {
     const FitPoint point = choose();
-    return {point, why_, stage_note_};
+    return {point, why_, stage_note_, model_.evaluations()};
   }
   FitResult finish(const Found& found) {
     why_ = found.why;
@@ -137,8 +138,10 @@ class Fitter {
   /// Bayes' information criterion with the samples that count, parameters weighing twice: what a small
   /// population has of its own must not look like a damper.
   double criterion(const FitPoint& point, double count) const {
-    return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
-           2.0 * static_cast<double>(point.free.size()) * std::log(count);
+    return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
+  }
+  static double price(std::size_t parameters, double count) {
+    return 2.0 * static_cast<double>(parameters) * std::log(count);
   }
   /// Numbers that are linear in the force: kinetic, and the sensor's where the motion goes two ways.
   FitParameterSet linear_set() const;

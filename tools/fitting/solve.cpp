@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <unsupported/Eigen/NonLinearOptimization>
 
 namespace cli {
@@ -146,6 +147,14 @@ Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
     j.col(static_cast<Eigen::Index>(i)) = model.derivative(point.values, point.free[i]);
   }
   return j;
+}
+
+Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force) {
+  const Eigen::VectorXd length = columns.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = columns * length.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd solution =
+      (scaled.transpose() * scaled).completeOrthogonalDecomposition().solve(scaled.transpose() * force);
+  return {solution.cwiseQuotient(length), force - scaled * solution};
 }
 
 double correlated_samples(const Eigen::VectorXd& residuals) {

@@ -28,6 +28,12 @@ FitPoint minimise(FitModel& model, FitPoint from);
 /// Derivatives by the free parameters, in units of FitModel::scale.
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point);
 
+/// What is left of a force beside columns, and the coefficients of these.
+struct Projection {
+  Eigen::VectorXd coefficients, left;
+};
+Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force);
+
 /// Samples that count as one: the integrated autocorrelation time of the residuals.
 double correlated_samples(const Eigen::VectorXd& residuals);
 

@@ -1,6 +1,7 @@
 // Between the friction and the file: a stage that bends between the measured position and the contact, and a
 // low-pass of the force sensor. Both shift the force behind the position.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,10 @@ namespace cli {
 namespace {
 
 constexpr double told_apart = 12.0;  // gain in the likelihood, twice its logarithm
+/// Of the time between samples that a delay is, and of the whole bending that the stage's is, to begin with.
+constexpr std::array<double, 2> shares(bool delayed) {
+  return delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5};
+}
 constexpr int rounds = 2;  // of the force that bends the stage: first the measured one, then the fit
 
 }  // namespace
@@ -76,7 +81,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   const auto best_of = [&](const FitPoint& from, bool delayed) {
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
-    for (const double share : delayed ? std::array{0.5, 5.0} : std::array{0.15, 0.5}) {
+    for (const double share : shares(delayed)) {
       const FitPoint point = minimum(start_with(from, delayed, share));
       if (better(point, best)) best = point;
     }
@@ -84,10 +89,29 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   };
   const bool may_delay = !options_.delay && two_ways(),
              may_bend = !options_.compliance && contains(core.free, fit_length);
+  // By linear theory about the brush without them, the stage bent by the force of the fit: the noise of the
+  // measured one would hide it. Half of the price, for that theory is wrong about the rest.
+  assume(model_, core);
+  model_.set_stage_force(model_.force_on_stage(core.values));
+  const Eigen::VectorXd without = model_.force(core.values);
+  const Eigen::MatrixXd j = jacobian(model_, core);
+  const auto promises = [&](bool delayed) {
+    for (const double share : shares(delayed)) {
+      Eigen::MatrixXd columns(j.rows(), j.cols() + 1);
+      columns << j, model_.force(start_with(core, delayed, share).values) - without;
+      const Projection found = project(columns, measured - without);
+      const double count = static_cast<double>(samples()) / correlated_samples(found.left);
+      const double gain = count * std::log(core.sum_of_squares / std::max(found.left.squaredNorm(), 1e-300));
+      if (found.coefficients[j.cols()] > 0.0 && gain > 0.5 * price(1, count)) return true;
+    }
+    return false;
+  };
+  const bool worth_it = (may_delay && promises(true)) || (may_bend && promises(false));
+  model_.set_stage_force(measured);
   std::vector<FitPoint> candidates;
-  if (may_delay) candidates.push_back(best_of(core, true));
-  if (may_bend) candidates.push_back(best_of(core, false));
-  if (may_delay && may_bend)
+  if (worth_it && may_delay) candidates.push_back(best_of(core, true));
+  if (worth_it && may_bend) candidates.push_back(best_of(core, false));
+  if (candidates.size() == 2)
     candidates.push_back(best_of(better(candidates[0], candidates[1]) ? candidates[0] : candidates[1],
                                  !better(candidates[0], candidates[1])));
   FitPoint best = core;

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 
 namespace cli {
 namespace {
@@ -31,18 +30,6 @@ double between(double low, double high, double share) { return low * std::pow(hi
 
 bool has_time_terms(const FitPoint& point) {
   return contains(point.free, fit_ageing) || contains(point.free, fit_strengthening);
-}
-
-/// What is left of a force beside columns, and the coefficients of these.
-struct Projection {
-  Eigen::VectorXd coefficients, left;
-};
-Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force) {
-  const Eigen::VectorXd length = columns.colwise().norm().cwiseMax(1e-300);
-  const Eigen::MatrixXd scaled = columns * length.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd solution =
-      (scaled.transpose() * scaled).completeOrthogonalDecomposition().solve(scaled.transpose() * force);
-  return {solution.cwiseQuotient(length), force - scaled * solution};
 }
 
 }  // namespace
