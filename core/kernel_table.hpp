@@ -110,6 +110,7 @@ struct Advance {
   double residual;              ///< scaled: how far a bristle stays bent when it snaps; 0 without
   double start;                 ///< time_of the patch, s, at the beginning of the step; 0 without ageing
   double duration;              ///< s, > 0
+  double rounding;              ///< s: as much earlier the next step may begin than this one ends
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
   std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
   std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position stays

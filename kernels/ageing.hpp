@@ -144,16 +144,23 @@ inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
 }
 
-/// What the bristles of a block have aged since its last rewrite: when the step begins, and when it ends.
+/// What the bristles of a block that was rewritten at `since` have aged.
+template <class A>
+inline double age_at(const A& step, double time, double since) {
+  return least(most((time - since) * step.ageing_rate, 0.0), oldest);
+}
+/// When the step begins, and when it ends.
 struct BlockAge {
   double before, after;
 };
 template <class A>
 inline BlockAge age_since(const A& step, double since) {
-  const auto age_at = [&](double time) {
-    return least(most((time - since) * step.ageing_rate, 0.0), oldest);
-  };
-  return {age_at(step.start), age_at(step.start + step.duration)};
+  return {age_at(step, step.start, since), age_at(step, step.start + step.duration, since)};
+}
+/// At least in every later step.
+template <class A>
+inline double least_later_age(const A& step, double since) {
+  return age_at(step, step.start + step.duration - step.rounding, since);
 }
 
 }  // namespace

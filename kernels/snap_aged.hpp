@@ -13,13 +13,16 @@ template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
   Lanes<T> before, after;  ///< aged since the block's last rewrite: when the step begins, when it ends
+  Lanes<T> later;          ///< and at least in every later step
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
-  /// How far the bristles at i bend before they snap, at the end of the step.
-  Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const {
-    return this->residual.left + fresh * growth<T>(ageing, positive_part(end_age(i)));
+  /// How far bristles bend before they snap.
+  Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
+    return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
+  /// Those at i at the end of the step.
+  Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
   /// Which of the bristles at i are beyond their limit at the end of the step: not without being beyond the
   /// fresh one, which costs no logarithm.
@@ -38,7 +41,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
 
   Lanes<T> margin_at(std::uint32_t i) const {
     const Lanes<T> x = load(this->zx + i) + this->p1x;
-    const Lanes<T> limit = end_limit(i, load(this->delta + i) - this->residual.left) *
+    const Lanes<T> limit = limit_of(load(this->delta + i) - this->residual.left, load(age + i) + later) *
                            Lanes<T>(T(1) - 16 * std::numeric_limits<T>::epsilon());
     if constexpr (axes == 1) {
       return limit - xsimd::abs(x);

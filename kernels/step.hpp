@@ -181,7 +181,11 @@ class Stepper {
 
   Motion with_age(const BlockMotion<T, axes, residual>& motion, std::uint32_t b) const {
     const BlockAge age = age_since(advance, patch.since[b]);
-    return {motion, patch.age, Lanes<T>(static_cast<T>(age.before)), Lanes<T>(static_cast<T>(age.after)),
+    return {motion,
+            patch.age,
+            Lanes<T>(static_cast<T>(age.before)),
+            Lanes<T>(static_cast<T>(age.after)),
+            Lanes<T>(static_cast<T>(least_later_age(advance, patch.since[b]))),
             ageing_of<T>(advance)};
   }
 

@@ -265,6 +265,35 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
   }
 }
 
+TEST_CASE(
+    "Where the clock of a batch is coarser than bristles age, patches have the same bits lazy and eager",
+    "[determinism][ageing]") {
+  // A second at 1e15 s is eight of the clock's: an age that was seen may be less when it is looked at again.
+  for (const double clock : {1e6, 1e12, 1e15})
+    for (const double renewal : {0.0, 0.3, 8.0})
+      for (const bool infinite : {false, true}) {
+        const SnapLength law = infinite ? SnapLength::lognormal(dbar, 0.15) : SnapLength::single(dbar);
+        const Material material = redrawn(law)
+                                      .with_residual_length(dbar / 9.0)
+                                      .with_shared_renewal(renewal)
+                                      .with_ageing(Ageing::logarithmic(0.3, 1e-14 * clock));
+        const PatchOptions options = infinite ? infinite_options() : plain_options(300);
+        OnePatch lazy(material, options), eager(material, options, BatchOptions{}.with_eager(true));
+        const double full = options.max_normal_load;
+        for (OnePatch* patch : {&lazy, &eager}) patch->step(0.0, 0.0, full, clock);
+        std::mt19937_64 random(5);
+        const auto share = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+        for (int k = 0; k < 400; ++k) {
+          const double dt = 1e-16 * clock * std::pow(10.0, 5.0 * share() - 2.0);
+          const double way = (k % 3 == 0 ? -0.2 : 1.0) * dbar * std::pow(10.0, 2.0 * share() - 1.0);
+          const double load = k % 7 == 6 ? 0.6 * full : full;
+          for (OnePatch* patch : {&lazy, &eager}) patch->step(way, 0.2 * way, load, dt);
+          CAPTURE(clock, renewal, infinite, k);
+          REQUIRE(lazy.hash() == eager.hash());
+        }
+      }
+}
+
 TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
           "[cohorts][extreme]") {
   // Law and ways: of wide laws a step may be longer than any other bristle is bent.

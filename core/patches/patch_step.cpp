@@ -89,12 +89,12 @@ void clear(Advance& a) noexcept {
     a.from[axis] = a.to[axis] = 0;
     a.direction[axis] = 0.0;
   }
-  a.length = a.residual = a.start = a.duration = a.energy_unit = 0.0;
+  a.length = a.residual = a.start = a.duration = a.rounding = a.energy_unit = 0.0;
   a.phase_key = 0;
   a.snaps_all = a.in_double = a.skips_blocks = a.renews_bounds = a.commit = 0;
   a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
   a.ageing_form = 0;
-  static_assert(sizeof(Advance) == 152, "a new field of Advance: clear it above");
+  static_assert(sizeof(Advance) == 160, "a new field of Advance: clear it above");
 }
 
 /// Where the motion leads, in scaled lengths.
@@ -177,6 +177,7 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
       step.advance.duration = std::numeric_limits<double>::min();
     step.advance.start = step.begins = time_of(p);
     step.ends = step.begins + step.advance.duration;
+    step.advance.rounding = rounding_of_times(step.ends, 1.0);
   }
   find_way(p, step.displacement, step);
   step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;

@@ -7,6 +7,9 @@
 
 namespace bristle::detail {
 
+/// What so many sums of times up to `end` may be off, and the end itself, s.
+inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
+
 /// s: a clock that has run for this long stands still, and no step of a patch that ages takes longer.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
