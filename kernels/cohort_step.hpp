@@ -238,7 +238,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
     gap = aged_gap(law, strength, snapped_at, times.per_length, square, along);
   } else {
     if (rubs) snapped_at = snapped_at + Vector(law.residual);
-    Vector before = snapped_at;  // along the motion
+    Vector before = snapped_at;  // along the motion; on one axis all of it
     if (axes == 2) {
       const Vector across = most<double>(square - along * along, zero);
       before = root<double>(most<double>(snapped_at * snapped_at - across, zero));
@@ -293,6 +293,7 @@ struct VectorEngine {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {
+    BRISTLE_ASSERT(axes == 2 || a.direction[0] * a.direction[0] == 1.0);
     VectorSums sums(a.books, s.layered != 0, p.emptied);
     bool bent = false;
     const double least_mass = s.mass * law.negligible;

@@ -268,7 +268,7 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
 TEST_CASE(
     "Where the clock of a batch is coarser than bristles age, patches have the same bits lazy and eager",
     "[determinism][ageing]") {
-  // A second at 1e15 s is eight of the clock's: an age that was seen may be less when it is looked at again.
+  // At 1e15 s times are an eighth of a second apart: an age may be less when it is looked at again.
   for (const double clock : {1e6, 1e12, 1e15})
     for (const double renewal : {0.0, 0.3, 8.0})
       for (const bool infinite : {false, true}) {
