@@ -738,7 +738,7 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
 }
 
 TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
-  // 42,579 rows once took 7 minutes. At most 30 s on two cores are allowed; on one they are some 3.
+  // 42,579 rows once took 7 minutes. At most 30 s on two cores are allowed; on one they are some 2.5.
   SyntheticFriction s = usual();
   s.bristles = 400;
   s.rate = 500.0;

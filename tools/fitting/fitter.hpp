@@ -61,6 +61,8 @@ class Fitter {
   FitPoint search_plain();
   FitPoint search_whole_memory(const FitPoint& about);
   FitPoint search_rubbed();
+  bool promises(const FitPoint& core, const std::vector<FitValues>& with);
+  bool promises_rubbing(const FitPoint& core);
   FitPoint made_to_rub(const FitPoint& plain);
   FitPoint polish(const FitPoint& point);
   FitPoint choose();

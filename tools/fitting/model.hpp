@@ -32,6 +32,7 @@ class FitModel {
     stage_force_ = std::move(force);
     known_values_ = {};
   }
+  const Eigen::VectorXd& stage_force() const { return stage_force_; }
   /// Where the contact is when the stage bends.
   std::vector<PathPoint> contact_path(const FitValues& values) const;
   /// dF/dp times scale(p). What bends the brush by differences: central ones, or one-sided ones at half the

@@ -262,6 +262,43 @@ FitPoint Fitter::polish(const FitPoint& point) {
   return best;
 }
 
+/// Whether a number more, put to one of these values, promises half of what it must gain: by the linear
+/// theory about the point without it, which is wrong about the rest. The stage bends by the force of the fit:
+/// the noise of the measured one would hide a compliance.
+bool Fitter::promises(const FitPoint& core, const std::vector<FitValues>& with) {
+  if (with.empty()) return false;
+  assume(model_, core);
+  const Eigen::VectorXd stage_force = model_.stage_force();
+  model_.set_stage_force(model_.force_on_stage(core.values));
+  const Eigen::VectorXd without = model_.force(core.values);
+  const Eigen::VectorXd left = Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples()) - without;
+  const Eigen::MatrixXd j = jacobian(model_, core);
+  const bool promised = std::any_of(with.begin(), with.end(), [&](const FitValues& values) {
+    Eigen::MatrixXd columns(j.rows(), j.cols() + 1);
+    columns << j, model_.force(values) - without;
+    const Projection found = project(columns, left);
+    const double count = static_cast<double>(samples()) / correlated_samples(found.left);
+    const double gain = count * std::log(core.sum_of_squares / std::max(found.left.squaredNorm(), 1e-300));
+    return found.coefficients[j.cols()] > 0.0 && gain > 0.5 * price(1, count);
+  });
+  model_.set_stage_force(stage_force);
+  return promised;
+}
+
+bool Fitter::promises_rubbing(const FitPoint& core) {
+  std::vector<FitValues> with;
+  const auto add = [&](double residual, double renewal) {
+    FitValues values = core.values;
+    values[fit_residual] = options_.residual.value_or(residual);
+    values[fit_renewal] = options_.renewal.value_or(renewal);
+    if (values != core.values) with.push_back(values);
+  };
+  add(0.1, 0.0);
+  add(0.0, 0.3);
+  for (const FitValues& shape : rubbed_shapes()) add(shape[fit_residual], shape[fit_renewal]);
+  return promises(core, with);
+}
+
 /// A brush that can be rubbed; nothing free where both numbers are held.
 FitPoint Fitter::search_rubbed() {
   if (options_.residual && options_.renewal) return {};
@@ -293,11 +330,6 @@ FitPoint Fitter::made_to_rub(const FitPoint& plain) {
 
 /// Rubbing where it pays for its parameters, once both brushes have all else that the data show.
 FitPoint Fitter::choose() {
-  const FitPoint plain = search_plain(), rubbed = search_rubbed();
-  if (plain.free.empty() && rubbed.free.empty()) {
-    throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
-                                data_.columns.name));
-  }
   struct Brush {
     FitPoint core, whole;
     std::array<std::string, fit_parameters> why;
@@ -315,7 +347,13 @@ FitPoint Fitter::choose() {
     brush.stage_note = stage_note_;
     return brush;
   };
-  Brush of_plain = completed(plain, 0.70), of_rubbed = completed(rubbed, 0.75);
+  Brush of_plain = completed(search_plain(), 0.40), of_rubbed;
+  if (of_plain.core.free.empty() || promises_rubbing(of_plain.core) || promises_rubbing(of_plain.whole))
+    of_rubbed = completed(search_rubbed(), 0.75);
+  if (of_plain.core.free.empty() && of_rubbed.core.free.empty()) {
+    throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
+                                data_.columns.name));
+  }
   if (!of_plain.whole.free.empty() && !of_rubbed.whole.free.empty()) {
     const FitPoint point = made_to_rub(of_plain.whole);
     const double count = samples_that_count(point);

@@ -89,25 +89,11 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
   };
   const bool may_delay = !options_.delay && two_ways(),
              may_bend = !options_.compliance && contains(core.free, fit_length);
-  // By linear theory about the brush without them, the stage bent by the force of the fit: the noise of the
-  // measured one would hide it. Half of the price, for that theory is wrong about the rest.
-  assume(model_, core);
-  model_.set_stage_force(model_.force_on_stage(core.values));
-  const Eigen::VectorXd without = model_.force(core.values);
-  const Eigen::MatrixXd j = jacobian(model_, core);
-  const auto promises = [&](bool delayed) {
-    for (const double share : shares(delayed)) {
-      Eigen::MatrixXd columns(j.rows(), j.cols() + 1);
-      columns << j, model_.force(start_with(core, delayed, share).values) - without;
-      const Projection found = project(columns, measured - without);
-      const double count = static_cast<double>(samples()) / correlated_samples(found.left);
-      const double gain = count * std::log(core.sum_of_squares / std::max(found.left.squaredNorm(), 1e-300));
-      if (found.coefficients[j.cols()] > 0.0 && gain > 0.5 * price(1, count)) return true;
-    }
-    return false;
-  };
-  const bool worth_it = (may_delay && promises(true)) || (may_bend && promises(false));
-  model_.set_stage_force(measured);
+  std::vector<FitValues> starts;
+  for (const bool delayed : {true, false})
+    for (const double share : shares(delayed))
+      if (delayed ? may_delay : may_bend) starts.push_back(start_with(core, delayed, share).values);
+  const bool worth_it = promises(core, starts);
   std::vector<FitPoint> candidates;
   if (worth_it && may_delay) candidates.push_back(best_of(core, true));
   if (worth_it && may_bend) candidates.push_back(best_of(core, false));
