@@ -294,6 +294,23 @@ TEST_CASE(
       }
 }
 
+TEST_CASE("An infinite brush that is carried through the air is taken back wherever it is",
+          "[state][cohorts]") {
+  OnePatch patch(redrawn(), infinite_options()), other(redrawn(), infinite_options());
+  for (OnePatch* p : {&patch, &other}) p->step(3.0 * dbar, 0.0, 1.0);
+  for (int k = 0; k < 12; ++k) {
+    const double way = (k < 8 ? 2e3 : 3e6) * dbar;
+    for (OnePatch* p : {&patch, &other}) p->step(-0.1 * way, way, 0.0);
+    expect_taken_back(patch);
+  }
+  // Set down it slides as one that was never saved.
+  for (int k = 0; k < 5; ++k) {
+    for (OnePatch* p : {&patch, &other}) p->step(0.7 * dbar, 0.0, 0.8);
+    expect_taken_back(patch);
+    CHECK(patch.hash() == other.hash());
+  }
+}
+
 TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
           "[cohorts][extreme]") {
   // Law and ways: of wide laws a step may be longer than any other bristle is bent.

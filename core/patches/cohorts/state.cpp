@@ -335,11 +335,14 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
+  // Out of contact a patch may be carried anywhere; where it is set down its places count anew.
+  const double near = saved.count > 0 ? 1e4 : 1e300;
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {
     at[axis] = to_lengths(difference(contact.position[axis], saved.base[axis]));
-    if (!within(at[axis], -1e4, 1e4)) return "base";
-    if (!within(to_lengths(difference(contact.position[axis], noted[axis])), -1e4, 1e4)) return "noted place";
+    if (!within(at[axis], -near, near)) return "base";
+    if (!within(to_lengths(difference(contact.position[axis], noted[axis])), -near, near))
+      return "noted place";
     const double farthest = full_mass * 2e4;
     if (!within(saved.moment[axis], -farthest, farthest)) return "moment";
     if (!within(saved.direction[axis], -1.0, 1.0)) return "direction";
