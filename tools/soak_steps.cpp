@@ -315,8 +315,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
 int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   Walk walk(model, number);
   Step step{};
-  // From the start of its block, as the run repeats it: what the library remembers of the steps before is
-  // there.
+  // All of its block, as the run repeats it: what the library remembers of the steps before is there.
   const std::uint64_t before = at % steps_of_block;
   for (std::uint64_t k = 0; k < at - before; ++k) walk.step(step);
   std::vector<std::byte> state(walk.batch.state_size());
@@ -326,8 +325,11 @@ int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   for (int repeat = 0; repeat < 20; ++repeat) {
     walk.batch.restore_state(state);
     walk.path = path;
-    for (std::uint64_t k = 0; k < before; ++k) walk.step(step);
-    least = std::min(least, walk.step(step));
+    for (std::uint64_t k = 0; k < steps_of_block; ++k) {
+      Step other;
+      const std::uint64_t taken = walk.step(k == before ? step : other);
+      if (k == before) least = std::min(least, taken);
+    }
   }
   print_step(step, least);
   return 0;
