@@ -348,7 +348,9 @@ FitPoint Fitter::choose() {
     return brush;
   };
   Brush of_plain = completed(search_plain(), 0.40), of_rubbed;
-  if (of_plain.core.free.empty() || promises_rubbing(of_plain.core) || promises_rubbing(of_plain.whole))
+  const bool has_more = of_plain.whole.free.size() > of_plain.core.free.size();
+  if (of_plain.core.free.empty() || promises_rubbing(of_plain.core) ||
+      (has_more && promises_rubbing(of_plain.whole)))
     of_rubbed = completed(search_rubbed(), 0.75);
   if (of_plain.core.free.empty() && of_rubbed.core.free.empty()) {
     throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",

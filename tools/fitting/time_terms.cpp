@@ -117,10 +117,10 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
         }
         // Half of what the parameters cost must be promised: linear theory is wrong about the rest.
         const double count = static_cast<double>(samples()) / correlated_samples(found.left);
+        const double most = std::max(count, base_count);
         const double gain =
             count * std::log(base.sum_of_squares / std::max(found.left.squaredNorm(), 1e-300)) -
-            (static_cast<double>(point.free.size()) - static_cast<double>(base.free.size())) *
-                std::log(std::max(count, base_count));
+            0.5 * (price(point.free.size(), most) - price(base.free.size(), most));
         const std::size_t kind = (a.column ? 4u : 0u) + (s.column ? 2u : 0u) + (l.column ? 1u : 0u);
         if (gain <= promise[kind]) continue;
         promise[kind] = gain;

@@ -256,7 +256,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
                   : sum_of(whole.from[axis], std::llrint(whole.direction[axis] * way * fixed_per_length));
     }
     a.duration = whole.duration * ((way - before) / whole.length);
-    a.rounding = rounding_of_times(whole.start + whole.duration, k);
+    a.rounding = rounding_of_times(step.ends, k);
     find_direction(a);
     prepare_kernel<T>(p, step);
     const std::uint64_t beyond = renew<T>(p, step);
