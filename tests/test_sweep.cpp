@@ -34,6 +34,7 @@
 #include "temporary_folder.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/sweep/netcdf_library.hpp"
 #include "tools/sweep/override.hpp"
 #include "tools/sweep/sweep.hpp"
 #include "tools/sweep/table_file.hpp"
@@ -570,30 +571,30 @@ TEST_CASE("A sweep's NetCDF table has the numbers of the CSV, and units", "[swee
       folder, scene + "--vary material.wood.peak=0.46,-1 --vary patch.tip.max_normal_load=1:2:2 --out '" +
                   file + "'"));
   int id = 0, variable = 0;
-  REQUIRE(nc_open(file.c_str(), NC_NOWRITE, &id) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_open)(file.c_str(), NC_NOWRITE, &id) == NC_NOERR);
   double values[4] = {};
   char text[64] = {};
-  REQUIRE(nc_inq_varid(id, "tip.fx_mean", &variable) == NC_NOERR);
-  REQUIRE(nc_get_var_double(id, variable, values) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_inq_varid)(id, "tip.fx_mean", &variable) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_get_var_double)(id, variable, values) == NC_NOERR);
   CHECK(values[1] == number(csv, 1, "tip.fx_mean[N]"));
   CHECK(std::isnan(values[2]));
-  REQUIRE(nc_get_att_text(id, variable, "units", text) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_get_att_text)(id, variable, "units", text) == NC_NOERR);
   CHECK(std::string(text) == "N");
   long long loads[4] = {};
-  REQUIRE(nc_inq_varid(id, "patch.tip.max_normal_load", &variable) == NC_NOERR);
-  REQUIRE(nc_get_var_longlong(id, variable, loads) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_inq_varid)(id, "patch.tip.max_normal_load", &variable) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_get_var_longlong)(id, variable, loads) == NC_NOERR);
   CHECK((loads[0] == 1 && loads[1] == 2));
   unsigned long long hashes[4] = {};
-  REQUIRE(nc_inq_varid(id, "state_hash", &variable) == NC_NOERR);
-  REQUIRE(nc_get_var_ulonglong(id, variable, hashes) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_inq_varid)(id, "state_hash", &variable) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_get_var_ulonglong)(id, variable, hashes) == NC_NOERR);
   CHECK(fmt::format("{:016x}", hashes[0]) == cell(csv, 0, "state_hash"));
   char* failures[4] = {};
-  REQUIRE(nc_inq_varid(id, "failure", &variable) == NC_NOERR);
-  REQUIRE(nc_get_var_string(id, variable, failures) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_inq_varid)(id, "failure", &variable) == NC_NOERR);
+  REQUIRE(BRISTLE_NETCDF(nc_get_var_string)(id, variable, failures) == NC_NOERR);
   CHECK(std::string(failures[0]).empty());
   CHECK_THAT(failures[2], Contains("peak is -1"));
-  nc_free_string(4, failures);
-  nc_close(id);
+  BRISTLE_NETCDF(nc_free_string)(4, failures);
+  BRISTLE_NETCDF(nc_close)(id);
 #else
   const Outcome outcome =
       run_cli(folder, "sweep " + scene + "--vary material.wood.peak=0.46 --out '" + file + "'");

@@ -95,6 +95,9 @@ if(TARGET bristle_cli)
     "libcli11-dev;libeigen3-dev;libfccp-dev;libtomlplusplus-dev;nlohmann-json3-dev")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_DEPENDS "${library} ${same_version}")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_SUGGESTS gnuplot-nox)
+  if(BRISTLE_NETCDF_LIBRARY MATCHES "^lib(.+)\\.so\\.([0-9]+)$") # loaded when it is asked for, so not seen by dpkg-shlibdeps
+    set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_RECOMMENDS lib${CMAKE_MATCH_1}${CMAKE_MATCH_2})
+  endif()
 endif()
 
 if(TARGET bristle_python)

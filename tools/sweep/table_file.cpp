@@ -14,6 +14,7 @@
 
 #include "tools/files/output_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/sweep/netcdf_library.hpp"
 #include "tools/sweep/results.hpp"
 
 namespace cli {
@@ -36,58 +37,59 @@ std::string csv_cell(const Json& cell) {
 class NetcdfFile {
  public:
   explicit NetcdfFile(const std::string& path) : path_(path) {
-    check(nc_create(path.c_str(), NC_NETCDF4 | NC_CLOBBER, &file_));
+    check(BRISTLE_NETCDF(nc_create)(path.c_str(), NC_NETCDF4 | NC_CLOBBER, &file_));
   }
   ~NetcdfFile() {
-    if (file_ >= 0) nc_abort(file_);
+    if (file_ >= 0) BRISTLE_NETCDF(nc_abort)(file_);
   }
   NetcdfFile(const NetcdfFile&) = delete;
   NetcdfFile& operator=(const NetcdfFile&) = delete;
 
   int dimension(const char* name, std::size_t size) {
     int id = 0;
-    check(nc_def_dim(file_, name, size, &id));
+    check(BRISTLE_NETCDF(nc_def_dim)(file_, name, size, &id));
     return id;
   }
   int variable(const SweepColumn& column, int dimension, nc_type type) {
     int id = 0;
-    check(nc_def_var(file_, column.name.c_str(), type, 1, &dimension, &id));
+    check(BRISTLE_NETCDF(nc_def_var)(file_, column.name.c_str(), type, 1, &dimension, &id));
     if (type != NC_STRING)
-      check(nc_put_att_text(file_, id, "units", unit(column).size(), unit(column).data()));
+      check(BRISTLE_NETCDF(nc_put_att_text)(file_, id, "units", unit(column).size(), unit(column).data()));
     if (column.measured)
       attribute("comment", "measured: another in every run, and no part of table_hash", id);
     return id;
   }
   void attribute(const char* name, const std::string& text, int variable = NC_GLOBAL) {
-    check(nc_put_att_text(file_, variable, name, text.size(), text.data()));
+    check(BRISTLE_NETCDF(nc_put_att_text)(file_, variable, name, text.size(), text.data()));
   }
   void fill(int variable, nc_type type, const void* value) {
-    check(nc_put_att(file_, variable, "_FillValue", type, 1, value));
+    check(BRISTLE_NETCDF(nc_put_att)(file_, variable, "_FillValue", type, 1, value));
   }
-  void end_definitions() { check(nc_enddef(file_)); }
+  void end_definitions() { check(BRISTLE_NETCDF(nc_enddef)(file_)); }
   void put(int variable, const std::vector<double>& values) {
-    check(nc_put_var_double(file_, variable, values.data()));
+    check(BRISTLE_NETCDF(nc_put_var_double)(file_, variable, values.data()));
   }
   void put(int variable, const std::vector<long long>& values) {
-    check(nc_put_var_longlong(file_, variable, values.data()));
+    check(BRISTLE_NETCDF(nc_put_var_longlong)(file_, variable, values.data()));
   }
   void put(int variable, const std::vector<unsigned long long>& values) {
-    check(nc_put_var_ulonglong(file_, variable, values.data()));
+    check(BRISTLE_NETCDF(nc_put_var_ulonglong)(file_, variable, values.data()));
   }
   void put(int variable, const std::vector<std::string>& values) {
     std::vector<const char*> texts;
     for (const std::string& value : values) texts.push_back(value.c_str());
-    check(nc_put_var_string(file_, variable, texts.data()));
+    check(BRISTLE_NETCDF(nc_put_var_string)(file_, variable, texts.data()));
   }
   void close() {
     const int file = std::exchange(file_, -1);
-    check(nc_close(file));
+    check(BRISTLE_NETCDF(nc_close)(file));
   }
 
  private:
   static std::string unit(const SweepColumn& column) { return column.unit.empty() ? "1" : column.unit; }
   void check(int status) const {
-    if (status != NC_NOERR) throw UserError(fmt::format("{}: NetCDF: {}", path_, nc_strerror(status)));
+    if (status != NC_NOERR)
+      throw UserError(fmt::format("{}: NetCDF: {}", path_, BRISTLE_NETCDF(nc_strerror)(status)));
   }
   std::string path_;
   int file_ = -1;
@@ -190,6 +192,9 @@ void check_table_file(const std::string& path) {
         fmt::format("--out {}: needs NetCDF, which this build was made without: install libnetcdf-dev and "
                     "build again, or write .csv",
                     path));
+#if BRISTLE_HAS_NETCDF
+  if (is_netcdf(path)) NetcdfLibrary::get();  // rather now than after the study
+#endif
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
