@@ -117,6 +117,53 @@ TEST_CASE("In MuJoCo a plate slides v^2 / (2 mu g) and turns by I w^2 / (2 mu W 
   CHECK(std::fabs(turning.data->qvel[5]) < 1e-9);
 }
 
+TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thrown ball and a spun one",
+          "[mujoco]") {
+  for (const double speed : {0.01, 0.1, 1.0, 4.0, 5.5, 8.0, 20.0, 100.0}) {
+    INFO(speed << " m/s");
+    constexpr double dt = 0.002, seconds = 0.02;
+    World plate_world(on_floor(plate, 0.001, 0.5, dt));
+    plate_world.run(0.2);
+    plate_world.data->qvel[0] = speed;
+    plate_world.run(seconds);
+    const double lost = 0.5 * gravity * seconds;
+    CHECK(plate_world.data->qvel[0] == Approx(std::max(speed - lost, 0.0)).margin(0.02 * lost));
+
+    // Until the slip has ended, 5/2 mu g / r of spin comes with each mu g of speed lost; then it rolls.
+    const auto run_ball = [&](double along, double about, int condim = 3) {
+      World world(on_floor(
+          R"(<geom type="sphere" size="0.1" mass="0.3" condim=")" + std::to_string(condim) + R"("/>)", 0.1,
+          0.5, dt));
+      world.run(0.2);
+      world.data->qvel[0] = along;
+      world.data->qvel[4] = about / 0.1;
+      world.run(seconds);
+      return world.data->qvel[0];
+    };
+    const double until_rolling = 2.0 / 7.0 * speed;
+    CHECK(run_ball(speed, 0.0) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
+    CHECK(run_ball(speed, 0.0, 4) == Approx(speed - std::min(lost, until_rolling)).margin(0.02 * lost));
+    CHECK(run_ball(0.0, speed) == Approx(std::min(lost, until_rolling)).margin(0.02 * lost));
+    CHECK(run_ball(speed, speed) == Approx(speed).epsilon(3e-4));  // the ball sinks in by 2e-4 of its radius
+  }
+}
+
+TEST_CASE("In MuJoCo a ball on a slope of ten degrees rolls with 5/7 of g sin a beyond 5 m/s", "[mujoco]") {
+  std::string xml = on_floor(R"(<geom type="sphere" size="0.1" mass="0.3"/>)", 0.1, 0.5, 0.002);
+  const double angle = 10.0 * M_PI / 180.0;
+  const std::string slope = "gravity=\"" + std::to_string(gravity * std::sin(angle)) + " 0 " +
+                            std::to_string(-gravity * std::cos(angle)) + "\" timestep";
+  xml.replace(xml.find("timestep"), 8, slope);
+  World world(xml);
+  world.run(0.2);
+  world.data->qvel[0] = 4.0;
+  world.data->qvel[4] = 40.0;
+  world.run(0.1);
+  const double before = world.data->qvel[0];
+  world.run(1.5);
+  CHECK((world.data->qvel[0] - before) / 1.5 == Approx(5.0 / 7.0 * gravity * std::sin(angle)).epsilon(0.005));
+}
+
 TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") {
   for (const double speed : {1.0, 0.1, 0.02}) {
     INFO(speed << " m/s");

@@ -55,6 +55,27 @@ void add_product(double weight, const Rows& a, const Rows& b, Eigen::Index row, 
   }
 }
 
+/// Where a contact is, m, in a frame that it hardly moves in however fast the bodies are: at the centre of
+/// the smaller geom, with the axes of that geom or, where it is round and may roll, of the world.
+Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
+  const auto radius = [&](int geom) {  // a plane has none
+    const double bound = model.geom_rbound[geom];
+    return bound > 0.0 ? bound : HUGE_VAL;
+  };
+  const int geom = radius(contact.geom2) <= radius(contact.geom1) ? contact.geom2 : contact.geom1;
+  const Vector3d arm = Map<const Vector3d>(contact.pos) - Map<const Vector3d>(data.geom_xpos + 3 * geom);
+  switch (model.geom_type[geom]) {
+    case mjGEOM_SPHERE:
+    case mjGEOM_CAPSULE:
+    case mjGEOM_ELLIPSOID:
+    case mjGEOM_CYLINDER:
+      return arm;
+    default:
+      return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom).transpose() *
+             arm;
+  }
+}
+
 bool has_spin(const ContactDims& dims) {
   const auto spins = [](int dim) { return dim >= 4; };
   return std::any_of(dims.geom.begin(), dims.geom.end(), spins) ||
@@ -74,6 +95,7 @@ ContactDims remove_friction(mjModel& model) {
 BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
                                  const bristle::Coefficients& law, const FrictionOptions& options)
     : kinetic_(law.kinetic),
+      presliding_length_(law.presliding_length),
       dims_(checked(model, dims, options.leave_out_rolling)),
       points_(batch_, bristle::Material::from_coefficients(law), options.patch,
               bristle::KeyedOptions{}.with_capacity(options.contacts)),
@@ -95,8 +117,9 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
   find_islands(model);
+  for (std::size_t i = 0; i < island_count_; ++i) set_jacobian(model, data, islands_[i]);
+  begin_new_contacts(model, data);
   for (std::size_t i = 0; i < island_count_; ++i) {
-    set_jacobian(model, data, islands_[i]);
     set_equation(model, data, islands_[i]);
     predict(model.opt.timestep, islands_[i]);
   }
@@ -145,7 +168,8 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
     if (c->efc_address < 0) continue;
     found_.push_back(c);
-    found_points_.push_back({pair_of(*c), {c->pos[0], c->pos[1], c->pos[2]}});
+    const Vector3d place = place_of(model, data, *c);
+    found_points_.push_back({pair_of(*c), {place[0], place[1], place[2]}});
   }
   keys_.resize(found_points_.size());
   matcher_.match(found_points_, keys_);
@@ -177,6 +201,7 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   const bool known = old != nullptr;
   Contact& contact = known ? contacts_.emplace_back(*old) : contacts_.emplace_back();
   contact.key = key;
+  contact.is_new = !known;
   const bool disc = dim >= 4;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
   contact.bodies[0] = model.geom_bodyid[found.geom1];
@@ -196,7 +221,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     const double mu = found.friction[0], torsional = found.friction[2];
     contact.patch = discs_->find_or_add(key);
     contact.cells = patches_.cell_count(contact.patch);
-    patches_.set_scale(contact.patch, mu > 0.0 ? 1.5 * torsional / mu : 0.0);
+    contact.radius = mu > 0.0 ? 1.5 * torsional / mu : 0.0;
+    patches_.set_scale(contact.patch, contact.radius);
   } else if (dim == 3) {
     contact.patch = points_.find_or_add(key);
     contact.cells = contact.patch ? 1 : 0;
@@ -308,6 +334,42 @@ void BristleFriction::add_body(const mjModel& model, const mjData& data, const C
     island.jacobian.block<2, 1>(contact.first_row, column) += axes * moved;
     island.normal_jacobian(normal_row, column) += normal.dot(moved);
     if (contact.rows == 3) island.jacobian(contact.first_row + 2, column) += sign * normal.dot(turn);
+  }
+}
+
+/// Gives every new contact the normal load of a step without friction and, where its bodies already slide
+/// against each other, the bristles of steady sliding along their slip.
+void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
+  const auto is_new = [](const Contact& contact) { return contact.is_new && contact.patch; };
+  if (std::none_of(contacts_.begin(), contacts_.end(), is_new)) return;
+  mj_fwdConstraint(&model, &data);
+  motions_.assign(cells_.size(), Motion{});
+  responses_.resize(cells_.size());
+  for (std::size_t i = 0; i < island_count_; ++i) {
+    const Island& island = islands_[i];
+    start_slip_.noalias() = island.jacobian * island.velocity;
+    for (const std::size_t k : island.contacts) {
+      Contact& contact = contacts_[k];
+      if (!is_new(contact)) continue;
+      contact.normal_load = data.efc_force[contact.row];
+      Vector3d moved = Vector3d::Zero();
+      moved.head(contact.rows) = start_slip_.segment(contact.first_row, contact.rows);
+      const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
+      // After a few lengths the bristles have forgotten how the slide began.
+      const bool slides = speed * model.opt.timestep > presliding_length_;
+      moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
+      set_motions(contact, moved);
+      for (std::size_t cell = contact.first_cell; cell < contact.first_cell + contact.cells; ++cell)
+        motions_[cell].has_velocity = 1;  // of zero: dampers stay out of it
+    }
+  }
+  constexpr double no_time = 1e-300;  // s
+  batch_.step(no_time, motions_, responses_);
+  for (const Contact& contact : contacts_) {
+    if (!is_new(contact)) continue;
+    for (std::size_t cell = contact.first_cell; cell < contact.first_cell + contact.cells; ++cell)
+      cells_[cell].response = responses_[cell];
+    if (contact.rows == 3) turn_disc(contact);
   }
 }
 
@@ -499,19 +561,25 @@ void BristleFriction::move_patches(const mjModel& model, const mjData& data) {
             load * island.normal_jacobian(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(d));
       // The solver's last digits flicker: a load that is the same but for these lets a patch at rest rest.
       if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
-      if (!contact.patch) continue;
-      if (contact.rows == 2) {
-        motions_[contact.first_cell] = point_motion(contact, slip_.segment<2>(contact.first_row));
-      } else {
-        contact.moved = disc_motion(contact, slip_.segment<3>(contact.first_row));
-        patches_.write_motions({&contact.moved, 1}, {&motions_[contact.first_cell], contact.cells});
-      }
+      Vector3d moved = Vector3d::Zero();
+      moved.head(contact.rows) = slip_.segment(contact.first_row, contact.rows);
+      if (contact.patch) set_motions(contact, moved);
     }
   }
   batch_.step(dt_s, motions_, responses_);
   for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = responses_[k];
   for (const Contact& contact : contacts_)
     if (contact.rows == 3 && contact.patch) turn_disc(contact);
+}
+
+/// Writes the motions of a contact's cells.
+void BristleFriction::set_motions(Contact& contact, const Vector3d& moved) {
+  if (contact.rows == 2) {
+    motions_[contact.first_cell] = point_motion(contact, moved.head<2>());
+  } else {
+    contact.moved = disc_motion(contact, moved);
+    patches_.write_motions({&contact.moved, 1}, {&motions_[contact.first_cell], contact.cells});
+  }
 }
 
 void BristleFriction::turn_disc(const Contact& contact) {

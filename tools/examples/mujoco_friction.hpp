@@ -7,9 +7,10 @@
 //                                            bristle::Coefficients{}.with_presliding_length(20e-6));
 //   while (...) friction.step(*model, *data);          // in place of mj_step(model, data)
 //
-// A patch belongs to a pair of geoms and to a point: contacts are made anew in every step, and each takes
-// over the patch of the nearest point of the step before. Coefficients of friction stay those of the model
-// (mjContact::friction[0]); the shape of the law is that of the material.
+// A patch belongs to a pair of geoms and to a point: MuJoCo lists contacts without names in every step, and
+// each takes over the patch of the nearest point of the step before, seen from the smaller of the two geoms.
+// Coefficients of friction stay those of the model (mjContact::friction[0]); the shape of the law is that of
+// the material.
 //
 // The model's condim says what a contact resists. 1: nothing; 3: slip, a patch without extent; 4: slip and
 // spin, a disc with an even pressure. MuJoCo's torsional coefficient, a length, is the highest torque over
@@ -20,7 +21,7 @@
 // contact will slip (one linear solve for each group of bodies that touch), and PatchBatch::find_force how
 // its patch will answer; that goes to qfrc_applied for the time of mj_step2. Then the patches step by what
 // the contacts really slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step
-// before.
+// before, of a new contact those of the step without friction.
 //
 // Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
@@ -56,8 +57,9 @@ struct FrictionOptions {
                                     .with_cohorts(24);
   int rings = 1;                   ///< of the discs of condim 4: 4, 12, 27 cells
   bool leave_out_rolling = false;  ///< serve condim 6 as condim 4
-  double reach = 0.01;             ///< m: a contact point that moves farther in one step is a new one
-  std::uint32_t contacts = 256;    ///< at once; contacts beyond have no friction
+  /// m: a contact point that moves farther in one step, as seen from the smaller of its geoms, is a new one.
+  double reach = 0.01;
+  std::uint32_t contacts = 256;  ///< at once; contacts beyond have no friction
 };
 
 class BristleFriction {
@@ -83,6 +85,8 @@ class BristleFriction {
     Eigen::Vector3d point = {0, 0, 0};                    ///< m, in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
+    bool is_new = true;                    ///< not found in the step before
+    double radius = 0.0;                   ///< m, of a disc
     double normal_load = 0.0;              ///< N, of MuJoCo's solver in this step
     double scale = 1.0;                    ///< the contact's coefficient over the material's
     Eigen::Vector3d slip = {0, 0, 0};      ///< m/s, m/s, rad/s, predicted
@@ -130,6 +134,7 @@ class BristleFriction {
   void set_jacobian(const mjModel& model, const mjData& data, Island& island);
   void add_body(const mjModel& model, const mjData& data, const Contact& contact, int body, double sign,
                 Eigen::Index normal_row, Island& island);
+  void begin_new_contacts(const mjModel& model, mjData& data);
   void set_equation(const mjModel& model, const mjData& data, const Island& island);
   void predict(double dt_s, const Island& island);
   template <int size>
@@ -140,9 +145,11 @@ class BristleFriction {
   void find_forces(double dt_s);
   void apply_forces(mjData& data);
   void move_patches(const mjModel& model, const mjData& data);
+  void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
   double kinetic_;
+  double presliding_length_;  // m
   ContactDims dims_;
   bristle::PatchBatch batch_;
   bristle::KeyedPatches points_;
