@@ -107,9 +107,11 @@ class BRISTLE_API KeyedPatches {
 
 /// A contact as an engine lists it.
 struct ContactPoint {
-  std::uint64_t pair = 0;             ///< names the two bodies or geoms; the same from step to step
-  double point[3] = {0.0, 0.0, 0.0};  ///< m; better in the frame of one of the two bodies than in the world
-                                      ///< frame, where the points of a fast pair move out of reach
+  std::uint64_t pair = 0;  ///< names the two bodies or geoms; the same from step to step
+  /// m, in a frame in which the point hardly moves: at the centre of the smaller body, with its axes or,
+  /// where it is round and may roll, the world's. In the world frame the points of a fast pair move out of
+  /// reach.
+  double point[3] = {0.0, 0.0, 0.0};
 };
 
 struct MatcherOptions {
