@@ -378,9 +378,10 @@ TEST_CASE("A load beyond all measure is refused and leaves the state alone", "[b
 TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it", "[bad-input]") {
   PatchBatch batch;
   const Material wide = Material{}.with_snap_length(SnapLength::lognormal(1e-5, 1.3));
-  CHECK_THROWS_WITH(batch.add(wide),
+  const PatchOptions bristles = PatchOptions{}.with_bristles(100);
+  CHECK_THROWS_WITH(batch.add(wide, bristles),
                     Catch::Contains("snap_length.cv") && Catch::Contains("1.3") && Catch::Contains("1.25"));
-  CHECK_NOTHROW(batch.add(Material(wide).with_snap_rule(SnapRule::keep)));
+  CHECK_NOTHROW(batch.add(Material(wide).with_snap_rule(SnapRule::keep), bristles));
   // The same text where the material is read, before there is a patch to blame.
   CHECK_THROWS_WITH(wide.validate_for_representatives(),
                     "Material: snap_length.cv = 1.3; allowed is 0 to 1.25 with snap_rule redraw and "
@@ -388,7 +389,7 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
   CHECK_NOTHROW(Material(wide).with_snap_rule(SnapRule::keep).validate_for_representatives());
   CHECK_NOTHROW(wide.validate());  // no fault of the material itself
   const Material widest = Material{}.with_snap_length(SnapLength::lognormal(1e-5, bristle::widest_redraw_cv));
-  CHECK_NOTHROW(batch.add(widest));
+  CHECK_NOTHROW(batch.add(widest, bristles));
   CHECK_THROWS_WITH(Material(wide).with_stribeck_velocity(-1.0).validate_for_representatives(),
                     Catch::Contains("stribeck_velocity"));
 }

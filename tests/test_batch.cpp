@@ -198,13 +198,50 @@ TEST_CASE("A material changed live keeps the deflections, and bristles beyond th
   }
 }
 
+TEST_CASE("A patch that names no number of bristles is the infinite brush where its law allows one",
+          "[batch]") {
+  using bristle::Population;
+  using bristle::SnapLength;
+  const Material smooth;
+  const Material one_length = Material{}.with_snap_length(SnapLength::single(1e-5));
+  const Material too_wide = Material{}.with_snap_length(SnapLength::lognormal(1e-5, 1.3));
+  const Material keeping = Material{}.with_snap_rule(bristle::SnapRule::keep);
+  const struct {
+    Material material;
+    PatchOptions options;
+    Population chosen;
+  } cases[] = {
+      {smooth, PatchOptions{}, Population::infinite},
+      {too_wide, PatchOptions{}, Population::infinite},
+      {smooth, PatchOptions{}.with_precision(bristle::Precision::double_), Population::infinite},
+      {smooth, PatchOptions{}.with_fluctuation(100), Population::infinite},
+      {smooth, PatchOptions{}.with_bristles(100), Population::representatives},
+      {smooth, PatchOptions{}.with_sampling(bristle::Sampling::random), Population::representatives},
+      {one_length, PatchOptions{}, Population::representatives},
+      {keeping, PatchOptions{}, Population::representatives},
+      {smooth, PatchOptions{}.with_population(Population::representatives), Population::representatives},
+      {smooth, PatchOptions{}.with_bristles(100).with_population(Population::infinite), Population::infinite},
+  };
+  PatchBatch batch;
+  for (const auto& c : cases) {
+    CHECK(bristle::choose_population(c.material, c.options) == c.chosen);
+    const std::string kernel = batch.info(batch.add(c.material, c.options)).kernel;
+    CHECK((kernel.find("infinite") != std::string::npos) == (c.chosen == Population::infinite));
+  }
+  const Material paper = Material::from_coefficients(bristle::Coefficients::paper());
+  CHECK(bristle::choose_population(paper, PatchOptions{}.with_step_rule(bristle::StepRule::literal)) ==
+        Population::representatives);
+}
+
 TEST_CASE("info tells what a patch is and uses", "[batch]") {
   PatchBatch batch;
   const Material material = Material{}.with_normal_stiffness(1000.0).with_asperity_height_deviation(1e-6);
   const PatchId one = batch.add(
       material, PatchOptions{}.with_max_normal_load(2.0).with_bristles(500).with_key(0x123456789abcdefu));
-  const PatchId natural = batch.add(material, PatchOptions{}.with_max_normal_load(2.0));
-  const PatchId capped = batch.add(material, PatchOptions{}.with_max_normal_load(200.0));
+  const PatchId natural = batch.add(material, PatchOptions{}.with_max_normal_load(2.0).with_population(
+                                                  bristle::Population::representatives));
+  const PatchId capped = batch.add(material, PatchOptions{}.with_max_normal_load(200.0).with_population(
+                                                 bristle::Population::representatives));
   const PatchId small =
       batch.add(material, PatchOptions{}.with_max_normal_load(2.0).with_bristles(500).with_axes(1));
   batch.warm_up();

@@ -58,11 +58,13 @@ TEST_CASE("Any number of bristles in contact, also a fraction of one, gives its 
     for (double zeta : {1e-12, 0.5, 1.0, 1.75, 899.37, 900.0, 1e6}) {
       INFO(kind.name() << ", zeta " << zeta);
       // plain_material: one bristle per newton. As many representatives as the library chooses.
-      OnePatch patch(plain_material(uniform, kind.rule), PatchOptions{}
-                                                             .with_max_normal_load(zeta)
-                                                             .with_axes(kind.axes)
-                                                             .with_precision(kind.precision)
-                                                             .with_outputs(Outputs::all));
+      OnePatch patch(plain_material(uniform, kind.rule),
+                     PatchOptions{}
+                         .with_max_normal_load(zeta)
+                         .with_axes(kind.axes)
+                         .with_precision(kind.precision)
+                         .with_population(bristle::Population::representatives)
+                         .with_outputs(Outputs::all));
       patch.step(0.0, 0.0, zeta);
       const bristle::PatchInfo info = patch.batch.info(patch.id);
       CHECK(info.bristles == std::min(std::max(std::ceil(zeta), 1.0), 4096.0));

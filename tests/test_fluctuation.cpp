@@ -368,8 +368,9 @@ TEST_CASE("Asking for the force of a step changes nothing and gives what the ste
 
 TEST_CASE("Representatives refuse a fluctuation: they have their own", "[fluctuation]") {
   PatchBatch batch;
-  const std::string message =
-      message_of([&] { batch.add(material_of(lognormal, paper), PatchOptions{}.with_fluctuation(100)); });
+  const std::string message = message_of([&] {
+    batch.add(material_of(lognormal, paper), PatchOptions{}.with_fluctuation(100).with_bristles(100));
+  });
   CHECK(message.find("fluctuation = 100") != std::string::npos);
   CHECK(message.find("Population::infinite") != std::string::npos);
 }

@@ -57,7 +57,7 @@ def slide(batch, ids, step, count, load=LOAD):
 class Arrays(unittest.TestCase):
     def setUp(self):
         self.batch = bristle.PatchBatch()
-        self.ids = self.batch.add_many(3, bristle.Material(), bristle.PatchOptions(max_normal_load=LOAD))
+        self.ids = self.batch.add_many(3, bristle.Material(), bristle.PatchOptions(max_normal_load=LOAD, bristles=1800))
         self.motions, self.responses = bristle.motions(self.ids, LOAD), bristle.responses(3)
 
     def test_a_step_writes_into_the_arrays_it_is_given(self):

@@ -99,7 +99,8 @@ static_assert(same_value<BRISTLE_RULE_KEEP, SnapRule::keep> &&
               same_value<BRISTLE_PRECISION_DOUBLE, Precision::double_> &&
               same_value<BRISTLE_STEP_LITERAL, StepRule::literal> &&
               same_value<BRISTLE_SAMPLING_RANDOM, Sampling::random>);
-static_assert(same_value<BRISTLE_POPULATION_REPRESENTATIVES, Population::representatives> &&
+static_assert(same_value<BRISTLE_POPULATION_AUTOMATIC, Population::automatic> &&
+              same_value<BRISTLE_POPULATION_REPRESENTATIVES, Population::representatives> &&
               same_value<BRISTLE_POPULATION_INFINITE, Population::infinite>);
 static_assert(same_value<BRISTLE_PRESSURE_UNIFORM, Pressure::uniform> &&
               same_value<BRISTLE_PRESSURE_HERTZ, Pressure::hertz>);

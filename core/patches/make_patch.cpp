@@ -1,6 +1,7 @@
 // Which contact model a patch gets.
 #include <algorithm>
 
+#include "bristle/patch_batch.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
@@ -29,9 +30,23 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
   if (options.bristles > max_bristles_per_patch)
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
-  if (options.population == Population::infinite)
-    return make_cohorts(std::move(material), options, kernels, weight);
-  return make_representatives(std::move(material), options, kernels, weight);
+  PatchOptions chosen = options;
+  chosen.population = choose_population(material->material, options);
+  if (chosen.population == Population::infinite)
+    return make_cohorts(std::move(material), chosen, kernels, weight);
+  return make_representatives(std::move(material), chosen, kernels, weight);
 }
 
 }  // namespace bristle::detail
+
+namespace bristle {
+
+Population choose_population(const Material& material, const PatchOptions& options) noexcept {
+  if (options.population != Population::automatic) return options.population;
+  const bool wants_bristles = options.bristles != 0 || options.step_rule != StepRule::exact ||
+                              options.sampling != Sampling::stratified;
+  return wants_bristles || !detail::allows_cohorts(material) ? Population::representatives
+                                                             : Population::infinite;
+}
+
+}  // namespace bristle

@@ -15,7 +15,8 @@ void define_options(py::module_& module) {
                                                {"literal", bristle::StepRule::literal}};
   const Names<bristle::Sampling> samplings = {{"stratified", bristle::Sampling::stratified},
                                               {"random", bristle::Sampling::random}};
-  const Names<bristle::Population> populations = {{"representatives", bristle::Population::representatives},
+  const Names<bristle::Population> populations = {{"automatic", bristle::Population::automatic},
+                                                  {"representatives", bristle::Population::representatives},
                                                   {"infinite", bristle::Population::infinite}};
   KeywordClass<PatchOptions>(
       module, "PatchOptions",
@@ -36,7 +37,8 @@ void define_options(py::module_& module) {
       .field("seed", &PatchOptions::seed, "Shifts stratified snap lengths, keys what is drawn at random.")
       .field("key", &PatchOptions::key, "The caller's own 64-bit name of the contact.")
       .named_field("population", &PatchOptions::population, populations,
-                   "\"representatives\", or \"infinite\": a list of cohorts, without noise.")
+                   "\"automatic\": infinite where the law allows it and no number of bristles is named; "
+                   "\"representatives\"; \"infinite\": a list of cohorts, without noise.")
       .field("cohorts", &PatchOptions::cohorts, "Infinite: most cohorts, 8 to 512; 0 = automatic.")
       .field("resolution", &PatchOptions::resolution,
              "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")
@@ -44,7 +46,7 @@ void define_options(py::module_& module) {
              "Infinite: fluctuates as so many bristles would; 0 = no noise.")
       .done(
           "PatchOptions(*, max_normal_load=1.0, bristles=0, axes=2, outputs='end', precision='single', "
-          "step_rule='exact', sampling='stratified', seed=1, key=0, population='representatives', "
+          "step_rule='exact', sampling='stratified', seed=1, key=0, population='automatic', "
           "cohorts=0, resolution=0.0, fluctuation=0)");
 }
 

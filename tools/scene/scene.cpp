@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <bristle/error.hpp>
+#include <bristle/patch_batch.hpp>
 
 #include "tools/files/motion_file.hpp"
 #include "tools/files/text_file.hpp"
@@ -202,8 +203,9 @@ class Names {
 
 /// population, resolution and cohorts, and what does not go with them.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
-  o.population =
-      static_cast<bristle::Population>(table.choice("population", {"representatives", "infinite"}, 0));
+  o.population = static_cast<bristle::Population>(
+      table.choice("population", {"automatic", "representatives", "infinite"}, 0));
+  o.population = bristle::choose_population(material, o);
   if (o.population != bristle::Population::infinite) {
     for (const char* key : {"resolution", "cohorts", "fluctuation"})
       if (table.number(key, any_not_negative, 0.0) > 0.0)

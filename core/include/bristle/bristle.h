@@ -244,7 +244,11 @@ enum { BRISTLE_STEP_EXACT = 0, BRISTLE_STEP_LITERAL = 1 };
 enum { BRISTLE_SAMPLING_STRATIFIED = 0, BRISTLE_SAMPLING_RANDOM = 1 };
 
 /** bristle::Population */
-enum { BRISTLE_POPULATION_REPRESENTATIVES = 0, BRISTLE_POPULATION_INFINITE = 1 };
+enum {
+  BRISTLE_POPULATION_AUTOMATIC = 0, /**< infinite where the law allows it and `bristles` is 0 */
+  BRISTLE_POPULATION_REPRESENTATIVES = 1,
+  BRISTLE_POPULATION_INFINITE = 2
+};
 
 /** bristle::PatchOptions. */
 typedef struct bristle_patch_options {

@@ -31,7 +31,9 @@ enum class Sampling : unsigned char {
 
 /// What stands for the bristles of a patch.
 enum class Population : unsigned char {
-  representatives,  ///< n bristles, each with its deflection and snap length. The default.
+  automatic,  ///< `infinite` where the law allows it and neither a number of bristles nor StepRule::literal
+              ///< nor Sampling::random is asked for, else `representatives`. The default.
+  representatives,  ///< n bristles, each with its deflection and snap length
   infinite  ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw and
             ///< StepRule::exact; computes in double whatever `precision` says
 };
@@ -53,15 +55,16 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
 /// How a patch is simulated. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
-  std::uint32_t bristles = 0;  ///< n, representatives at max load; 0 = one per physical bristle, at most 4096
-  int axes = 2;                ///< 1 or 2 tangential directions; 1 uses displacement[0] only
+  std::uint32_t bristles = 0;    ///< n, representatives at max load; 0 = one per physical bristle, at most
+                               ///< 4096. Population::automatic takes any other number for a wish for bristles
+  int axes = 2;  ///< 1 or 2 tangential directions; 1 uses displacement[0] only
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   StepRule step_rule = StepRule::exact;
   Sampling sampling = Sampling::stratified;
   std::uint32_t seed = 1;  ///< of lengths and draws: patches that differ in it are independent
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
-  Population population = Population::representatives;
+  Population population = Population::automatic;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
   double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error
                               ///< falls with its square, time grows with it; 0 = automatic (8)

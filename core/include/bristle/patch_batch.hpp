@@ -49,6 +49,10 @@ struct BatchOptions {
   }
 };
 
+/// What Population::automatic stands for with this material and these options; any other population is
+/// itself.
+BRISTLE_API Population choose_population(const Material& material, const PatchOptions& options) noexcept;
+
 /// The result of a step as a whole.
 struct StepReport {
   Status status = Status::ok;          ///< all responses' flags together

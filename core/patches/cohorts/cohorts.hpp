@@ -151,6 +151,9 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
 /// Throws bristle::Error.
+/// Whether an infinite brush can have this material.
+bool allows_cohorts(const Material& material) noexcept;
+
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double zeta_max);
 

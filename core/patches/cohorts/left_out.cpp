@@ -4,6 +4,8 @@
 
 namespace bristle::detail {
 
+bool allows_cohorts(const Material&) noexcept { return false; }
+
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial>, const PatchOptions&, const KernelTable&, double) {
   throw Error(
       "PatchOptions: population = infinite is left out of this build of bristle; use "

@@ -156,6 +156,10 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   set_fluctuation(r);
 }
 
+bool allows_cohorts(const Material& material) noexcept {
+  return material.snap_rule == SnapRule::redraw && material.snap_length.cv() >= least_cohort_spread;
+}
+
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double zeta_max) {
   check(material->material, options);
