@@ -1486,6 +1486,66 @@ TEST_CASE("A network device with a token takes packets that carry it, and no oth
   CHECK(force.sequence == 4);
 }
 
+TEST_CASE("The tag of a packet is SipHash-2-4 of its first 64 bytes under the token", "[room]") {
+  // By a separate program, which was checked against the published vector of the keys 0 to 15.
+  HandPacket packet{4, {true, {0.4, 0, 0}, {0, 0, 0}}};
+  packet.token = 0x8123456789abcdefu;
+  unsigned char bytes[hand_packet_size];
+  encode(packet, bytes);
+  std::uint64_t tag = 0;
+  for (int i = 8; i-- > 0;) tag = tag << 8 | bytes[64 + i];
+  CHECK(tag == 0xd14d831e83380816u);
+}
+
+TEST_CASE("No stray or repeated packet takes the network device's place", "[room]") {
+  const auto wait_for = [](UdpDevice& device, std::uint64_t refused) {
+    Hand hand;
+    for (int k = 0; k < 200 && device.refused() < refused; ++k) {
+      device.read(0.0, hand);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return hand.position[0];
+  };
+  const auto packet = [](std::uint32_t sequence, double x, std::uint64_t token) {
+    HandPacket p{sequence, {true, {x, 0, 0}, {0, 0, 0}}};
+    p.token = token;
+    return p;
+  };
+  // Without a token: a number far ahead would make every later one of the true device old.
+  UdpDevice open(0, "127.0.0.1", 60.0);
+  Sender to_open(open.port());
+  to_open.send(packet(1, 0.1, 0));
+  to_open.send(packet(1 + 65537, 0.9, 0));
+  CHECK(wait_for(open, 1) == 0.1);
+  to_open.send(packet(2, 0.2, 0));
+  to_open.send(packet(2, 0.9, 0));
+  CHECK(wait_for(open, 2) == 0.2);
+  to_open.send(packet(2 + 65536, 0.3, 0));  // within the window
+  to_open.send(packet(3, 0.9, 0));
+  CHECK(wait_for(open, 3) == 0.3);
+
+  // With one: a packet that somebody recorded is old for ever, after a silence too.
+  UdpDevice keyed(0, "127.0.0.1", 1e-3, 99);
+  Sender to_keyed(keyed.port());
+  to_keyed.send(packet(5, 0.5, 99));
+  Hand hand;
+  for (int k = 0; k < 200 && !keyed.read(0.0, hand); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  CHECK(hand.position[0] == 0.5);
+  std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  to_keyed.send(packet(5, 0.5, 99));
+  wait_for(keyed, 1);
+  CHECK(keyed.refused() == 1);
+  CHECK_FALSE(keyed.read(0.0, hand));
+  to_keyed.send(packet(6, 0.6, 99));
+  bool back = false;
+  for (int k = 0; k < 200 && !back; ++k) {
+    back = keyed.read(0.0, hand);
+    std::this_thread::sleep_for(std::chrono::microseconds(300));
+  }
+  CHECK(back);
+}
+
 TEST_CASE("The network device is lost after a silence, and comes back with any packet", "[room]") {
   UdpDevice device(0);
   Sender sender(device.port());

@@ -104,10 +104,10 @@ void accuracy_command(const AccuracyOptions& options) {
   if (BRISTLE_MINIMAL)
     throw UserError(
         "accuracy needs the mean force and two axes, which this build leaves out (BRISTLE_MINIMAL)");
-  const bool on_stdout =
-      takes_stdout({{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
   const Scene scene = read_scene(options.scene);
-  const OutputFile json(options.json), csv(options.csv);
+  const bool on_stdout = check_files(
+      inputs_of(scene), {{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
+  OutputFile json(options.json), csv(options.csv), tuned(options.write);
   const AccuracyResult result = study_accuracy(scene, options);
   if (!on_stdout) print_report(accuracy_table(scene, options, result));
   if (json) json.write(accuracy_json(scene, options, result));
@@ -120,9 +120,7 @@ void accuracy_command(const AccuracyOptions& options) {
         100.0 * best.wanted, 100.0 * best.least_error,
         result.not_run.empty() ? "" : " (--seconds with more time tries more bristles)"));
   }
-  if (!options.write.empty()) {
-    OutputFile(options.write).write(tuned_scene(scene, result, options.write));
-  }
+  if (tuned) tuned.write(tuned_scene(scene, result, options.write));
 }
 
 }  // namespace cli

@@ -54,8 +54,8 @@ double ramp_force(const bristle::Material& m, const PrescribedMotion& motion, do
   const double moving = std::clamp(t, motion.from, motion.until) - motion.from;
   const double dbar = m.snap_length.mean();
   const double zeta = m.bristles_in_contact(load);
-  const double elastic = zeta * m.bristle_stiffness * dbar *
-                         bristle::virgin_deflection(m, speed * moving / dbar);
+  const double elastic =
+      zeta * m.bristle_stiffness * dbar * bristle::virgin_deflection(m, speed * moving / dbar);
   return -elastic - (zeta * m.damping_at(speed) + m.viscous_friction) * speed;
 }
 

@@ -136,12 +136,12 @@ std::string CapacityCase::layout_name() const {
 }
 
 void capacity_command(const CapacityOptions& options) {
-  const bool on_stdout = takes_stdout({{"--json", options.json}, {"--csv", options.csv}});
+  const bool on_stdout = check_files({}, {{"--json", options.json}, {"--csv", options.csv}});
   if (!options.csv.empty() && (options.targets || options.features)) {
     throw UserError(fmt::format("--csv: holds the curves of the search, which --{} leaves out",
                                 options.targets ? "targets" : "features"));
   }
-  const OutputFile json(options.json), csv(options.csv);
+  OutputFile json(options.json), csv(options.csv);
 
   CapacityResult result;
   {

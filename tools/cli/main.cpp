@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <span>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@
 #include "tools/cli/completion.hpp"
 #include "tools/cli/help_text.hpp"
 #include "tools/cli/manual.hpp"
+#include "tools/cli/option_checks.hpp"
 #include "tools/experiments/command.hpp"
 #include "tools/files/csv_columns.hpp"
 #include "tools/files/one_line.hpp"
@@ -44,7 +46,7 @@ constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
 int complain(const std::string& message, int code) {
-  fmt::print(stderr, "bristle: {}\n", cli::one_line(message));
+  cli::print_note("bristle: " + cli::one_line(message) + '\n');
   return code;
 }
 
@@ -126,6 +128,23 @@ double parse_share(const std::string& text) {
   return value;
 }
 
+/// "1,2".
+std::vector<int> parse_threads(const std::string& text) {
+  std::vector<int> counts;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (bool more = true; more;) {
+    int count = 0;
+    const auto [rest, error] = std::from_chars(at, end, count);
+    more = rest != end && *rest == ',';
+    if (error != std::errc() || (rest != end && !more) || count < 1 || count > 1024)
+      throw cli::UserError(fmt::format("--threads is '{}'; allowed: counts from 1 to 1024, as 1,2,4", text));
+    counts.push_back(count);
+    at = rest + 1;
+  }
+  return counts;
+}
+
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
 /// "x=Position,force=Fx".
@@ -139,7 +158,11 @@ Assignments parse_assignments(const std::string& text, const char* option) {
       throw cli::UserError(fmt::format(
           "{} is '{}'; allowed: {}", option, text,
           std::string(option) == "--units" ? "x=mm,force=gf and so on" : "x=Position,force=Fx and so on"));
-    all.emplace_back(one.substr(0, equals), one.substr(equals + 1));
+    const std::string name = one.substr(0, equals);
+    for (const auto& [known, value] : all)
+      if (known == name)
+        throw cli::UserError(fmt::format("{} is '{}': {} is given twice", option, text, name));
+    all.emplace_back(name, one.substr(equals + 1));
     begin = end + 1;
   }
   return all;
@@ -199,19 +222,6 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
   quantity("--delay", cli::time_units, 0.0, 1e3,
            "Hold the delay of the force sensor at this (default: fitted), e.g. 5ms",
            [&](double delay) { options.delay = delay; });
-}
-
-/// CLI::Range of doubles lets "nan" pass.
-CLI::Validator within(double low, double high) {
-  const auto check = [low, high](const std::string& text) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    const bool is_number = !text.empty() && *end == 0;
-    return is_number && value >= low && value <= high
-               ? std::string()
-               : fmt::format("Value {} not in range {} to {}", text, low, high);
-  };
-  return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
 }
 
 // CLI11 itself would only say that a subcommand is missing.
@@ -294,7 +304,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       "--realtime", wanted,
       "Step against the clock, alternating with a bare sleep loop; Ctrl-C stops it and prints the report");
   run_app->add_option("--rate", options.rate_hz, "Ticks per second, e.g. 1000; the scene's dt becomes 1/rate")
-      ->check(within(1.0, 1e5))
+      ->check(cli::within(1.0, 1e5))
       ->needs(realtime);
   run_app->add_option("--fifo", options.thread.fifo_priority, "Real-time priority (SCHED_FIFO), if permitted")
       ->check(CLI::Range(1, 99))
@@ -306,13 +316,13 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->add_option_function<double>(
           "--busy-wait", [&options](double us) { options.busy_wait_s = 1e-6 * us; },
           "Sleep until this many us before a tick, then poll the clock")
-      ->check(within(0.0, 1e6))
+      ->check(cli::within(0.0, 1e6))
       ->needs(realtime);
   run_app
       ->add_option(
           "--bare-share", options.bare_share,
           "Ticks of the bare sleep loop for each of bristle's: 1 (default) doubles the time of a run")
-      ->check(within(1e-3, 1.0))
+      ->check(cli::within(1e-3, 1.0))
       ->needs(realtime);
   run_app->add_flag("--mlock", options.thread.lock_memory, "Lock the process in memory, if permitted")
       ->needs(realtime);
@@ -469,7 +479,7 @@ int run(int argc, char** argv) {
   run_app
       ->add_option("--clip-load", run_options.clip_load,
                    "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
-      ->check(within(0.0, 1e9));
+      ->check(cli::within(0.0, 1e9));
   run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)")
       ->type_name(cli::file_value);
   run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)")
@@ -480,7 +490,7 @@ int run(int argc, char** argv) {
   run_app
       ->add_option("--budget", run_options.overload.budget_us,
                    "Time for a step, us: a step that takes longer leaves out bristles, which come back later")
-      ->check(within(1e-3, 1e9));
+      ->check(cli::within(1e-3, 1e9));
   run_app
       ->add_option("--record-decisions", run_options.overload.record,
                    "Write what was left out and when to this CSV file")
@@ -523,9 +533,11 @@ int run(int argc, char** argv) {
   capacity_app->add_flag("--quick", capacity_options.quick, "Fewer rows, shorter runs");
   capacity_app->add_flag("--targets", capacity_options.targets, "Only the library's speed targets");
   capacity_app->add_flag("--features", capacity_options.features, "Only what each feature of a kernel costs");
-  capacity_app->add_option("--threads", capacity_options.threads, "Thread counts, e.g. 1,2")
-      ->delimiter(',')
-      ->check(CLI::Range(1, 1024));
+  capacity_app
+      ->add_option_function<std::string>(
+          "--threads", [&](const std::string& text) { capacity_options.threads = parse_threads(text); },
+          "Thread counts, e.g. 1,2")
+      ->type_name("COUNTS");
   capacity_app->add_option("--isa", capacity_options.isa, "Instruction set: see bristle --version")
       ->type_name("NAME");
   capacity_app
@@ -565,9 +577,9 @@ int run(int argc, char** argv) {
   fit_app
       ->add_option("--residual", fit_options.residual,
                    "Hold the residual at this share of the presliding length (default: fitted)")
-      ->check(within(0.0, cli::widest_residual));
+      ->check(cli::within(0.0, cli::widest_residual));
   fit_app->add_option("--renewal", fit_options.renewal, "Hold the shared renewal (default: fitted)")
-      ->check(within(0.0, cli::most_renewed));
+      ->check(cli::within(0.0, cli::most_renewed));
   fit_app->add_flag(
       "--rivals", fit_options.rivals,
       "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the "
@@ -576,7 +588,7 @@ int run(int argc, char** argv) {
       ->add_option(
           "--fit-until", fit_options.fit_until,
           "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
-      ->check(within(1e-9, 1e9));
+      ->check(cli::within(1e-9, 1e9));
   fit_app
       ->add_option("--write", fit_options.write, "Write the material, in a scene that replays the data, TOML")
       ->type_name(cli::file_value);
@@ -624,7 +636,7 @@ int run(int argc, char** argv) {
       ->type_name(cli::file_value);
   accuracy_app->add_flag("--quick", accuracy_options.quick, "Fewer settings, less than a minute");
   accuracy_app->add_option("--seconds", accuracy_options.seconds, "Time to spend, about")
-      ->check(within(0.5, 1e5));
+      ->check(cli::within(0.5, 1e5));
   accuracy_app->add_option("--isa", accuracy_options.isa, "Instruction set: see bristle --version")
       ->type_name("NAME");
   accuracy_app
@@ -666,6 +678,7 @@ int run(int argc, char** argv) {
       ->option_text("NAME");  // all names would be a long line of --help
   manual_app->add_option("--out", manual_folder, "Write all pages into this folder")->type_name("FILE");
 
+  cli::refuse_empty_files(app, cli::file_value);
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
     const std::string name = argv[2];
@@ -675,16 +688,18 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
     if (version) {
-      fmt::print("{}", version_text());
+      cli::print_text(version_text());
       return exit_done;
     }
-    return app.exit(success);  // --help
+    std::ostringstream help;
+    app.exit(success, help, help);
+    cli::print_text(help.str());
+    return exit_done;
   } catch (const CLI::ParseError& error) {
     return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
   }
   cli::set_text_layout(wide);
-  if (completion_app->parsed())
-    cli::write_text(stdout, cli::completion_script(app, shell), "standard output");
+  if (completion_app->parsed()) cli::print_text(cli::completion_script(app, shell));
   if (manual_app->parsed()) cli::manual_command(app, manual_of, manual_folder);
   if (run_app->parsed()) {
     if (realtime) run_options.realtime = realtime_options;
@@ -709,6 +724,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::hold_standard_streams();
   try {
     return run(argc, argv);
   } catch (const cli::UserError& error) {

@@ -154,7 +154,7 @@ void manual_command(const CLI::App& program, const std::string& command, const s
   }
   const std::string name = command.empty() ? "bristle" : "bristle-" + command;
   for (const ManualPage& page : pages)
-    if (page.name == name) return write_text(stdout, page.roff, "standard output");
+    if (page.name == name) return print_text(page.roff);
   throw UserError(fmt::format("manual: '{}' is no command; bristle --help lists them", command));
 }
 

@@ -79,19 +79,17 @@ void check_plot(const ExperimentOptions& options) {
   }
   quoted(options.plot);
   quoted(script);
-  open_for_writing(options.plot);  // says now if it cannot be written
 }
 
-void draw(const ExperimentOptions& options, const ExperimentReport& report) {
-  const fs::path data = fs::temp_directory_path() / fmt::format("bristle_experiment_{}.csv", getpid());
-  { OutputFile(data.string()).write(experiment_csv(report)); }
+void draw(const ExperimentOptions& options, const ExperimentReport& report, OutputFile& picture) {
+  OutputFile data((fs::temp_directory_path() / fmt::format("bristle_{}.csv", getpid())).string());
+  data.append(experiment_csv(report));
+  data.flush();
   const std::string command = fmt::format(
-      "gnuplot -e \"csv={}; png={}; folder={}\" {}", quoted(data.string()), quoted(options.plot),
+      "gnuplot -e \"csv={}; png={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
       quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
-  const int code = std::system(command.c_str());
-  std::error_code ignored;
-  fs::remove(data, ignored);
-  if (code != 0) throw UserError("--plot: gnuplot failed; its message is above");
+  if (std::system(command.c_str()) != 0) throw UserError("--plot: gnuplot failed; its message is above");
+  picture.finish();
 }
 
 void check_files(const ExperimentOptions& options) {
@@ -142,8 +140,10 @@ void experiment_command(const ExperimentOptions& options) {
     print_report(experiment_list());
     return;
   }
-  const bool on_stdout =
-      takes_stdout({{"--csv", options.csv}, {"--json", options.json}, {"--markdown", options.markdown}});
+  const bool on_stdout = check_files({{"--config", options.config}}, {{"--csv", options.csv},
+                                                                      {"--json", options.json},
+                                                                      {"--markdown", options.markdown},
+                                                                      {"--plot", options.plot}});
   check_files(options);
   const std::vector<std::string> models = choose_models(options.models, "--models");
   std::vector<const Experiment*> wanted;
@@ -153,7 +153,7 @@ void experiment_command(const ExperimentOptions& options) {
   if (wanted.empty()) find_experiment(options.name, ", all, list");
   for (const Experiment* e : wanted)
     e->check(settings_for(*e, options));  // refuses bad ones before the first runs
-  const OutputFile csv(options.csv), json(options.json), markdown(options.markdown);
+  OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
   std::vector<ExperimentReport> reports;
   for (const Experiment* e : wanted) reports.push_back(run_one(*e, options, models));
   std::vector<CostRow> cost;
@@ -165,7 +165,7 @@ void experiment_command(const ExperimentOptions& options) {
   if (csv) csv.write(experiment_csv(reports.front()));
   if (json) json.write(experiment_json(reports, cost));
   if (markdown) markdown.write(experiment_page(reports, cost, models));
-  if (!options.plot.empty()) draw(options, reports.front());
+  if (picture) draw(options, reports.front(), picture);
 }
 
 }  // namespace cli

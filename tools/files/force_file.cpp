@@ -5,7 +5,7 @@
 namespace cli {
 
 ForceFile::ForceFile(const std::string& path, bool with_mean, bool with_energy)
-    : path_(path), file_(open_for_writing(path)), with_mean_(with_mean), with_energy_(with_energy) {
+    : file_(path), with_mean_(with_mean), with_energy_(with_energy) {
   fmt::format_to(std::back_inserter(buffer_), "t,patch,fx,fy,load,bristles,status{}{},x,y\n",
                  with_mean ? ",mean_fx,mean_fy" : "",
                  with_energy ? ",snaps,dissipated,contact_loss,damper_work" : "");
@@ -35,11 +35,14 @@ void ForceFile::write(double t, const std::string& patch, bristle::Outputs outpu
 }
 
 void ForceFile::flush() {
-  write_text(file_.get(), std::string(buffer_.data(), buffer_.size()), path_);
+  file_.append(std::string(buffer_.data(), buffer_.size()));
   buffer_.clear();
 }
 
-void ForceFile::finish() { flush(); }
+void ForceFile::finish() {
+  flush();
+  file_.finish();
+}
 
 std::string status_text(bristle::Status status) {
   constexpr struct {

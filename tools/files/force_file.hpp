@@ -9,7 +9,7 @@
 
 #include <bristle/patch_batch.hpp>
 
-#include "tools/files/text_file.hpp"
+#include "tools/files/output_file.hpp"
 
 namespace cli {
 
@@ -26,8 +26,7 @@ class ForceFile {
  private:
   void flush();
 
-  std::string path_;
-  FilePointer file_;
+  OutputFile file_;
   bool with_mean_, with_energy_;
   fmt::memory_buffer buffer_;
 };

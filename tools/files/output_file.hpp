@@ -1,45 +1,61 @@
-// The files that a command writes at its end.
+// The one writer of files: every file that a command leaves is written here.
 #pragma once
 
-#include <initializer_list>
+#include <cstdio>
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "tools/files/text_file.hpp"
-#include "tools/files/user_error.hpp"
 
 namespace cli {
 
-/// Opened before a run: a path that cannot be written must not cost the result. No path, no file.
+/// A file that is there whole or not at all. Its bytes go into a file beside it, which takes its name when
+/// they are complete and on the disk: until then, and after an error or a signal, a file of that name is as
+/// it was.
+/// "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
 class OutputFile {
  public:
-  /// Throws UserError.
-  explicit OutputFile(const std::string& path)
-      : path_(path), file_(path.empty() ? FilePointer(nullptr, &std::fclose) : open_for_writing(path)) {}
-  explicit operator bool() const { return file_ != nullptr; }
-  /// Throws UserError.
-  void write(const std::string& text) const { write_text(file_.get(), text, path_); }
+  OutputFile() = default;
+  /// Opens before the work whose result it takes: a path that cannot be written must not cost the result.
+  /// Waits for the reader of a FIFO, and says so on stderr after a second. Throws UserError.
+  explicit OutputFile(const std::string& path);
+  OutputFile(OutputFile&& other) noexcept { swap(other); }
+  OutputFile& operator=(OutputFile&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~OutputFile();
+
+  explicit operator bool() const noexcept { return file_ != nullptr; }
+  /// Throws UserError, on a full disk for instance.
+  void append(const std::string& text);
+  /// Lets readers of place() see what was appended. Throws UserError.
+  void flush();
+  /// Flushes and gives the file its name. Throws UserError.
+  void finish();
+  void write(const std::string& text) {
+    append(text);
+    finish();
+  }
+  /// Name under which another program, or a library that wants a name, writes before finish().
+  const std::string& place() const noexcept { return beside_.empty() ? path_ : beside_; }
 
  private:
-  std::string path_;
-  FilePointer file_;
+  void swap(OutputFile& other) noexcept;
+  void open_beside();
+  [[noreturn]] void fail() const;  ///< by errno
+
+  std::string path_, beside_;
+  std::FILE* file_ = nullptr;
 };
 
 struct FileOption {
-  std::string_view option;
-  const std::string& path;
+  std::string option, path;
 };
 
-/// Whether one of these goes to stdout, "-"; a table for people must not then. Throws UserError where two do.
-inline bool takes_stdout(std::initializer_list<FileOption> files) {
-  std::string given;
-  int count = 0;
-  for (const FileOption& file : files) {
-    if (file.path != "-") continue;
-    given += (count++ ? ", " : "") + std::string(file.option) + " -";
-  }
-  if (count > 1) throw UserError(given + ": only one can have stdout");
-  return count == 1;
-}
+/// Refuses an output that is one of the inputs, or another output, under whatever name: before any work.
+/// Empty paths are left out. Returns whether an output goes to stdout, where a table for people must not go
+/// then. Throws UserError.
+bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs);
 
 }  // namespace cli

@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <memory>
 #include <string_view>
 
 #include "tools/files/user_error.hpp"
@@ -14,32 +16,24 @@
 namespace cli {
 namespace {
 
-constexpr int patience_ms = 1000;  // before we say that we wait
-
 [[noreturn]] void fail_read(const std::string& path, int error) {
   throw UserError(path + ": cannot be read: " + std::strerror(error));
 }
-[[noreturn]] void fail_write(const std::string& path, int error) {
-  throw UserError(path + ": cannot be written: " + std::strerror(error));
-}
-
-void say_waiting(const std::string& path, const char* whom) {
-  std::fprintf(stderr, "bristle: %s: a FIFO that nobody %s yet; waiting (Ctrl-C ends it)\n", path.c_str(),
-               whom);
-}
-
-bool is_fifo(const struct stat& status) noexcept { return S_ISFIFO(status.st_mode); }
 
 /// A FIFO has something to read, or its writer has gone.
 void wait_for_writer(int file, const std::string& path) {
+  constexpr int patience_ms = 1000;  // before we say that we wait
   struct pollfd wanted = {file, POLLIN, 0};
   int ready = ::poll(&wanted, 1, patience_ms);
   if (ready == 0) {
-    say_waiting(path, "writes to");
+    std::fprintf(stderr, "bristle: %s: a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n",
+                 path.c_str());
     ready = ::poll(&wanted, 1, -1);
   }
   if (ready < 0) fail_read(path, errno);
 }
+
+using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 FilePointer open_for_reading(const std::string& path) {
   // Not blocking: the open of a FIFO that nobody writes to would hang and say nothing.
@@ -49,25 +43,9 @@ FilePointer open_for_reading(const std::string& path) {
   if (!stream) fail_read(path, errno);
   struct stat status;
   if (::fstat(file, &status) != 0) fail_read(path, errno);
-  if (is_fifo(status)) wait_for_writer(file, path);
+  if (S_ISFIFO(status.st_mode)) wait_for_writer(file, path);
   if (::fcntl(file, F_SETFL, O_RDONLY) != 0) fail_read(path, errno);
   return stream;
-}
-
-/// ENXIO: a FIFO without a reader.
-int open_descriptor_for_writing(const std::string& path) {
-  constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
-  constexpr int pause_ms = 20;
-  int file = ::open(path.c_str(), flags | O_NONBLOCK, 0666);
-  struct stat status;
-  if (file >= 0 || errno != ENXIO || ::stat(path.c_str(), &status) != 0 || !is_fifo(status)) return file;
-  for (int waited = 0; waited < patience_ms && file < 0 && errno == ENXIO; waited += pause_ms) {
-    ::poll(nullptr, 0, pause_ms);
-    file = ::open(path.c_str(), flags | O_NONBLOCK, 0666);
-  }
-  if (file >= 0 || errno != ENXIO) return file;
-  say_waiting(path, "reads");
-  return ::open(path.c_str(), flags, 0666);
 }
 
 }  // namespace
@@ -99,18 +77,17 @@ std::string read_text_file(const std::string& path, std::size_t most_bytes, bool
   return text;
 }
 
-FilePointer open_for_writing(const std::string& path) {
-  if (path == "-") return FilePointer(stdout, [](std::FILE*) { return 0; });
-  const int file = open_descriptor_for_writing(path);
-  if (file < 0 || ::fcntl(file, F_SETFL, O_WRONLY) != 0) fail_write(path, errno);
-  FilePointer stream(::fdopen(file, "wb"), &std::fclose);
-  if (!stream) fail_write(path, errno);
-  return stream;
+void hold_standard_streams() noexcept {
+  for (const int number : {0, 1, 2})
+    if (::fcntl(number, F_GETFD) < 0 && errno == EBADF)
+      static_cast<void>(::open("/dev/null", number == 2 ? O_WRONLY : O_RDONLY));
 }
 
-void write_text(std::FILE* file, const std::string& text, const std::string& path) {
-  if (std::fwrite(text.data(), 1, text.size(), file) != text.size() || std::fflush(file) != 0)
-    fail_write(path, errno);
+void print_note(const std::string& text) noexcept { std::fputs(text.c_str(), stderr); }
+
+void print_text(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw UserError(std::string("standard output: cannot be written: ") + std::strerror(errno));
 }
 
 }  // namespace cli

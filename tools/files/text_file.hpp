@@ -1,14 +1,10 @@
-// Whole files in and out, with errors that name the file.
+// Whole files in, with errors that name the file, and text to stdout.
 #pragma once
 
 #include <cstddef>
-#include <cstdio>
-#include <memory>
 #include <string>
 
 namespace cli {
-
-using FilePointer = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 /// What a file of data may hold: tens of millions of rows.
 constexpr std::size_t most_data_bytes = std::size_t{1} << 30;
@@ -22,10 +18,15 @@ constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 std::string read_text_file(const std::string& path, std::size_t most_bytes = most_data_bytes,
                            bool binary = false);
 
-/// Opens for writing, "-" being stdout. A FIFO is waited for as above. Throws UserError.
-FilePointer open_for_writing(const std::string& path);
+/// Opens what a caller left closed of stdin, stdout and stderr: the next file that is opened would get its
+/// number, and what is printed would go into it. A closed stdout still refuses what is written. Call first in
+/// main().
+void hold_standard_streams() noexcept;
 
-/// Writes all of it and flushes. Throws UserError, on a full disk for instance.
-void write_text(std::FILE* file, const std::string& text, const std::string& path);
+/// Prints to stderr, for people; where that fails nobody can be told.
+void print_note(const std::string& text) noexcept;
+
+/// Prints to stdout all of it, and flushes. Throws UserError, on a full disk for instance.
+void print_text(const std::string& text);
 
 }  // namespace cli

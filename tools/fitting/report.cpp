@@ -107,23 +107,21 @@ std::string quoted(const std::string& text) {
 }
 
 /// Runs gnuplot on the script that was built in, the samples in it.
-void draw(const FitData& data, const FitResult& result, const std::string& picture) {
-  open_for_writing(picture);  // says why it cannot be written, which gnuplot does in several lines
+void draw(const FitData& data, const FitResult& result, OutputFile& picture) {
   std::FILE* pipe = popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
   if (pipe == nullptr) throw UserError("--plot: gnuplot cannot be started");
   const std::string script =
       fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\ntitle={}\n{}", fit_csv(data, result),
-                  quoted(picture), quoted(data.columns.name), fit_plot_script);
+                  quoted(picture.place()), quoted(data.columns.name), fit_plot_script);
   // Where nobody reads it, the write must fail instead of ending this program.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   std::fwrite(script.data(), 1, script.size(), pipe);
   const int status = pclose(pipe);
   std::signal(SIGPIPE, before);
-  if (status == 0) return;
-  std::remove(picture.c_str());
+  if (status == 0) return picture.finish();
   throw UserError(WIFEXITED(status) && WEXITSTATUS(status) == 127
                       ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
-                      : "--plot: gnuplot failed on " + picture);
+                      : "--plot: gnuplot failed");
 }
 
 }  // namespace
@@ -469,19 +467,26 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
 
 namespace {
 
+std::vector<FileOption> inputs_of(const FitOptions& options) {
+  std::vector<FileOption> inputs;
+  for (const std::string& data : options.data) inputs.push_back({"DATA", data});
+  return inputs;
+}
+
 void rivals_command(const FitOptions& options) {
   if (!options.csv.empty() || !options.write.empty() || !options.plot.empty() || !options.html.empty()) {
     throw UserError("--rivals: writes a table and --json only; leave out --csv, --write, --html and --plot");
   }
   if (options.rule == bristle::SnapRule::keep)
     throw UserError("--rivals: the brush is one with --rule redraw");
-  const bool on_stdout = takes_stdout({{"--json", options.json}});
+  const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json}});
+  OutputFile json(options.json);
   if (options.data.size() > 1) throw UserError("--rivals: one file only");
   const FitColumns columns = read_fit_columns(options.data, options.reading);
   if (columns.t.empty()) throw UserError(columns.name + ": no data rows");
   const double third = (columns.t.back() - columns.t.front()) / 3.0;
   const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
-  if (!options.json.empty()) OutputFile(options.json).write(judgement_json(columns, judgements));
+  if (json) json.write(judgement_json(columns, judgements));
   if (!on_stdout) print_report(judgement_table(judgements));
 }
 
@@ -490,24 +495,25 @@ void rivals_command(const FitOptions& options) {
 void fit_command(const FitOptions& options) {
   if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
   if (options.rivals) return rivals_command(options);
-  const bool on_stdout = takes_stdout({{"--json", options.json},
-                                       {"--csv", options.csv},
-                                       {"--write", options.write},
-                                       {"--html", options.html}});
+  const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
+                                                          {"--csv", options.csv},
+                                                          {"--write", options.write},
+                                                          {"--html", options.html},
+                                                          {"--plot", options.plot},
+                                                          {"the motion of --write", motion_file(options)}});
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
-  const FitResult result = fit_material(data, options);
-  const auto write = [](const std::string& path, const std::string& text) {
-    if (!path.empty()) OutputFile(path).write(text);
-  };
-  write(options.write, fit_toml(data, options, result));
-  if (!data.columns.replayable && motion_file(options) != "") write(motion_file(options), fit_motion(data));
-  write(options.csv, fit_csv(data, result));
   if (!options.plot.empty() && data.axes == 2)
     throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
-  if (!options.plot.empty()) draw(data, result, options.plot);
-  write(options.json, fit_json(data, options, result));
-  if (!options.html.empty()) write(options.html, fit_html(data, options, result));
+  OutputFile scene(options.write), csv(options.csv), picture(options.plot), json(options.json),
+      page(options.html), motion(data.columns.replayable ? std::string() : motion_file(options));
+  const FitResult result = fit_material(data, options);
+  if (scene) scene.write(fit_toml(data, options, result));
+  if (motion) motion.write(fit_motion(data));
+  if (csv) csv.write(fit_csv(data, result));
+  if (picture) draw(data, result, picture);
+  if (json) json.write(fit_json(data, options, result));
+  if (page) page.write(fit_html(data, options, result));
   if (!on_stdout) print_report(fit_table(data, options, result));
 }
 

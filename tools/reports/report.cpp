@@ -257,6 +257,9 @@ std::string report_page(const ReportInput& input, const std::string& written) {
 }
 
 void report_command(const ReportOptions& options) {
+  std::vector<FileOption> inputs;
+  for (const std::string& file : options.files) inputs.push_back({"FILE", file});
+  check_files(inputs, {{"--out", options.out}});
   const ReportInput input = read_report_input(options.files);
   OutputFile(options.out).write(report_page(input, conditions().time));
   if (options.out == "-") return;

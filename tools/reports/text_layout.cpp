@@ -94,10 +94,8 @@ std::string filled(std::string_view text) {
 void print_report(const std::string& text) {
   const std::size_t end = std::min(text.find("\n\n"), text.size());
   const std::string answer = filled(std::string_view(text).substr(0, end));
-  write_text(stdout,
-             (text_layout().colour ? fmt::format(fmt::emphasis::bold, "{}", answer) : answer) +
-                 filled(std::string_view(text).substr(end)),
-             "standard output");
+  print_text((text_layout().colour ? fmt::format(fmt::emphasis::bold, "{}", answer) : answer) +
+             filled(std::string_view(text).substr(end)));
 }
 
 }  // namespace cli

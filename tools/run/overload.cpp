@@ -65,8 +65,8 @@ Overload::Overload(const Scene& scene, const OverloadOptions& options, SceneStep
   if (!is_on())
     throw UserError(
         "--record-decisions: there are no decisions without a budget; give --budget, or budget in [scene]");
-  record_.emplace(open_for_writing(record_path_));
-  write_text(record_->get(), std::string(expected) + '\n', record_path_);
+  record_ = OutputFile(record_path_);
+  record_.append(std::string(expected) + '\n');
 }
 
 void Overload::read_decisions(const std::string& path) {
@@ -104,7 +104,7 @@ void Overload::write_decisions() {
     std::string text;
     for (const bristle::DetailDecision& d : shedder_->decisions())
       text += fmt::format("{},{},{}\n", d.step, stepper_.copies()[copy_of_[d.patch.value]].name, d.bristles);
-    write_text(record_->get(), text, record_path_);
+    record_.append(text);
   }
   shedder_->clear_decisions();
 }
@@ -139,6 +139,7 @@ void Overload::after_step(double time_s) {
 }
 
 OverloadResult Overload::finish() {
+  if (record_) record_.finish();
   // What was decided after the last step is part of the state.
   if (result_.replayed) before_step();
   for (const bristle::Motion& motion : stepper_.motions()) {

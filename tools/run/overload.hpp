@@ -9,7 +9,7 @@
 
 #include <bristle/load_shedder.hpp>
 
-#include "tools/files/text_file.hpp"
+#include "tools/files/output_file.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
 namespace cli {
@@ -55,7 +55,7 @@ class Overload {
   std::size_t next_ = 0;
   std::uint64_t step_ = 0;
   std::string record_path_;
-  std::optional<FilePointer> record_;
+  OutputFile record_;
   std::map<std::uint64_t, std::size_t> copy_of_;  ///< by id
   OverloadResult result_;
 };

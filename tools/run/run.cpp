@@ -359,11 +359,17 @@ void run_command(const RunOptions& options) {
     }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
-  const bool on_stdout = takes_stdout({{"--json", options.json},
-                                       {"--out", options.out},
-                                       {"--histograms", histogram_file},
-                                       {"--record-decisions", options.overload.record}});
-  const OutputFile json(options.json), histograms(histogram_file);
+  // A run may go on from a state file and leave its end there.
+  const bool goes_on = options.save_state == options.restore_state;
+  std::vector<FileOption> inputs = inputs_of(scene);
+  inputs.push_back({"--replay-decisions", options.overload.replay});
+  inputs.push_back({"--restore-state", goes_on ? std::string() : options.restore_state});
+  const bool on_stdout = check_files(inputs, {{"--json", options.json},
+                                              {"--out", options.out},
+                                              {"--histograms", histogram_file},
+                                              {"--record-decisions", options.overload.record},
+                                              {"--save-state", options.save_state}});
+  OutputFile json(options.json), histograms(histogram_file);
   if (options.realtime) stop_on_signals();
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;

@@ -613,6 +613,7 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
     patch.motion = read_motion(t, path, traces);
     check_axes(patch, t.where());
   }
+  for (const auto& [trace, file] : traces) scene.traces.push_back(trace.first);
   std::map<std::size_t, std::string> body_on;
   for (TomlTable& t : table.tables("body")) {
     SceneBody body = read_body(t, scene, patches, body_on);
@@ -643,6 +644,13 @@ void replace_motion(Scene& scene, const std::string& motion_path, double clip_lo
   }
   if (!replaced) throw UserError(fmt::format("{}: has no [[motion]] that a trace could replace", scene.file));
   scene.duration.reset();
+  scene.traces.push_back(motion_path);
+}
+
+std::vector<FileOption> inputs_of(const Scene& scene) {
+  std::vector<FileOption> inputs = {{"SCENE", scene.file}};
+  for (const std::string& trace : scene.traces) inputs.push_back({"its motion", trace});
+  return inputs;
 }
 
 void set_bristles(Scene& scene, std::uint32_t bristles) {

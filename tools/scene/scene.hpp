@@ -11,6 +11,7 @@
 #include <bristle/material.hpp>
 #include <bristle/patch.hpp>
 
+#include "tools/files/output_file.hpp"
 #include "tools/scene/prescribed_motion.hpp"
 
 namespace cli {
@@ -86,6 +87,7 @@ struct Scene {
   int threads = 1;
   std::uint32_t out_patches = 8;  ///< patches that the force file holds
   SceneLimits limits;
+  std::vector<std::string> traces;  ///< motion files that it names
   std::vector<SceneMaterial> materials;
   std::vector<ScenePatch> patches;
   std::vector<SceneBody> bodies;
@@ -103,6 +105,9 @@ Scene parse_scene(const std::string& text, const std::string& path, const SceneL
 /// scene then lasts as long as the file. Throws UserError.
 /// `clip_load_n`: as read_motion_file.
 void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n = 0.0);
+
+/// Files that were read: no command that steps the scene may write one of them.
+std::vector<FileOption> inputs_of(const Scene& scene);
 
 /// Gives every patch this many representative bristles. Throws UserError when they are too many in all.
 void set_bristles(Scene& scene, std::uint32_t bristles);

@@ -253,8 +253,8 @@ void stability_command(const StabilityOptions& options) {
   if (BRISTLE_MINIMAL)
     throw UserError(
         "stability needs the mean force, energies and redraw, which this build leaves out (BRISTLE_MINIMAL)");
-  const bool on_stdout = takes_stdout({{"--json", options.json}, {"--csv", options.csv}});
-  const OutputFile json(options.json), csv(options.csv);
+  const bool on_stdout = check_files({}, {{"--json", options.json}, {"--csv", options.csv}});
+  OutputFile json(options.json), csv(options.csv);
   const double start = bristle::DeadlineMonitor::wall_now();
   StabilityResult result;
   try {

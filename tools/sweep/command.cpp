@@ -224,10 +224,14 @@ std::string report_json(const SweepRows& rows, const std::vector<std::string>& o
 }
 
 /// Whether a table or the report goes to stdout, and no summary then.
-bool on_stdout(const std::vector<std::string>& out, const std::string& json) {
-  const auto tables = std::count(out.begin(), out.end(), "-");
-  if (tables > 1) throw UserError("--out - is given twice");
-  return takes_stdout({{"--json", json}, {"--out", tables == 1 ? "-" : ""}});
+bool check_files(const std::vector<FileOption>& inputs, const std::vector<std::string>& out,
+                 const std::string& json, const std::string& journal) {
+  std::vector<FileOption> outputs = {{"--json", json}, {"--journal", journal}};
+  for (const std::string& path : out) {
+    check_table_file(path);
+    outputs.push_back({"--out", path});
+  }
+  return check_files(inputs, outputs);
 }
 
 void refuse_if_all_failed(const SweepRows& rows) {
@@ -247,6 +251,7 @@ std::string resume_text(const SweepOptions& options, const std::string& journal,
 void write_scene_of_row(const Study& study, const SweepOptions& options) {
   if (options.out.size() > 1) throw UserError("--row writes one scene; give one --out SCENE.toml, or none");
   const std::string path = options.out.empty() ? "-" : options.out[0];
+  check_files(study.inputs(), {{"--out", path}});
   OutputFile(path).write(study.scene_text(*options.row));
 }
 
@@ -276,13 +281,13 @@ int sweep_command(const SweepOptions& options) {
     return 0;
   }
   const Shard shard = parse_shard(options.shard);
-  for (const std::string& path : options.out) check_table_file(path);
-  const bool quiet_stdout = on_stdout(options.out, options.json);
   const std::string journal = journal_path(options, shard);
+  const bool quiet_stdout = check_files(study.inputs(), options.out, options.json, journal);
+  OutputFile json(options.json);
   Store store(journal, study);
   if (store.found() > 0 && !options.quiet)
-    fmt::print(stderr, "bristle: {} of {} rows are in {} already\n", count_text(store.found()),
-               count_text(study.rows()), journal);
+    print_note(fmt::format("bristle: {} of {} rows are in {} already\n", count_text(store.found()),
+                           count_text(study.rows()), journal));
   const std::vector<std::uint64_t> to_do = rows_to_do(study, shard, store.rows());
   const double start = seconds_now();
   stop_on_signals();
@@ -300,7 +305,7 @@ int sweep_command(const SweepOptions& options) {
     else
       run_rows(study, to_do, options.threads, options.isa, done, check);
   } catch (const SweepStopped&) {
-    write_text(stderr, resume_text(options, journal, store.rows()), "standard error");
+    print_note(resume_text(options, journal, store.rows()));
     return 130;
   }
   if (shard.parts > 1) {
@@ -313,8 +318,7 @@ int sweep_command(const SweepOptions& options) {
     return 0;
   }
   for (const std::string& path : options.out) write_table_file(store.rows(), path);
-  if (!options.json.empty())
-    OutputFile(options.json).write(report_json(store.rows(), options.out, seconds_now() - start));
+  if (json) json.write(report_json(store.rows(), options.out, seconds_now() - start));
   if (!quiet_stdout) print_report(sweep_summary(store.rows(), options.out));
   if (options.journal.empty()) store.remove();
   refuse_if_all_failed(store.rows());
@@ -322,8 +326,10 @@ int sweep_command(const SweepOptions& options) {
 }
 
 void merge_command(const MergeOptions& options) {
-  for (const std::string& path : options.out) check_table_file(path);
-  const bool quiet_stdout = on_stdout(options.out, options.json);
+  std::vector<FileOption> inputs;
+  for (const std::string& journal : options.journals) inputs.push_back({"JOURNAL", journal});
+  const bool quiet_stdout = check_files(inputs, options.out, options.json, {});
+  OutputFile json(options.json);
   SweepRows rows = read_journal(options.journals[0]);
   for (std::size_t i = 1; i < options.journals.size(); ++i) add_journal(rows, options.journals[i]);
   if (rows.done < rows.rows.size() && !options.partial) {
@@ -334,7 +340,7 @@ void merge_command(const MergeOptions& options) {
                     count_text(rows.rows.size() - rows.done), count_text(rows.rows.size()), first));
   }
   for (const std::string& path : options.out) write_table_file(rows, path);
-  if (!options.json.empty()) OutputFile(options.json).write(report_json(rows, options.out, 0.0));
+  if (json) json.write(report_json(rows, options.out, 0.0));
   if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
   refuse_if_all_failed(rows);
 }

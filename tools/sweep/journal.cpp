@@ -70,7 +70,8 @@ struct Contents {
   std::size_t sound_bytes = 0;  ///< up to the end of the last whole line
 };
 
-Contents parse_lines(const std::string& text, const std::string& path) {
+/// `header`: of the study that will go on with the journal; null where it is only read.
+Contents parse_lines(const std::string& text, const std::string& path, const Json* header) {
   Contents contents;
   bool first = true;
   for (std::size_t at = 0; at < text.size();) {
@@ -91,16 +92,16 @@ Contents parse_lines(const std::string& text, const std::string& path) {
     if (end == std::string::npos) break;
     contents.sound_bytes = at = end + 1;
   }
-  // A first line that was torn holds nothing; anything longer is some other file.
-  if (first && text.find('\n') != std::string::npos)
+  // A first line that was torn is the beginning of ours; anything else is some other file.
+  if (first && !(header != nullptr && line_of(header->dump()).starts_with(text)))
     throw UserError(fmt::format("{}: is no journal of bristle sweep", path));
   return contents;
 }
 
 /// A line with the right hash was not torn, but may hold anything: the hash says nothing of who wrote it.
-Contents parse_journal(const std::string& text, const std::string& path) {
+Contents parse_journal(const std::string& text, const std::string& path, const Json* header = nullptr) {
   try {
-    return parse_lines(text, path);
+    return parse_lines(text, path, header);
   } catch (const Json::exception& error) {
     throw UserError(fmt::format("{}: is no journal of bristle sweep ({})", path, one_line(error.what())));
   }
@@ -116,8 +117,9 @@ std::string study_text(const Json& header) {
 void check_same_study(const Json& ours, const Json& theirs, const std::string& path) {
   if (ours["study"] == theirs["study"]) {
     if (ours.value("commit", "") != theirs.value("commit", ""))
-      fmt::print(stderr, "bristle: {}: rows of commit {} stand beside those of {}; their bits may differ\n",
-                 path, theirs.value("commit", "?"), ours.value("commit", "?"));
+      print_note(
+          fmt::format("bristle: {}: rows of commit {} stand beside those of {}; their bits may differ\n",
+                      path, theirs.value("commit", "?"), ours.value("commit", "?")));
     return;
   }
   throw UserError(
@@ -181,7 +183,7 @@ void add_journal(SweepRows& rows, const std::string& path) {
 }
 
 Journal::Journal(const std::string& path, const Json& header) : path_(path) {
-  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (file_ < 0) throw UserError(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
   try {
     if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
@@ -189,7 +191,7 @@ Journal::Journal(const std::string& path, const Json& header) : path_(path) {
           fmt::format("{}: another sweep writes it now; wait for its end, or take another --out", path));
     const off_t size = lseek(file_, 0, SEEK_END);
     Contents contents;
-    if (size > 0) contents = parse_journal(read_text_file(path, most_journal_bytes), path);
+    if (size > 0) contents = parse_journal(read_text_file(path, most_journal_bytes), path, &header);
     if (static_cast<off_t>(contents.sound_bytes) < size &&
         ftruncate(file_, static_cast<off_t>(contents.sound_bytes)) != 0)
       throw UserError(

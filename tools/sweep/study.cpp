@@ -306,6 +306,12 @@ std::string Study::recipe() const {
   return json.dump();
 }
 
+std::vector<FileOption> Study::inputs() const {
+  std::vector<FileOption> inputs = {{"SCENE", options_.scene}};
+  for (const auto& [name, path] : paths_) inputs.push_back({"its motion", path});
+  return inputs;
+}
+
 // Every file that a row may name: of the scene, of the settings, and of a varied `file`.
 void Study::collect_files() {
   const std::filesystem::path folder = std::filesystem::path(options_.scene).parent_path();

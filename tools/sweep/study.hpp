@@ -63,6 +63,9 @@ class Study {
   /// `check` throws. Safe from several threads at once.
   std::string run_row(std::uint64_t index, const std::string& isa = {}, const StepCheck& check = {}) const;
 
+  /// Files that were read.
+  std::vector<FileOption> inputs() const;
+
   /// The scene of a row, as a scene file that `bristle run` takes.
   std::string scene_text(std::uint64_t index) const;
 

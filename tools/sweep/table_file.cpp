@@ -199,6 +199,8 @@ void check_table_file(const std::string& path) {
   if (!std::filesystem::is_directory(folder))
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
   if (std::filesystem::is_directory(path)) throw UserError(fmt::format("--out {}: is a folder", path));
+  // The reader of a FIFO would take a trial for all that comes.
+  if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) OutputFile trial(path);
 }
 
 std::string table_csv(const SweepRows& rows) {
@@ -216,21 +218,10 @@ std::string table_csv(const SweepRows& rows) {
 }
 
 void write_table_file(const SweepRows& rows, const std::string& path) {
-  const bool regular =
-      path != "-" && (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path));
-  if (!regular) {
-    OutputFile(path).write(table_csv(rows));
-    return;
-  }
-  const std::string beside = path + ".partial";
-  if (is_netcdf(path)) {
-    write_netcdf(rows, beside);
-  } else {
-    OutputFile(beside).write(table_csv(rows));
-  }
-  std::error_code error;
-  std::filesystem::rename(beside, path, error);
-  if (error) throw UserError(fmt::format("{}: cannot be written: {}", path, error.message()));
+  OutputFile file(path);
+  if (!is_netcdf(path)) return file.write(table_csv(rows));
+  write_netcdf(rows, file.place());
+  file.finish();
 }
 
 }  // namespace cli

@@ -10,6 +10,7 @@
 
 #include <bristle/version.hpp>
 
+#include "tools/cli/option_checks.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/haptic_loop.hpp"
 #include "tools/virtual_room/headless.hpp"
@@ -45,8 +46,9 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
   app.add_option(
          "--token", o.udp_token,
-         "number that packets must carry, for --device udp; others on this machine read it here, not in "
-         "the environment")
+         "secret number that keys the tag of packets, for --device udp; others on this machine read it here, "
+         "not in the environment")
+      ->check(cli::digits())
       ->envname("BRISTLE_ROOM_TOKEN");
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
       ->check(CLI::Range(1, 65535))
@@ -54,7 +56,7 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   app.add_option("--clock", o.virtual_clock, "real, or virtual: step without waiting (headless)")
       ->transform(to_clock)
       ->type_name("TEXT");
-  app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(CLI::Range(1000.0, 10000.0));
+  app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(cli::within(1000.0, 10000.0));
   app.add_option("--seconds", o.seconds, "of the simulation; 0 = to the end of the script")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--csv", o.csv, "forces, position and loads, a row per tick and patch");
@@ -62,7 +64,7 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
       ->capture_default_str();
   app.add_option("--frames", o.frames, "folder for pictures (headless)");
   app.add_option("--fps", o.frames_per_second, "pictures a second of the simulation")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(cli::within(0.1, 1000.0))
       ->capture_default_str();
   return device;
 }
@@ -73,14 +75,14 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
       ->capture_default_str();
   app.add_option("--height", o.picture.height, "pixels")->check(CLI::Range(240, 4320))->capture_default_str();
   app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
-      ->check(CLI::Range(0.0, 4.0));
+      ->check(cli::within(0.0, 4.0));
   app.add_option("--eye", o.picture.eye,
                  "azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
       ->expected(6);
   app.add_flag("!--no-panels", o.picture.panels, "pictures of the room alone");
   app.add_option("--stall-graphics", o.stall_graphics_ms,
                  "ms that the graphic loop stands still, once a second")
-      ->check(CLI::Range(0.0, 10000.0))
+      ->check(cli::within(0.0, 10000.0))
       ->group("");  // for tests
 }
 

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/user_error.hpp"
+
 namespace room {
 
 std::string patch_name(int key) {
@@ -25,7 +27,7 @@ void Recorder::start_forces(const std::string& path) {
 void Recorder::start_all(const std::string& base, const Settings& settings, std::uint64_t revision) {
   start_forces(base + ".csv");
   base_ = base;
-  hand_.emplace(cli::open_for_writing(base + ".hand.csv"));
+  hand_.emplace(base + ".hand.csv");
   hand_text_ = "t,x,y,z,holds,fx,fy,fz\n";
   script_text_ = fmt::format("[settings]\n{}", settings_as_toml(settings));
   settings_.clear();
@@ -67,12 +69,18 @@ void Recorder::drain() {
   RecordRow row;
   while (is_open() && rows_.pop(row)) write(row);
   if (hand_ && hand_text_.size() > (1u << 16)) {
-    cli::write_text(hand_->get(), hand_text_, base_ + ".hand.csv");
+    hand_->append(hand_text_);
     hand_text_.clear();
   }
 }
 
 void Recorder::abandon() noexcept {
+  try {
+    if (forces_) forces_->finish();
+    if (hand_) hand_->finish();
+  } catch (const cli::UserError&) {
+    // What brought this about was said.
+  }
   forces_.reset();
   hand_.reset();
 }
@@ -83,14 +91,13 @@ void Recorder::finish() {
   forces_->finish();
   forces_.reset();
   if (!hand_) return;
-  cli::write_text(hand_->get(), hand_text_, base_ + ".hand.csv");
+  hand_->write(hand_text_);
   hand_.reset();
-  const cli::FilePointer script = cli::open_for_writing(base_ + ".toml");
   const std::string head = fmt::format(
       "# Recorded by bristle-room. To play it again: --script {0}.toml\n[room]\nseconds = {1:.17e}\n"
       "hand_file = \"{0}.hand.csv\"\n\n",
       std::filesystem::path(base_).filename().string(), end_);
-  cli::write_text(script.get(), head + script_text_, base_ + ".toml");
+  cli::OutputFile(base_ + ".toml").write(head + script_text_);
 }
 
 }  // namespace room

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "tools/files/force_file.hpp"
-#include "tools/files/text_file.hpp"
+#include "tools/files/output_file.hpp"
 #include "tools/virtual_room/exchange.hpp"
 #include "tools/virtual_room/script.hpp"
 #include "tools/virtual_room/world.hpp"
@@ -55,7 +55,7 @@ class Recorder {
 
   SpscRing<RecordRow, 1 << 12> rows_;
   std::optional<cli::ForceFile> forces_;
-  std::optional<cli::FilePointer> hand_;
+  std::optional<cli::OutputFile> hand_;
   std::string base_, hand_text_, script_text_;
   std::vector<std::pair<std::uint64_t, Settings>> settings_;
   std::uint64_t revision_ = 0, written_ = 0, lost_before_ = 0;

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -18,7 +19,8 @@ namespace room {
 namespace {
 
 constexpr std::uint16_t version = 1;
-constexpr int most_packets = 32;  // looked at in one tick; a flood must not stop the loop
+constexpr std::int64_t most_ahead = 1 << 16;  // a number farther on is not the device's
+constexpr int most_packets = 32;              // looked at in one tick; a flood must not stop the loop
 
 template <class T>
 void put(unsigned char* to, T value) noexcept {
@@ -32,6 +34,36 @@ T get(const unsigned char* from) noexcept {
   T value;
   std::memcpy(&value, from, sizeof value);
   return value;
+}
+
+/// SipHash-2-4 (Aumasson and Bernstein, 2012) of the first 64 bytes of a packet.
+std::uint64_t tag_of(const unsigned char* packet, std::uint64_t key) noexcept {
+  std::uint64_t v[4] = {key ^ 0x736f6d6570736575, 0x646f72616e646f6d, key ^ 0x6c7967656e657261,
+                        0x7465646279746573};
+  const auto mix = [](std::uint64_t& sum, std::uint64_t& turned, int bits) {
+    sum += turned;
+    turned = std::rotl(turned, bits) ^ sum;
+  };
+  const auto rounds = [&v, mix](int count) {
+    for (; count > 0; --count) {
+      mix(v[0], v[1], 13);
+      v[0] = std::rotl(v[0], 32);
+      mix(v[2], v[3], 16);
+      mix(v[0], v[3], 21);
+      mix(v[2], v[1], 17);
+      v[2] = std::rotl(v[2], 32);
+    }
+  };
+  const auto take = [&](std::uint64_t word) {
+    v[3] ^= word;
+    rounds(2);
+    v[0] ^= word;
+  };
+  for (int at = 0; at < 64; at += 8) take(get<std::uint64_t>(packet + at));
+  take(std::uint64_t{64} << 56);
+  v[2] ^= 0xff;
+  rounds(4);
+  return v[0] ^ v[1] ^ v[2] ^ v[3];
 }
 
 bool has_head(const unsigned char* from, const char* magic) noexcept {
@@ -48,7 +80,7 @@ void encode(const HandPacket& p, unsigned char (&to)[hand_packet_size]) noexcept
   put(to + 8, p.sequence);
   for (int i = 0; i < 3; ++i) put(to + 16 + 8 * i, p.hand.position[i]);
   for (int i = 0; i < 3; ++i) put(to + 40 + 8 * i, p.hand.force[i]);
-  put(to + 64, p.token);
+  if (p.token != 0) put(to + 64, tag_of(to, p.token));
 }
 
 void encode(const ForcePacket& p, unsigned char (&to)[force_packet_size]) noexcept {
@@ -65,7 +97,6 @@ bool decode(const unsigned char* from, std::size_t size, HandPacket& p) noexcept
   HandPacket read;
   read.hand.holds = get<std::uint16_t>(from + 6) & 1;
   read.sequence = get<std::uint32_t>(from + 8);
-  read.token = get<std::uint64_t>(from + 64);
   for (int i = 0; i < 3; ++i) {
     read.hand.position[i] = get<double>(from + 16 + 8 * i);
     read.hand.force[i] = get<double>(from + 40 + 8 * i);
@@ -118,17 +149,18 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
         recvfrom(socket_, bytes, sizeof bytes, 0, reinterpret_cast<sockaddr*>(&from), &length);
     if (got < 0) break;
     HandPacket packet;
-    const bool good =
-        decode(bytes, static_cast<std::size_t>(got), packet) && (token_ == 0 || packet.token == token_);
+    const bool good = decode(bytes, static_cast<std::size_t>(got), packet) &&
+                      (token_ == 0 || get<std::uint64_t>(bytes + 64) == tag_of(bytes, token_));
     // Serial arithmetic: the number may run over.
-    const bool newer = !there_ || static_cast<std::int32_t>(packet.sequence - newest_.sequence) > 0;
+    const std::int64_t ahead = static_cast<std::int32_t>(packet.sequence - newest_.sequence);
+    const bool newer = token_ != 0 ? !heard_ || ahead > 0 : !there_ || (ahead > 0 && ahead <= most_ahead);
     if (!good || !newer) {
       ++refused_;
       continue;
     }
     newest_ = packet;
     peer_ = from;
-    there_ = true;
+    there_ = heard_ = true;
     heard_at_ = now;
   }
   if (there_) hand = newest_.hand;

@@ -12,15 +12,19 @@
 //   40 f64[3]   force on the tool beside the      40 f64      time of the simulation, s
 //               spring, N
 //   64 f64      the sender's clock, s (not read);
-//               of a room that has a token: u64, the token
+//               of a room that has a token: u64, a tag
 //
 // Whoever may send to the port moves the block. On a machine that others use too, the room and its device
-// server share a token that nobody else knows.
+// server share a token that nobody else knows. It never travels: a packet's tag is SipHash-2-4 of its first
+// 64 bytes under the key of 16 bytes that the token, little-endian, and 8 zero bytes make.
 //
-// Packets of another size, with another token, magic or version, with a number that is not finite, or with a
+// Packets of another size, with another tag, magic or version, with a number that is not finite, or with a
 // sequence number that is not newer than the last are counted and dropped. After 0.1 s without a packet the
-// device is lost; the next good packet, of any sequence number, brings it back. The room answers the sender
-// of the newest packet.
+// device is lost. Without a token the next good packet, of any sequence number, brings it back, and while the
+// device is there a number more than 65,536 ahead is dropped too: a stray packet cannot lock it out. With a
+// token the number must be newer than any before, else a packet that somebody recorded would be taken again:
+// a server that starts again goes on counting, from its clock in milliseconds for instance. The room answers
+// the sender of the newest packet.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +41,7 @@ inline constexpr std::size_t hand_packet_size = 72, force_packet_size = 48;
 struct HandPacket {
   std::uint32_t sequence = 0;
   Hand hand;
-  std::uint64_t token = 0;
+  std::uint64_t token = 0;  ///< for encode: key of the tag; 0 = none. Not read back
 };
 struct ForcePacket {
   std::uint32_t sequence = 0;
@@ -52,8 +56,8 @@ bool decode(const unsigned char* from, std::size_t size, ForcePacket& packet) no
 class UdpDevice final : public Device {
  public:
   /// Listens on `address` (loopback by default; anything else lets the network push the block) and `port`, 0
-  /// = any free one. Lost after `silence_s` without a packet. `token`: what packets must carry; 0 = none is
-  /// asked for. Throws cli::UserError.
+  /// = any free one. Lost after `silence_s` without a packet. `token`: key of the tag that packets must
+  /// carry; 0 = none is asked for. Throws cli::UserError.
   explicit UdpDevice(int port, const char* address = "127.0.0.1", double silence_s = 0.1,
                      std::uint64_t token = 0);
   ~UdpDevice() override;
@@ -73,7 +77,7 @@ class UdpDevice final : public Device {
   double silence_s_;
   std::uint64_t token_;
   sockaddr_in peer_{};
-  bool there_ = false;
+  bool there_ = false, heard_ = false;
   double heard_at_ = 0.0, time_s_ = 0.0;  // by the wall clock; of the simulation
   HandPacket newest_;
   std::uint64_t refused_ = 0;

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/files/text_file.hpp"
+#include "tools/files/output_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/virtual_room/compared.hpp"
 #include "tools/virtual_room/mouse_control.hpp"
@@ -222,8 +222,7 @@ class RoomWindow {
 
   void write_file(const std::string& name, const std::string& text) {
     try {
-      const cli::FilePointer file = cli::open_for_writing(name);
-      cli::write_text(file.get(), text, name);
+      cli::OutputFile(name).write(text);
       say("written: " + name);
     } catch (const cli::UserError& error) {
       say(error.what());

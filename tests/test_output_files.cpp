@@ -1,0 +1,268 @@
+// What a user has on the disk survives every command: inputs are never written, outputs are whole or not
+// there.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "command_line.hpp"
+#include "tools/files/output_file.hpp"
+#include "tools/files/user_error.hpp"
+
+using bristle_test::Outcome;
+using bristle_test::read_file;
+using bristle_test::run_cli;
+using bristle_test::TemporaryFolder;
+using Catch::Matchers::Contains;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string scene =
+    "[scene]\nname = \"small\"\ndt = 1e-3\nduration = 0.05\n"
+    "[[material]]\nname = \"wood\"\npresliding_length = 1e-5\n"
+    "[[patch]]\nname = \"tip\"\nmaterial = \"wood\"\nmax_normal_load = 1.0\nbristles = 100\n"
+    "[[motion]]\npatch = \"tip\"\ntype = \"trace\"\nfile = \"motion.csv\"\n";
+const std::string motion = "t,x,load\n0,0,1\n0.05,1e-3,1\n";
+
+/// A record of a slide to and fro that a fit takes.
+std::string record() {
+  std::string text = "t,x,load,force\n";
+  for (int i = 0; i < 400; ++i) {
+    const double x = 1e-6 * (i < 200 ? i : 400 - i), force = i < 200 ? -0.4 : 0.4;
+    text +=
+        std::to_string(i * 1e-3) + "," + std::to_string(1e3 * x) + "e-3,1," + std::to_string(force) + "\n";
+  }
+  return text;
+}
+
+std::size_t files_in(const fs::path& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+}  // namespace
+
+TEST_CASE("No command writes over a file that it reads, or two outputs into one", "[cli][files]") {
+  const TemporaryFolder folder;
+  const std::string s = folder.write("s.toml", scene), m = folder.write("motion.csv", motion),
+                    d = folder.write("d.csv", record());
+  const std::string plain = folder.write("plain.toml", "[scene]\n");
+  const std::string hard = folder.at("hard.toml"), soft = folder.at("soft.toml");
+  fs::create_hard_link(s, hard);
+  fs::create_symlink(s, soft);
+  const std::string commands[] = {
+      "accuracy " + s + " --write " + s,
+      "accuracy " + s + " --json " + s,
+      "run " + s + " --out " + s,
+      "run " + s + " --out " + hard,
+      "run " + s + " --out " + soft,
+      "run " + s + " --out " + folder.at("../") + folder.path.filename().string() + "/s.toml",
+      "run " + s + " --json " + s,
+      "run " + s + " --save-state " + s,
+      "run " + s + " --out " + m,
+      "run " + s + " --trace " + d + " --out " + d,
+      "run " + s + " --out " + folder.at("x") + " --json " + folder.at("x"),
+      "run " + s + " --out " + folder.at("x") + " --save-state " + folder.at("x"),
+      "fit " + d + " --csv " + d,
+      "fit " + d + " --write " + d,
+      "fit " + d + " --json " + d,
+      "fit " + d + " --html " + d,
+      "fit " + d + " --plot " + d,
+      "fit " + d + " --csv " + folder.at("x") + " --json " + folder.at("x"),
+      "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + s,
+      "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + m,
+      "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --journal " + s,
+      "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --row 0 --out " + s,
+      "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + folder.at("x") + " --json " +
+          folder.at("x"),
+      "stability --quick --json " + folder.at("x") + " --csv " + folder.at("x"),
+      "capacity --quick --json " + folder.at("x") + " --csv " + folder.at("x"),
+      "experiment drift --csv " + folder.at("x") + " --json " + folder.at("x"),
+      "experiment drift --config " + plain + " --csv " + plain,
+      "report " + s + " --out " + s,
+  };
+  const std::size_t files = files_in(folder.path);
+  for (const std::string& command : commands) {
+    const auto begun = std::chrono::steady_clock::now();
+    const Outcome outcome = run_cli(folder, command);
+    INFO(command << "\n" << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    CHECK_THAT(outcome.err, Contains("another"));
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));  // before any work
+    CHECK(read_file(s) == scene);
+    CHECK(read_file(m) == motion);
+    CHECK(read_file(d) == record());
+    CHECK(read_file(plain) == "[scene]\n");
+    CHECK(files_in(folder.path) == files + 1);  // stderr
+  }
+}
+
+TEST_CASE("A run goes on from a state file and leaves its end in the same one", "[cli][files]") {
+  const TemporaryFolder folder;
+  const std::string s = folder.write("s.toml", scene), state = folder.at("state");
+  folder.write("motion.csv", motion);
+  REQUIRE(run_cli(folder, "run " + s + " --steps 20 --save-state " + state).code == 0);
+  CHECK(
+      run_cli(folder, "run " + s + " --steps 20 --restore-state " + state + " --save-state " + state).code ==
+      0);
+}
+
+TEST_CASE("A sweep takes no journal that is not its own", "[cli][files]") {
+  const TemporaryFolder folder;
+  const std::string s = folder.write("s.toml", scene);
+  folder.write("motion.csv", motion);
+  const std::string study =
+      "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + folder.at("t.csv");
+  for (const std::string text :
+       {"my notes, one line without an end", "two\nlines\n", "0123456789abcdef {\"a\":1}", "x"}) {
+    const std::string journal = folder.write("t.csv.journal", text);
+    const Outcome outcome = run_cli(folder, study);
+    INFO(text << "\n" << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains("is no journal of bristle sweep"));
+    CHECK(read_file(journal) == text);
+    CHECK(run_cli(folder, study + " --journal " + journal).code == 2);
+    CHECK(read_file(journal) == text);
+  }
+  // A first line that a killed sweep left torn is its own.
+  fs::remove(folder.at("t.csv.journal"));
+  fs::create_symlink(folder.write("elsewhere", ""), folder.at("t.csv.journal"));
+  CHECK(run_cli(folder, study).code == 2);
+  fs::remove(folder.at("t.csv.journal"));
+  folder.write("t.csv.journal", "");
+  CHECK(run_cli(folder, study).code == 0);
+  CHECK_FALSE(fs::exists(folder.at("t.csv.journal")));
+}
+
+TEST_CASE("The writer leaves the old file until the new one is whole", "[files]") {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("out", "old");
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  {
+    cli::OutputFile file(path);
+    file.append("new");
+    file.flush();
+    CHECK(read_file(path) == "old");
+    CHECK(files_in(folder.path) == 2);
+  }
+  CHECK(read_file(path) == "old");
+  CHECK(files_in(folder.path) == 1);
+  cli::OutputFile(path).write("new");
+  CHECK(read_file(path) == "new");
+  CHECK(fs::status(path).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+  // A moved writer still takes its file away, and only once.
+  {
+    cli::OutputFile first(path), second;
+    second = std::move(first);
+    second.append("lost");
+  }
+  CHECK(files_in(folder.path) == 1);
+
+  // A link stays a link, and what it leads to is replaced.
+  const std::string link = folder.at("link");
+  fs::create_symlink(path, link);
+  cli::OutputFile(link).write("through");
+  CHECK(fs::is_symlink(link));
+  CHECK(read_file(path) == "through");
+
+  CHECK_THROWS_AS(cli::OutputFile(folder.at("none/out")), cli::UserError);
+  CHECK_THROWS_AS(cli::OutputFile(folder.path.string()), cli::UserError);
+  CHECK_THROWS_AS(cli::OutputFile("/dev/full").write("x"), cli::UserError);
+}
+
+TEST_CASE("A full disk is said, whoever writes, and a closed stderr ends nothing", "[cli][files]") {
+  const TemporaryFolder folder;
+  const std::string s = folder.write("s.toml", scene), d = folder.write("d.csv", record());
+  folder.write("motion.csv", motion);
+  const auto code_of = [&](const std::string& command) {
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  const std::string bristle = "'" BRISTLE_CLI "' ", error = folder.at("error");
+  for (const std::string command :
+       {"--help", "--version", "run --help", "completion bash", "manual run", "experiment list"}) {
+    INFO(command);
+    CHECK(code_of(bristle + command + " > /dev/full 2> " + error) == 2);
+    CHECK_THAT(read_file(error), Contains("standard output: cannot be written: No space left on device"));
+    CHECK(code_of(bristle + command + " >&- 2> " + error) == 2);
+  }
+  for (const std::string option : {"--out", "--json"})
+    CHECK(code_of(bristle + "run " + s + " " + option + " /dev/full > /dev/null 2> " + error) == 2);
+  CHECK(code_of(bristle + "fit " + d + " --csv /dev/full > /dev/null 2> " + error) == 2);
+  CHECK(code_of(bristle + "nonsense 2>&-") == 2);
+  CHECK(code_of(bristle + "run nowhere.toml 2>&- >&-") == 2);
+  // The number of a closed stderr must not become that of an output: what is printed would go into it.
+  REQUIRE(code_of(bristle + "run " + s + " --out " + folder.at("f.csv") + " > /dev/null 2>&-") == 0);
+  CHECK(read_file(folder.at("f.csv")).starts_with("t,patch,fx"));
+}
+
+TEST_CASE("A command that is stopped leaves the old file whole and nothing beside it", "[cli][files]") {
+  const TemporaryFolder folder;
+  const std::string long_scene = folder.write(
+      "long.toml",
+      "[scene]\nname = \"long\"\ndt = 1e-3\nduration = 5e5\n" +
+          scene.substr(scene.find("[[material]]"), scene.find("[[motion]]") - scene.find("[[material]]")) +
+          "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n");
+  const std::string out = folder.write("out", "old");
+  for (const std::string& command : {"run " + long_scene + " --out " + out, "stability --json " + out,
+                                     "accuracy '" BRISTLE_SCENES "/fingertip.toml' --write " + out}) {
+    for (const int signal : {SIGINT, SIGTERM}) {
+      INFO(command << ", signal " << signal);
+      const pid_t child = ::fork();
+      REQUIRE(child >= 0);
+      if (child == 0) {
+        const int nothing = ::open("/dev/null", O_WRONLY);
+        ::dup2(nothing, 1);
+        ::dup2(nothing, 2);
+        ::execl("/bin/sh", "sh", "-c", ("exec '" BRISTLE_CLI "' " + command).c_str(), nullptr);
+        ::_exit(127);
+      }
+      // The file beside says that the command has begun.
+      const auto begun = [&] {
+        return std::any_of(
+            fs::directory_iterator(folder.path), fs::directory_iterator(),
+            [](const auto& entry) { return entry.path().filename().string().starts_with("out.tmp."); });
+      };
+      for (int k = 0; k < 2000 && !begun(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      CHECK(begun());
+      ::kill(child, signal);
+      int status = 0;
+      REQUIRE(::waitpid(child, &status, 0) == child);
+      CHECK((WIFSIGNALED(status) && WTERMSIG(status) == signal));
+      CHECK(read_file(out) == "old");
+      CHECK_FALSE(begun());
+    }
+  }
+}
+
+TEST_CASE("Options that contradict themselves or say nothing are refused", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string s = folder.write("s.toml", scene), d = folder.write("d.csv", record());
+  folder.write("motion.csv", motion);
+  const std::string commands[] = {"fit " + d + " --columns x=1,x=2",
+                                  "fit " + d + " --units x=um,x=mm",
+                                  "capacity --threads 1,,2",
+                                  "capacity --threads 1,",
+                                  "capacity --threads 0",
+                                  "run " + s + " --trace ''",
+                                  "run " + s + " --out ''",
+                                  "run ''",
+                                  "accuracy " + s + " --csv ''"};
+  for (const std::string& command : commands) {
+    const Outcome outcome = run_cli(folder, command);
+    INFO(command << "\n" << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  }
+}

@@ -1,0 +1,46 @@
+// Checks of option values that CLI11 does not have.
+#pragma once
+
+#include <cstdlib>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+namespace cli {
+
+/// Accepts numbers of a range. (CLI::Range lets "nan" pass.)
+inline CLI::Validator within(double low, double high) {
+  const auto check = [low, high](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool is_number = !text.empty() && *end == 0;
+    return is_number && value >= low && value <= high
+               ? std::string()
+               : fmt::format("Value {} not in range {} to {}", text, low, high);
+  };
+  return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
+}
+
+/// Accepts digits alone. (CLI11 takes "-1" for the largest unsigned number.)
+inline CLI::Validator digits() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        const bool good = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+        return good ? std::string() : fmt::format("'{}' is no whole number from 0 up", text);
+      },
+      "UINT");
+}
+
+/// Refuses an empty name of a file, in every option and command below `app` whose values are files.
+inline void refuse_empty_files(CLI::App& app, const char* file_type) {
+  for (CLI::Option* option : app.get_options())
+    if (option->get_type_name() == file_type)
+      option->check([](const std::string& name) {
+        return name.empty() ? std::string("a file's name is empty") : std::string();
+      });
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    refuse_empty_files(*command, file_type);
+}
+
+}  // namespace cli

@@ -1,0 +1,198 @@
+#include "tools/files/output_file.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tools/files/user_error.hpp"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Names of the files that a signal has to take away. A handler may not lock or allocate: a fixed number of
+/// C strings, each owned by an OutputFile.
+std::array<std::atomic<const char*>, 64> unfinished;
+
+extern "C" void remove_unfinished(int signal_number) {
+  for (const auto& name : unfinished)
+    if (const char* path = name.load()) ::unlink(path);
+  ::signal(signal_number, SIG_DFL);
+  ::raise(signal_number);
+}
+
+/// Signals that a command handles itself, which ends it in order, are left alone.
+void remove_on_signals() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    struct sigaction now;
+    if (::sigaction(number, nullptr, &now) == 0 && now.sa_handler == SIG_DFL)
+      ::signal(number, &remove_unfinished);
+  }
+}
+
+void note_unfinished(const char* name) {
+  for (auto& place : unfinished) {
+    const char* none = nullptr;
+    if (place.compare_exchange_strong(none, name)) return;
+  }
+}
+
+void forget_unfinished(const char* name) {
+  for (auto& place : unfinished) {
+    const char* held = name;
+    if (place.compare_exchange_strong(held, nullptr)) return;
+  }
+}
+
+/// Opens what is no regular file. ENXIO: a FIFO without a reader.
+int open_special(const std::string& path) {
+  constexpr int pause_ms = 20, patience_ms = 1000;  // before we say that we wait
+  int file = -1;
+  for (int waited = 0; waited < patience_ms; waited += pause_ms) {
+    file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+    if (file >= 0 || errno != ENXIO) break;
+    ::poll(nullptr, 0, pause_ms);
+  }
+  if (file < 0 && errno == ENXIO) {
+    std::fprintf(stderr, "bristle: %s: a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n",
+                 path.c_str());
+    file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  }
+  if (file >= 0 && ::fcntl(file, F_SETFL, O_WRONLY) != 0) {
+    ::close(file);
+    file = -1;
+  }
+  return file;
+}
+
+/// Whether two names are of one file. A device may be named twice.
+bool is_same(const std::string& a, const std::string& b) {
+  struct stat first, second;
+  const bool there = ::stat(a.c_str(), &first) == 0;
+  if (there != (::stat(b.c_str(), &second) == 0)) return false;
+  if (there) return first.st_dev == second.st_dev && first.st_ino == second.st_ino && !S_ISCHR(first.st_mode);
+  std::error_code error;
+  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const std::string& path) : path_(path) {
+  if (path.empty()) return;
+  if (path == "-") {
+    file_ = stdout;
+    return;
+  }
+  struct stat there;
+  if (::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode)) {
+    const int file = open_special(path);
+    if (file < 0 || (file_ = ::fdopen(file, "wb")) == nullptr) fail();
+    return;
+  }
+  open_beside();
+}
+
+/// The new file keeps the permissions of the old one. A link stays one: the file behind it is replaced.
+void OutputFile::open_beside() {
+  static std::atomic<unsigned> count{0};
+  std::error_code error;
+  const fs::path real = fs::canonical(path_, error);
+  const std::string target = error ? path_ : real.string();
+  struct stat old;
+  const bool there = !error && ::stat(target.c_str(), &old) == 0;
+  if (there && ::access(target.c_str(), W_OK) != 0) fail();
+  remove_on_signals();
+  int file = -1;
+  do {
+    beside_ = fmt::format("{}.tmp.{}.{}", target, ::getpid(), count.fetch_add(1));
+    file = ::open(beside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  } while (file < 0 && errno == EEXIST);
+  if (file < 0) {
+    beside_.clear();
+    fail();
+  }
+  note_unfinished(beside_.c_str());
+  if (there) static_cast<void>(::fchmod(file, old.st_mode & 07777));
+  path_ = target;
+  file_ = ::fdopen(file, "wb");
+  if (file_ == nullptr) fail();
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr && file_ != stdout) std::fclose(file_);
+  if (beside_.empty()) return;
+  ::unlink(beside_.c_str());
+  forget_unfinished(beside_.c_str());
+}
+
+/// The list of unfinished files points into `beside_`, whose characters may move with a short name.
+void OutputFile::swap(OutputFile& other) noexcept {
+  for (const OutputFile* each : {this, &other})
+    if (!each->beside_.empty()) forget_unfinished(each->beside_.c_str());
+  std::swap(path_, other.path_);
+  std::swap(beside_, other.beside_);
+  std::swap(file_, other.file_);
+  for (const OutputFile* each : {this, &other})
+    if (!each->beside_.empty()) note_unfinished(each->beside_.c_str());
+}
+
+void OutputFile::fail() const {
+  throw UserError((path_ == "-" ? "standard output" : path_) +
+                  ": cannot be written: " + std::strerror(errno));
+}
+
+void OutputFile::append(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail();
+}
+
+void OutputFile::flush() {
+  if (std::fflush(file_) != 0) fail();
+}
+
+void OutputFile::finish() {
+  flush();
+  if (file_ == stdout) return;
+  if (!beside_.empty() && ::fsync(::fileno(file_)) != 0) fail();
+  if (std::fclose(std::exchange(file_, nullptr)) != 0) fail();
+  if (beside_.empty()) return;
+  if (std::rename(beside_.c_str(), path_.c_str()) != 0) fail();
+  forget_unfinished(beside_.c_str());
+  beside_.clear();
+}
+
+bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs) {
+  std::string on_stdout;
+  int count = 0;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const auto& [option, path] = outputs[i];
+    if (path.empty()) continue;
+    if (path == "-") {
+      on_stdout += (count++ ? ", " : "") + option + " -";
+      continue;
+    }
+    for (const FileOption& input : inputs)
+      if (!input.path.empty() && is_same(path, input.path))
+        throw UserError(fmt::format("{} {}: is what the command reads ({}); name another file", option, path,
+                                    input.option));
+    for (std::size_t k = 0; k < i; ++k)
+      if (!outputs[k].path.empty() && outputs[k].path != "-" && is_same(path, outputs[k].path))
+        throw UserError(
+            fmt::format("{} {}: is the file of {} too; name another", option, path, outputs[k].option));
+  }
+  if (count > 1) throw UserError(on_stdout + ": only one can have stdout");
+  return count == 1;
+}
+
+}  // namespace cli
