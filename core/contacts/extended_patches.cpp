@@ -11,7 +11,7 @@
 #include "core/common/little_endian.hpp"
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
-#include "core/contacts/turn.hpp"
+#include "core/materials/turn.hpp"
 #include "core/patches/patch_step.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/runtime/batch_access.hpp"

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "core/common/range_check.hpp"
-#include "core/contacts/turn.hpp"
+#include "core/materials/turn.hpp"
 
 namespace bristle {
 

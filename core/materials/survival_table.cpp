@@ -5,6 +5,7 @@
 #include "core/materials/elementary.hpp"
 #include "core/materials/kernel_law.hpp"
 #include "core/materials/law_at.hpp"
+#include "core/materials/slow_wave.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -40,12 +41,38 @@ double find_tail(const SurvivalTable& table, double share) {
   return 0.0;
 }
 
-/// Path after which a long slide has forgotten how it began: waves of the renewal equation die out as
-/// exp(-2 pi^2 cv^2 x), slower where the density of the law jumps; and what is older carries little of the
-/// force. What was bent the other way snaps after twice its length.
-double find_forgetting_path(const SurvivalTable& table, const SnapLength& law, double little) {
-  const bool jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
-  const double waves = table.mean * (jumps ? 25.0 : 9.2) / (19.7 * square(law.cv()));
+/// Waves of the renewal equation: the path after which they have died, and the pieces that they want.
+///
+/// Those of lognormal, normal and exponential laws die as exp(-2 pi^2 cv^2 x / mean) or faster, within 7 %:
+/// they are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may keep
+/// waves far longer, and shorter ones, than its spread says: its slowest is found, and followed to 6e-6.
+struct Waves {
+  double path;
+  double finest;  ///< SurvivalTable::finest
+};
+Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
+  constexpr double per_square = 19.739208802178716;  // 2 pi^2
+  constexpr double full_turn = 6.283185307179586;
+  const double narrow = table.mean / (19.7 * square(law.cv()));
+  Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
+  if (table.smooth) return waves;
+  constexpr double farthest = 1e5;  // mean lengths: groups in step with each other never forget
+  const SlowWave slow = find_slow_wave(table.cells, table.mean);
+  waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
+  // A wave that dies as slowly as that of a narrow law wants its pieces, and a shorter one wants as many.
+  if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
+    waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
+    waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
+  }
+  // The tenth of the bristles that is shortest must not snap in one piece.
+  waves.finest = std::min(waves.finest, 3.75 * law.quantile(0.1) / law.mean());
+  waves.finest = std::max(waves.finest, 1.0 / 16);
+  return waves;
+}
+
+/// Path after which a long slide has forgotten how it began: its waves have died, and what is older carries
+/// little of the force. What was bent the other way snaps after twice its length.
+double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);
 }
@@ -103,10 +130,12 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   }
   table.cells.push_back({0.0, 0.0, table.mean, table.end});
   table.squares.push_back(table.square);
-  table.forget = find_forgetting_path(table, law, 3e-4);
+  const Waves waves = find_waves(table, law);
+  table.finest = waves.finest;
+  table.forget = find_forgetting_path(table, waves.path, 3e-4);
   // A patch that is rubbed to and fro leaves this much behind in every stroke. (With 3e-4 friction grew by a
   // twelfth in 200 strokes of a law of spread 0.4.)
-  table.follow = find_forgetting_path(table, law, 1e-6);
+  table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_at(table, find_tail(table, 1e-4));
   return table;
 }

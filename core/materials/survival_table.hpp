@@ -19,6 +19,7 @@ struct SurvivalTable {
   double cube = 0.0;    ///< E[delta^3]
   double weak =
       0.0;  ///< share of bristles that are left at the deflection beyond which 1e-4 of the force lies
+  double finest = 1.0;  ///< pieces of path that the law wants, over those of one of spread 0.25 or more
   bool smooth = true;   ///< without corners
   double forget = 0.0;  ///< straight path after which a slide has forgotten how it began
   double follow = 0.0;  ///< after which what it left behind is nothing, be it for ever

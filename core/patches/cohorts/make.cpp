@@ -142,8 +142,8 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   r.detail = detail;
   const double resolution = r.options.resolution * (static_cast<double>(detail) / r.pieces);
   const double mean = r.law.mean;
-  // A narrow law needs finer pieces: what snaps in one of them is a larger share.
-  double share = std::min(1.0, r.material->material.snap_length.cv() / 0.25) / resolution;
+  // A narrow law, or a group of one, needs finer pieces: what snaps in one of them is a larger share.
+  double share = r.material->survival().finest / resolution;
   // So does a renewal that few bristles outlive: 1 / (kappa nu) is its length.
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
   if (renewals > 1.5) share *= 1.5 / renewals;

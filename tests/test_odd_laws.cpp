@@ -1,0 +1,115 @@
+// Laws of snap lengths with groups, corners and tails, whose waves outlive those of an even spread: a slide
+// of the infinite brush still ends at its kinetic force.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "expect.hpp"
+#include "infinite_brush.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+
+namespace {
+
+struct Group {
+  double share, low, high;  ///< lengths even between low and high, mean snap lengths
+};
+
+/// A table of 257 quantiles.
+SnapLength law_of(const std::vector<Group>& groups) {
+  std::vector<double> lengths;
+  for (int k = 0; k <= 256; ++k) {
+    double rest = k / 256.0;
+    std::size_t g = 0;
+    for (; g + 1 < groups.size() && rest > groups[g].share; ++g) rest -= groups[g].share;
+    const double u = std::min(rest / groups[g].share, 1.0);
+    lengths.push_back(dbar * (groups[g].low + u * (groups[g].high - groups[g].low)));
+  }
+  return SnapLength::table({lengths.data(), lengths.size()});
+}
+
+/// Mean deflection in steady sliding with shared renewal kappa, mean snap lengths of `dbar`: int r T dr / int
+/// T dr with T = S(r) exp(-kappa nu r), nu from (1 + kappa) nu int T dr = 1. Midpoint rule and bisection.
+double steady_deflection(const SnapLength& law, double kappa) {
+  constexpr int parts = 200000;
+  const double width = law.longest() / parts;
+  std::vector<double> survival(parts);
+  for (int i = 0; i < parts; ++i) survival[static_cast<std::size_t>(i)] = law.survival((i + 0.5) * width);
+  double low = 0.0, high = 1.0 / law.mean(), along = 0.0, whole = 0.0;
+  for (int pass = 0; pass < 60; ++pass) {
+    const double nu = 0.5 * (low + high);
+    along = whole = 0.0;
+    for (int i = 0; i < parts; ++i) {
+      const double r = (i + 0.5) * width,
+                   left = survival[static_cast<std::size_t>(i)] * std::exp(-kappa * nu * r);
+      along += r * left * width;
+      whole += left * width;
+    }
+    ((1.0 + kappa) * nu * whole > 1.0 ? high : low) = nu;
+    if (kappa == 0.0) break;
+  }
+  return along / whole / dbar;
+}
+
+void check_kinetic(const SnapLength& law, double kappa, double path, double tolerance) {
+  const double expected = steady_deflection(law, kappa);
+  for (const double step : {0.25, 3.0, 40.0}) {
+    Material material = plain_material(law, SnapRule::redraw);
+    material.shared_renewal = kappa;
+    Brush brush(material);
+    for (double gone = 0.0; gone < path; gone += step) brush.step(step);
+    INFO("kappa " << kappa << ", steps of " << step << ": " << brush.x() / expected);
+    CHECK(std::abs(brush.x() / expected - 1.0) < tolerance);
+    CHECK(brush.imbalance < 1e-9);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("A slide of an infinite brush ends at its kinetic force, whatever groups its lengths have",
+          "[cohorts]") {
+  const struct {
+    const char* name;
+    SnapLength law;
+  } laws[] = {
+      {"half 0.4 to 0.5, half 1.55 to 1.6", law_of({{0.5, 0.4, 0.5}, {0.5, 1.55, 1.6}})},
+      {"0.3 to 0.34 with 1.6 to 1.64", law_of({{0.5, 0.3, 0.34}, {0.5, 1.6, 1.64}})},
+      {"80 % of 1 with 20 % of 3", law_of({{0.8, 0.92, 1.08}, {0.2, 2.76, 3.24}})},
+      {"even from 0", SnapLength::uniform(0.0, 2.0 * dbar)},
+  };
+  for (const auto& [name, law] : laws) {
+    INFO(name);
+    for (const double kappa : {0.0, 1.0}) check_kinetic(law, kappa, 600.0, 1e-3);
+  }
+}
+
+TEST_CASE("Infinite brushes of laws at random end a slide at their kinetic force", "[cohorts]") {
+  std::mt19937 random(7);
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * std::uniform_real_distribution<double>()(random);
+  };
+  for (int k = 0; k < static_cast<int>(test_size(24)); ++k) {
+    std::vector<Group> groups(1 + random() % 3);
+    double shares = 0.0, low = between(0.1, 0.6);
+    std::string name;
+    for (Group& g : groups) {
+      g = {between(0.15, 1.0), low, low + between(0.03, 0.6)};
+      low = g.high + between(0.05, 1.5);
+      shares += g.share;
+    }
+    for (Group& g : groups) {
+      g.share /= shares;
+      name +=
+          std::to_string(g.share) + " of " + std::to_string(g.low) + " to " + std::to_string(g.high) + "; ";
+    }
+    INFO(name);
+    const SnapLength law = law_of(groups);
+    if (law.cv() < 0.05) continue;
+    check_kinetic(law, k % 2, 600.0, 4e-3);
+  }
+}
