@@ -155,8 +155,8 @@ TEST_CASE("Times must ascend strictly", "[motion file]") {
 
 TEST_CASE("A header that does not name what is needed is refused", "[motion file]") {
   CHECK(refusal("") == "hand.csv: empty: expected a header t,x,y,load and rows");
-  CHECK(refusal("0,1,1\n1,2,1\n") == "hand.csv:1: header '0,1,1' has no column t; expected t,x,y,load");
-  CHECK(refusal("t;x;load\n0;1;1\n") == "hand.csv:1: header 't;x;load' has no column t; expected t,x,y,load");
+  CHECK(refusal("0,1,1\n1,2,1\n") == "hand.csv:1: names no column of a motion file; expected t,x,y,load");
+  CHECK(refusal("t;x;load\n0;1;1\n") == "hand.csv:1: names no column of a motion file; expected t,x,y,load");
   CHECK(refusal("t,y,load\n0,1,1\n") ==
         "hand.csv:1: header 't,y,load' has no column x (nor vx); expected t,x,y,load");
   CHECK(refusal("t,x,x[mm],load\n0,1,1,1\n") == "hand.csv:1: column x appears twice");

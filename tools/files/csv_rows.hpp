@@ -45,8 +45,8 @@ void for_csv_rows(std::string_view text, const std::string& name, std::size_t he
     throw UserError(fmt::format("{}: fewer cells than the header has columns", where()));
   } catch (const io::error::too_many_columns&) {
     throw UserError(fmt::format("{}: more cells than the header has columns (decimal commas?)", where()));
-  } catch (const io::error::base& error) {
-    throw UserError(fmt::format("{}: {}", where(), error.what()));
+  } catch (const io::error::base&) {
+    throw UserError(fmt::format("{}: cannot be split into cells", where()));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "tools/files/motion_file.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "tools/files/csv_rows.hpp"
@@ -19,6 +21,10 @@ CsvHeader read_header(std::string_view line, const std::string& where, MotionFil
   CsvHeader header = read_csv_header(line, where, kinds);
   file.ignored_columns = header.other_columns;
   const auto need = [&](bool ok, const char* what) {
+    // A first line without one known column is no header: whatever it is, it is not for others to see.
+    const bool known = std::find(header.present.begin(), header.present.end(), true) != header.present.end();
+    if (!ok && !known)
+      throw UserError(fmt::format("{}: names no column of a motion file; expected t,x,y,load", where));
     if (!ok)
       throw UserError(fmt::format("{}: header '{}' has no {}; expected t,x,y,load", where, trim(line), what));
   };

@@ -13,6 +13,7 @@
 #include "tools/files/user_error.hpp"
 #include "tools/reports/answers.hpp"
 #include "tools/reports/conditions.hpp"
+#include "tools/reports/json_text.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/report_tables.hpp"
 #include "tools/reports/schema.hpp"
@@ -22,14 +23,6 @@ namespace cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-Json parse(const std::string& file) {
-  try {
-    return Json::parse(read_text_file(file));
-  } catch (const Json::exception& error) {
-    throw UserError(fmt::format("{}: not JSON: {}", file, error.what()));
-  }
-}
 
 Picture read_picture(const std::string& file, bool png) {
   Picture picture{file, png ? "image/png" : "image/svg+xml", read_text_file(file, most_data_bytes, true)};
@@ -55,9 +48,9 @@ template <typename Make>
 auto complete(const Measurement& m, Make make) {
   try {
     return make();
-  } catch (const Json::exception& error) {
-    throw UserError(
-        fmt::format("{}: not a complete {} report: {}", m.file, m.json.value("schema", ""), error.what()));
+  } catch (const Json::exception&) {
+    throw UserError(fmt::format("{}: not a complete {} report: a value is missing or of another kind", m.file,
+                                m.json.value("schema", "")));
   }
 }
 
@@ -173,7 +166,7 @@ ReportInput read_report_input(const std::vector<std::string>& files) {
       input.pictures.push_back(read_picture(file, ending == ".png"));
       continue;
     }
-    Json json = parse(file);
+    Json json = parse_json(read_text_file(file), file);
     const std::string schema =
         json.is_object() && json.contains("schema") && json["schema"].is_string() ? json["schema"] : Json("");
     auto* const kind = schema == "bristle-capacity-1"    ? &input.capacity

@@ -11,9 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "tools/files/one_line.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/reports/json_text.hpp"
 #include "tools/sweep/results.hpp"
 #include "tools/sweep/study.hpp"
 
@@ -39,7 +39,7 @@ std::string json_of(std::string_view line) {
 
 /// A row without what was measured.
 Json lasting(const std::string& row, const std::vector<SweepColumn>& columns) {
-  const Json cells = Json::parse(row);
+  const Json cells = Json::parse(row);  // was checked when it was added
   Json kept = Json::array();
   for (std::size_t c = 0; c < columns.size() && c < cells.size(); ++c)
     if (!columns[c].measured) kept.push_back(cells[c]);
@@ -80,7 +80,7 @@ Contents parse_lines(const std::string& text, const std::string& path, const Jso
         end == std::string::npos ? std::string() : json_of(std::string_view(text).substr(at, end - at));
     if (first) {
       if (json.empty()) break;
-      contents.rows.header = Json::parse(json);
+      contents.rows.header = parse_json(json, path);
       check_header(contents.rows.header, path);
       const auto rows = contents.rows.header["rows"].get<std::uint64_t>();
       if (rows > most_rows) throw UserError(fmt::format("{}: has more than {} rows", path, most_rows));
@@ -102,8 +102,21 @@ Contents parse_lines(const std::string& text, const std::string& path, const Jso
 Contents parse_journal(const std::string& text, const std::string& path, const Json* header = nullptr) {
   try {
     return parse_lines(text, path, header);
-  } catch (const Json::exception& error) {
-    throw UserError(fmt::format("{}: is no journal of bristle sweep ({})", path, one_line(error.what())));
+  } catch (const Json::exception&) {
+    throw UserError(fmt::format("{}: is no journal of bristle sweep", path));
+  }
+}
+
+/// Whether a cell is of its column's kind; null is none.
+bool fits(const Json& cell, const SweepColumn& column) {
+  if (cell.is_null()) return true;
+  switch (column.type) {
+    case ColumnType::number:
+      return cell.is_number();
+    case ColumnType::whole:
+      return cell.is_number_integer();
+    default:
+      return cell.is_string();
   }
 }
 
@@ -135,15 +148,19 @@ std::vector<SweepColumn> columns_of(const Json& header) {
   std::vector<SweepColumn> columns;
   try {
     for (const Json& column : header.at("columns")) columns.push_back(column_of(column));
-  } catch (const Json::exception& error) {
-    throw UserError(fmt::format("a journal's columns cannot be read: {}", error.what()));
+  } catch (const Json::exception&) {
+    throw UserError("a journal's columns cannot be read");
   }
   return columns;
 }
 
 void SweepRows::add(std::string row, const std::string& from) {
-  const Json cells = Json::parse(row);
-  const std::uint64_t index = cells.at(0).get<std::uint64_t>();
+  const Json cells = parse_json(row, from);
+  if (columns_.empty()) columns_ = columns_of(header);
+  bool good = cells.is_array() && cells.size() == columns_.size() && cells[0].is_number_unsigned();
+  for (std::size_t c = 0; good && c < columns_.size(); ++c) good = fits(cells[c], columns_[c]);
+  if (!good) throw UserError(fmt::format("{}: holds a row that does not fit its columns", from));
+  const std::uint64_t index = cells[0].get<std::uint64_t>();
   if (index >= rows.size())
     throw UserError(fmt::format("{}: holds row {}, and the study has {}", from, index, rows.size()));
   std::string& place = rows[index];
@@ -152,8 +169,7 @@ void SweepRows::add(std::string row, const std::string& from) {
     ++done;
     return;
   }
-  const std::vector<SweepColumn> columns = columns_of(header);
-  if (place != row && lasting(place, columns) != lasting(row, columns))
+  if (place != row && lasting(place, columns_) != lasting(row, columns_))
     throw UserError(
         fmt::format("{}: row {} differs from the same row computed elsewhere: were both computed by the "
                     "same build of bristle?",

@@ -27,6 +27,9 @@ struct SweepRows {
   void add(std::string row, const std::string& from);
   /// Hash of all rows in the order of their index, measured times left out, as 16 hexadecimal digits.
   std::string table_hash() const;
+
+ private:
+  std::vector<SweepColumn> columns_;  ///< of the header, once a row was added
 };
 
 /// The header's columns. Throws UserError where it is damaged.

@@ -149,9 +149,10 @@ void put_column(NetcdfFile& file, int variable, const SweepColumn& column, const
 void write_netcdf(const SweepRows& rows, const std::string& path) {
   const std::vector<SweepColumn> columns = columns_of(rows.header);
   std::vector<Json> table;
-  for (const std::string& row : rows.rows) table.push_back(row.empty() ? Json() : Json::parse(row));
+  for (const std::string& row : rows.rows)
+    if (!row.empty()) table.push_back(Json::parse(row));
   NetcdfFile file(path);
-  const int dimension = file.dimension("row", rows.rows.size());
+  const int dimension = file.dimension("row", table.size());
   std::vector<int> variables;
   for (const SweepColumn& column : columns) {
     variables.push_back(file.variable(column, dimension, type_of(column)));
