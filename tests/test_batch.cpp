@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <atomic>
+#include <cfenv>
 #include <cstring>
 #include <mutex>
 #include <set>
@@ -435,4 +436,16 @@ TEST_CASE("force shows nothing of another patch in outputs that a patch does not
   batch.step(1e-3);
   CHECK(batch.force(plain).mean[0] == 0.0);
   CHECK(batch.force(plain).dissipated == 0.0);
+}
+
+TEST_CASE("What a patch is can be asked where the caller's inexact results trap", "[batch]") {
+  PatchBatch batch;
+  const PatchId id = batch.add(Material{}, PatchOptions{}.with_max_normal_load(0.3).with_bristles(7));
+  batch.move(id, 1e-6, 0.0, 0.1);
+  batch.step(tick);
+  std::feclearexcept(FE_ALL_EXCEPT);
+  ::feenableexcept(FE_INEXACT);
+  const bristle::PatchInfo info = batch.info(id);
+  ::fedisableexcept(FE_INEXACT);
+  CHECK(info.bristles == 7);
 }

@@ -294,7 +294,7 @@ TEST_CASE("Reports and journals of any depth, length and kind of cell end in one
                                folder.at("t.csv"));
   };
   CHECK(merge(header("2") + journal_line("[0,0.4,null]")).code == 0);
-  for (const std::string row :
+  for (const std::string& row :
        {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
         std::string("[0,0.4,null,1]"), std::string("[-1,0.4,null]"), std::string("[0.5,0.4,null]"),
         std::string("[0,\"0.4\",null]"), std::string("[0,0.4,7]"), std::string("[\"0\",0.4,null]"),

@@ -623,3 +623,16 @@ TEST_CASE("With the real clock, work of four times the budget comes below it", "
   INFO("p99 over budget in the last attempt " << share);
   CHECK(met);
 }
+
+TEST_CASE("A load shedder takes any id and no more record than it can keep", "[overload]") {
+  bristle::LoadShedder shedder;
+  // An id is 64 bits that anybody may give: memory goes by the number of patches, not by their slots.
+  for (std::uint64_t k = 1; k <= 1000; ++k)
+    shedder.add(bristle::PatchId{k << 32 | (0xFFFFFFFFu - 7 * k)}, static_cast<int>(k % 3), 1);
+  for (std::uint64_t k = 1; k <= 1000; k += 2)
+    shedder.remove(bristle::PatchId{k << 32 | (0xFFFFFFFFu - 7 * k)});
+  bristle::PatchBatch batch;
+  CHECK(shedder.report(batch).patches == 0);
+  CHECK_THROWS_WITH(bristle::LoadShedder(bristle::LoadShedderOptions{}.with_record(~std::size_t{0})),
+                    Catch::Contains("record"));
+}

@@ -337,3 +337,53 @@ TEST_CASE("An infinite brush that is lifted, carried away and set down slides as
     }
   }
 }
+
+TEST_CASE("Times and paths that nobody gave are refused, or step on without overflow", "[state][hostile]") {
+  for (const bool infinite : {false, true}) {
+    OnePatch patch(
+        redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3)),
+        infinite ? infinite_options() : PatchOptions{}.with_max_normal_load(1.0).with_bristles(64));
+    patch.step(3.3 * dbar, 0.7 * dbar, 0.8);
+    patch.step(-0.4 * dbar, 0.1 * dbar, 0.8);
+    const std::vector<std::byte> good = saved(patch.batch);
+    int taken = 0;
+    // Every word of the state, as the largest and the smallest number, the largest of 62 and 60 bits, and
+    // with its highest bits turned.
+    for (std::size_t at = bristle::detail::saved_batch_size; at + 8 <= good.size(); at += 4) {
+      for (const std::uint64_t forged : {~std::uint64_t{0} >> 1, ~std::uint64_t{0}, std::uint64_t{1} << 63,
+                                         std::uint64_t{1} << 62, (std::uint64_t{1} << 60) - 1}) {
+        std::vector<std::byte> bad = good;
+        std::memcpy(bad.data() + at, &forged, 8);
+        bristle::detail::seal_batch({bad.size(), 1}, {bad.data(), bad.size()});
+        try {
+          patch.batch.restore_state(bad);
+        } catch (const bristle::Error&) {
+          continue;
+        }
+        ++taken;
+        // What was taken can be saved and taken again, and steps on (sanitizers see what overflows).
+        for (int k = 0; k < 4; ++k) patch.step((k % 2 == 0 ? 1.7 : -0.3) * dbar, 0.2 * dbar, 0.5 + 0.1 * k);
+        REQUIRE_NOTHROW(patch.batch.restore_state(saved(patch.batch)));
+      }
+    }
+    CHECK(taken > 0);
+    patch.batch.restore_state(good);
+    CHECK(saved(patch.batch) == good);
+  }
+}
+
+TEST_CASE("An infinite brush that ages and changes its detail goes on as its restored copy does",
+          "[state][cohorts]") {
+  const auto make = [] {
+    return OnePatch(redrawn().with_shared_renewal(1.0).with_ageing(Ageing::logarithmic(0.05, 1e-3)),
+                    infinite_options().with_resolution(16).with_outputs(bristle::Outputs::all));
+  };
+  OnePatch patch = make(), copy = make();
+  for (int k = 0; k < 200; ++k) patch.step(2.0 * dbar, 0.0, 1.0);
+  REQUIRE(patch.batch.set_detail(patch.id, 4) == bristle::Status::ok);
+  copy.batch.restore_state(saved(patch.batch));
+  for (int k = 0; k < 50; ++k) {
+    const Response a = patch.step(2.0 * dbar, 0.0, 1.0), b = copy.step(2.0 * dbar, 0.0, 1.0);
+    CHECK(first_difference(a, b) == "");
+  }
+}

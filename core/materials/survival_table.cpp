@@ -90,7 +90,7 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
 }
 
 /// S at the start of a cell.
-double survival_at(const SurvivalTable& table, double start) {
+double survival_from(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
                                  [start](const SurvivalCell& c) { return c.start >= start; });
   return cell->survival;
@@ -136,7 +136,7 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   // A patch that is rubbed to and fro leaves this much behind in every stroke. (With 3e-4 friction grew by a
   // twelfth in 200 strokes of a law of spread 0.4.)
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
-  table.weak = survival_at(table, find_tail(table, 1e-4));
+  table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;
 }
 

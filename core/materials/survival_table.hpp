@@ -1,11 +1,13 @@
 // The survival function of a snap-length law as the table that cohorts read (core/cohort_table.hpp).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "bristle/snap_length.hpp"
 #include "core/cohort_table.hpp"
+#include "core/materials/elementary.hpp"
 
 namespace bristle::detail {
 
@@ -28,5 +30,19 @@ struct SurvivalTable {
 /// Lengths times `per_metre` are scaled. S at the nodes is that of the law, straight in between: at most
 /// h^2 / 8 |S''| apart, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of S is cut by h).
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
+
+struct Survival {
+  double left, moment, square;  ///< S(x), E[delta; delta < x], E[delta^2; delta < x]
+};
+inline Survival survival_at(const SurvivalTable& table, double x) noexcept {
+  if (x <= table.sure) return {1.0, 0.0, 0.0};
+  x = std::min(x, table.end);
+  const std::size_t k = (bits_of(x + survival_offset) >> survival_shift) - survival_first;
+  const SurvivalCell& cell = table.cells[k];
+  const double left = cell.survival + cell.slope * (x - cell.start);
+  const double snapped = cell.survival - left;
+  return {left, cell.moment + snapped * 0.5 * (cell.start + x),
+          table.squares[k] + snapped * (cell.start * cell.start + cell.start * x + x * x) / 3.0};
+}
 
 }  // namespace bristle::detail

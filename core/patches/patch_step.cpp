@@ -43,7 +43,7 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     return;
   }
   // A way of its own: a contact model may carry the patch's position along.
-  for (int axis = 0; axis < 2; ++axis) hold.way[axis] += step.units[axis];
+  for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
   // Within this of its anchor the patch is as good as there: after a rest the slide alone counts.

@@ -57,8 +57,7 @@ void save_time(const Patch& p, ByteWriter& write) noexcept {
   if (!p.ages) return;
   const PatchRecord& r = *p.record;
   const Int128 time = r.clock == nullptr ? 0 : *r.clock - r.epoch;
-  write(static_cast<std::uint64_t>(time));
-  write(static_cast<std::uint64_t>(time >> 64));
+  write(time);
   write(r.hold.oldest);
   write(r.hold.since);
   for (const std::int64_t x : r.hold.way) write(x);
@@ -66,18 +65,21 @@ void save_time(const Patch& p, ByteWriter& write) noexcept {
 SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
   SavedTime saved;
   if (!p.ages) return saved;
-  std::uint64_t low = 0, high = 0;
-  read(low);
-  read(high);
-  saved.time = static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
+  read(saved.time);
   read(saved.hold.oldest);
   read(saved.hold.since);
   for (std::int64_t& x : saved.hold.way) read(x);
   return saved;
 }
+constexpr std::int64_t farthest_way = std::int64_t{1} << 62;
+
 /// A step ends at the rounded sum of when it began and its length; the clock counts that length in whole
-/// units, cut off: they are one unit, and three roundings of a number, apart at most.
+/// units, cut off: they are one unit, and three roundings of a number, apart at most. No clock runs on beyond
+/// a step of the longest time, and no path from an anchor is longer than farthest_way units.
 bool is_good_time(const SavedTime& t) noexcept {
+  if (t.time > static_cast<Int128>(4.0 * longest_time * clock_units_per_second)) return false;
+  for (const std::int64_t way : t.hold.way)
+    if (way > farthest_way || way < -farthest_way) return false;
   const double now = static_cast<double>(t.time) / clock_units_per_second;
   return t.time >= 0 && t.hold.oldest >= 0.0 && t.hold.since >= t.hold.oldest &&
          t.hold.since <= now * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;

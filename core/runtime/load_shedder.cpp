@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 #include <vector>
 
 #include "bristle/error.hpp"
@@ -40,8 +41,8 @@ struct LoadShedder::Impl {
   };
 
   LoadShedderOptions options;
-  std::vector<Entry> entries;                ///< by priority, lowest first
-  std::vector<std::uint32_t> entry_of_slot;  ///< 1 + index; 0 = none
+  std::vector<Entry> entries;                                    ///< by priority, lowest first
+  std::unordered_map<std::uint32_t, std::size_t> entry_of_slot;  ///< an id may name any slot: no array
   std::vector<DetailDecision> record;
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
   double rate = 0.0;       ///< s per bristle or its like; 0 = not known yet
@@ -53,25 +54,25 @@ struct LoadShedder::Impl {
   int late_in_row = 0;
 
   Entry* find(PatchId id) noexcept {
-    const auto slot = static_cast<std::uint32_t>(id.value);
-    if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return nullptr;
-    BRISTLE_ASSERT(entry_of_slot[slot] <= entries.size());
-    Entry& entry = entries[entry_of_slot[slot] - 1];
+    const auto found = entry_of_slot.find(static_cast<std::uint32_t>(id.value));
+    if (found == entry_of_slot.end()) return nullptr;
+    BRISTLE_ASSERT(found->second < entries.size());
+    Entry& entry = entries[found->second];
     return entry.id == id ? &entry : nullptr;
   }
 
   /// Of the entries from `first` on, which moved.
   void index_entries(std::size_t first) noexcept {
     for (std::size_t i = first; i < entries.size(); ++i)
-      entry_of_slot[static_cast<std::uint32_t>(entries[i].id.value)] = static_cast<std::uint32_t>(i) + 1;
+      entry_of_slot.find(static_cast<std::uint32_t>(entries[i].id.value))->second = i;
   }
 
   /// The entry in the slot of `id`, if there is one.
   void erase(PatchId id) noexcept {
-    const auto slot = static_cast<std::uint32_t>(id.value);
-    if (slot >= entry_of_slot.size() || entry_of_slot[slot] == 0) return;
-    const std::size_t at = entry_of_slot[slot] - 1;
-    entry_of_slot[slot] = 0;
+    const auto found = entry_of_slot.find(static_cast<std::uint32_t>(id.value));
+    if (found == entry_of_slot.end()) return;
+    const std::size_t at = found->second;
+    entry_of_slot.erase(found);
     entries.erase(entries.begin() + static_cast<std::ptrdiff_t>(at));
     index_entries(at);
   }
@@ -211,6 +212,9 @@ LoadShedder::LoadShedder(const LoadShedderOptions& options) : impl_(std::make_un
   if (options.wait_steps < 1) refuse(where, "wait_steps", options.wait_steps, "1 or more");
   require_within(where, "rate_s", options.rate_s, 0.0, 1.0, "s");
   require_within(where, "change_s", options.change_s, 0.0, 1.0, "s");
+  constexpr std::size_t most_recorded = std::size_t{1} << 26;
+  if (options.record > most_recorded)
+    refuse(where, "record", static_cast<double>(options.record), "0 to 67108864");
   impl_->options = options;
   impl_->rate = impl_->last_rate = options.rate_s;
   impl_->wait = static_cast<std::uint64_t>(options.wait_steps);
@@ -225,9 +229,9 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   if (!patch) throw Error("LoadShedder: patch id 0 names no patch");
   if (least_bristles == 0) refuse("LoadShedder", "least_bristles", least_bristles, "1 or more");
   Impl& impl = *impl_;
-  impl.erase(patch);  // or the removed patch whose slot this one took
-  const auto slot = static_cast<std::uint32_t>(patch.value);
-  if (slot >= impl.entry_of_slot.size()) impl.entry_of_slot.resize(std::size_t{slot} + 1, 0u);
+  impl.erase(patch);                              // or the removed patch whose slot this one took
+  impl.entries.reserve(impl.entries.size() + 1);  // what comes after the name is known must not fail
+  impl.entry_of_slot.emplace(static_cast<std::uint32_t>(patch.value), 0);
   Impl::Entry entry;
   entry.id = patch;
   entry.priority = priority;

@@ -881,6 +881,7 @@ Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
+  const FloatModeScope mode;  // the caller may have unmasked what a division raises
   PatchInfo info;
   const Patch* p = impl_->pool.find(id);
   if (p == nullptr) return info;

@@ -47,11 +47,7 @@ constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (10 * 8 + 4) + 6 * 4 + 4 
 /// Of a patch that ages, beside the births.
 template <class Io>
 void ageing_fields(Io& io, CohortAgeing& a) noexcept {
-  auto low = static_cast<std::uint64_t>(a.base);
-  auto high = static_cast<std::uint64_t>(a.base >> 64);
-  io(low);
-  io(high);
-  a.base = static_cast<Int128>(high) * (Int128{1} << 64) + static_cast<Int128>(low);
+  io(a.base);
   io(a.per_length);
   io(a.until);
   io(a.oldest);
@@ -78,6 +74,7 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
   // A bristle that has aged for ever: of the logarithmic form 1 + 60 beta.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
+  const SurvivalTable& survival = r.material->survival();
   double mass = 0.0;
   for (std::uint32_t i = 0; i < saved.count; ++i) {
     const auto read = [&](CohortColumn column) { return read_entry(rows, i, column); };
@@ -85,7 +82,9 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    if (!within(read(cohort_left), 1e-30, 1.0)) return "a cohort's survival";
+    // Less than its law has would be more mass once it is looked up again.
+    const double left = survival_at(survival, read(cohort_reach)).left;
+    if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
     const double m = std::floor(read(cohort_fresh) * read(cohort_left));
     if (!within(m, 0.0, saved.mass)) return "a cohort's mass";
@@ -113,8 +112,9 @@ const char* find_glide_fault(const Cohorts& r, const Glide& saved, std::uint32_t
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
   CohortAgeing saved;
   ageing_fields(read, saved);
-  if (saved.base < 0) return "base of time";
   constexpr double ever = 1e17;  // s, longer than a clock runs
+  if (saved.base < 0 || saved.base > static_cast<Int128>(ever * clock_units_per_second))
+    return "base of time";
   if (!within(saved.per_length, 0.0, 1e300)) return "speed";
   if (!within(saved.until, -ever, ever) || !within(saved.oldest, -ever, ever)) return "time";
   for (std::uint32_t i = 0; i < r.capacity; ++i) {

@@ -11,20 +11,6 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // abscissa of two points on [-1, 1]
 
-struct Survival {
-  double left, moment, square;  ///< S(x), E[delta; delta < x], E[delta^2; delta < x]
-};
-Survival survival_at(const SurvivalTable& table, double x) noexcept {
-  if (x <= table.sure) return {1.0, 0.0, 0.0};
-  x = std::min(x, table.end);
-  const std::size_t k = (bits_of(x + survival_offset) >> survival_shift) - survival_first;
-  const SurvivalCell& cell = table.cells[k];
-  const double left = cell.survival + cell.slope * (x - cell.start);
-  const double snapped = cell.survival - left;
-  return {left, cell.moment + snapped * 0.5 * (cell.start + x),
-          table.squares[k] + snapped * (cell.start * cell.start + cell.start * x + x * x) / 3.0};
-}
-
 /// How much longer a piece is for each length of distance, so that so many cohorts are enough: pieces of a
 /// wide law grow with the age of what was born in them.
 double find_growth(double piece, double farthest, double room) noexcept {
