@@ -448,6 +448,8 @@ Material Material::from_coefficients(const Coefficients& c) {
   const char* const where = "Coefficients";
   require_within(where, "kinetic", c.kinetic, 1e-9, 1e6);
   const bool slides = c.rule == SnapRule::slide;
+  if (!slides && c.drop != 0.0)
+    detail::refuse(where, "drop", c.drop, "0 with rule redraw or keep; rule slide takes it");
   if ((c.spread == 0.0 && !slides) || c.peak != 0.0)
     require_within(where, "peak", c.peak, 1e-9, 2e6, "(0 with a spread)");
   require_within(where, "presliding_length", c.presliding_length, 1e-12, 1e3, "m");
@@ -458,8 +460,6 @@ Material Material::from_coefficients(const Coefficients& c) {
   if (static_cast<int>(c.rule) > static_cast<int>(SnapRule::slide)) {
     detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0), keep (1) or slide (2)");
   }
-  if (!slides && c.drop != 0.0)
-    detail::refuse(where, "drop", c.drop, "0 with rule redraw or keep; rule slide takes it");
   if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian) {
     detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay),
                    "exponential (0) or gaussian (1)");

@@ -854,7 +854,13 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     trial.of = p;
     trial.normal_load = motion.normal_load;
   }
-  find_response(trial.patch, motion, dt_s, trial.contact_loss, response);
+  if (!needs_copy(trial.patch, motion)) {
+    find_response(trial.patch, motion, dt_s, trial.contact_loss, response);
+    return response;
+  }
+  trial.of = nullptr;
+  step_patch(trial.patch, motion, dt_s, response);
+  if (has(p->outputs, Outputs::energy)) response.contact_loss += trial.contact_loss;
   return response;
 }
 

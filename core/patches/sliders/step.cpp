@@ -128,6 +128,7 @@ void note_sliders(Patch& p) noexcept {
   p.newtons_per_unit = m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * length_per_fixed;
   note_contact(p);
   p.stiffness = r.stiff_zeta * m.material.bristle_stiffness;
+  p.renews = r.stiff_zeta > p.zeta;  // a step makes it softer, and so does a trial
 }
 
 template <class T>
