@@ -149,6 +149,7 @@ TEST_CASE("the error of strata falls as the square of their number, tails includ
         mean += strata.share[i] * strata.length[i];
       }
       CHECK(weight == Approx(1.0).epsilon(1e-13));
+      CHECK(strata.length.back() <= law.longest() / dbar);
       CHECK(mean == Approx(1.0).epsilon(cv < 0.5 ? 1e-8 : 1e-6));  // no length beyond longest()
       for (double x = 0.01; x < 12.0; x += 0.01) {
         double sum = 0.0;
@@ -503,4 +504,22 @@ TEST_CASE("a patch that cannot slide is refused by name", "[slide]") {
   const PatchId id = batch.add(material, PatchOptions{});
   CHECK(batch.info(id).bristles == 32);
   CHECK(std::string(batch.info(id).kernel) == "2 axes, slide, end, single");
+}
+
+TEST_CASE("bristles that slide have one state whatever is asked of them", "[slide]") {
+  for (const Precision precision : precisions())
+    for (const double drop : {0.0, 0.2}) {
+      const Material material = sliding(SnapLength::lognormal(dbar, 0.4)).with_drop(drop);
+      std::vector<std::uint64_t> hashes;
+      for (const Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+        OnePatch patch(material, plain_options(33, 2, precision, outputs).with_max_normal_load(load));
+        Winding path;
+        for (int k = 0; k < 200; ++k) {
+          const auto d = path.next(0.3 * dbar);
+          patch.step(d[0], d[1], k % 7 < 3 ? load : 0.7 * load);
+        }
+        hashes.push_back(patch.hash());
+      }
+      CHECK(hashes == std::vector<std::uint64_t>(4, hashes[0]));
+    }
 }

@@ -31,7 +31,7 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
                 : k == cells ? law.longest()
                              : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
     if (k > 0) {
-      length[k] = std::max(length[k], length[k - 1]);
+      length[k] = std::min(std::max(length[k], length[k - 1]), law.longest());
       const double width = cube_root(length[k] - length[k - 1]);
       integral[k] = integral[k - 1] + cube_root(u - before) * width * width;
     }

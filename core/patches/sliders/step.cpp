@@ -225,9 +225,9 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
   if (r.stiff_zeta > p.zeta) {
     const double unit = p.newtons_per_unit;
     sums.dissipated -= soften<T>(p, sums.dissipated);
-    // The sums are forces yet: in the unit that the response takes.
+    // In the new unit; the end as the next step at rest finds it.
     for (int axis = 0; axis < p.axes; ++axis) {
-      sums.end[axis] = sums.end[axis] * (unit / p.newtons_per_unit);
+      sums.end[axis] = static_cast<double>(p.part_sum[axis]);
       sums.twice_mean[axis] = sums.twice_mean[axis] * (unit / p.newtons_per_unit);
     }
   }
