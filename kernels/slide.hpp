@@ -26,9 +26,12 @@ inline Decay<V> decay(V y) {
   const V k = whole_part(x * V(T(1.4426950408889634)) + V(T(0.5)));
   // ln 2 in two parts: k times the first is exact.
   const V r = (k * V(T(0.693145751953125)) - x) + k * V(T(1.4286068203094173e-06));
-  // exp(r) = 1 + r (1 + r/2 (1 + r/3 (...)))
-  V series(T(1));
-  for (int i = terms; i > 1; --i) series = series * r * V(static_cast<T>(1.0 / i)) + V(T(1));
+  // (exp(r) - 1) / r
+  constexpr double inverse_factorial[] = {
+      1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,       1.0 / 5040,
+      1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800};
+  V series(static_cast<T>(inverse_factorial[terms - 1]));
+  for (int i = terms - 2; i >= 0; --i) series = series * r + V(static_cast<T>(inverse_factorial[i]));
   const V scale = power_of_two<T>(V(T(0)) - k);
   const V more = scale * (r * series);
   return {scale + more, (V(T(1)) - scale) - more};
@@ -105,10 +108,11 @@ inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit,
     end.y = none;
     along_integral = limit * s;
   } else {
-    // With p = l + l cos(theta) and a = l sin(theta), t = a / p: no quotient until the end.
+    // With p = l + l cos(theta) and a = l sin(theta), t = a / p: no quotient until the end. The tip begins to
+    // slide where z along the motion is l cos(theta).
     const V bound = most(holds, none);
     const V a = least(most(start.aside, none - bound), bound);
-    const V p = bound + root(most(bound * bound - a * a, none));
+    const V p = bound + most(start.along + path, none);
     const Decay<V> turn = decay<T>(divide(s, most(limit, smallest)));
     const V w = a * turn.left;
     const V p2 = p * p;

@@ -71,7 +71,7 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     } else {
       // t = a / p is the tangent of half the angle; it falls as exp(-s / limit).
       const T a = least(most(aside, -holds), holds);
-      const T p = holds + root(most(holds * holds - a * a, T(0)));
+      const T p = holds + most(along + path, T(0));
       const Decay<T> turn = decay<T>(s / most(limit, T(1e-30)));
       const T w = a * turn.left;
       const T inverse = T(1) / ((p * p + w * w) + T(1e-30));

@@ -13,6 +13,16 @@
 namespace bristle::detail {
 namespace {
 
+/// The shared part; what a step touches ends before the strata that stand by.
+template <class T>
+Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
+  Patch p = make_shared_part(r, model);
+  const auto* end = reinterpret_cast<const std::byte*>(r.first_limit);
+  const auto lines = static_cast<std::size_t>(end - reinterpret_cast<const std::byte*>(&r)) / 64;
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(lines, 40));
+  return p;
+}
+
 template <class T>
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -20,7 +30,7 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.options.key = key;
   r.detail = r.bristles;
   fill_strata<T>(r);
-  p = make_shared_part(r, *p.model);
+  p = shared_part(r, *p.model);
   straighten<T>(p);
   note_sliders<T>(p);
 }
@@ -152,7 +162,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
     r->first_weight[i] = i < r->bristles ? static_cast<T>(strata->share[i]) : T(0);
   }
   fill_strata<T>(*r);
-  Patch p = make_shared_part(*r, sliders_model<T>);
+  Patch p = shared_part(*r, sliders_model<T>);
   straighten<T>(p);
   note_sliders<T>(p);
   return p;
