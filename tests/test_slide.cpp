@@ -523,3 +523,22 @@ TEST_CASE("bristles that slide have one state whatever is asked of them", "[slid
       CHECK(hashes == std::vector<std::uint64_t>(4, hashes[0]));
     }
 }
+
+TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
+  OnePatch patch(sliding(SnapLength::single(dbar)).with_drop(0.3),
+                 plain_options(8, 2).with_max_normal_load(load));
+  patch.step(10.0 * dbar, 0.0, load);
+  patch.step(0.0, 0.0, load);
+  // Half the load holds half the length, and of that, once it slides, 0.7: no bristle sticks on the way.
+  CHECK(bent(patch.step(0.01 * dbar, 0.0, 0.5 * load)).x == Approx(0.35).epsilon(1e-5));
+}
+
+TEST_CASE("another material finds a contact that is stiffer than its load as it is", "[slide]") {
+  OnePatch patch(sliding(uniform), plain_options(32, 2).with_max_normal_load(10.0));
+  patch.step(20.0 * dbar, 0.0, 10.0);
+  patch.step(0.0, 0.0, 4.0);
+  patch.batch.set_material(patch.id, sliding(uniform).with_bristle_stiffness(2.0));
+  const Response out = patch.step(0.0, 0.0, 4.0);
+  CHECK(out.end[0] == Approx(-8.0 * dbar).epsilon(1e-5));
+  CHECK(out.stiffness == Approx(20.0));
+}

@@ -176,6 +176,7 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
     CHECK(end.dissipated == l * 1.5);
     CHECK(end.integral_x == 0.5 * 2.5 * (1.0 - l) - l * 1.5);
     CHECK(slide<double, 1, false, false>(1.0, 0.0, l, 1.0, 0.0, 0.25).x == 1.25);
+    CHECK(slide<double, 1, false, false>(l + 1e-9, 0.0, l, 1.0, 0.0, 0.25).path == 0.0);
   }
   SECTION("a bristle that holds more than it slides at drops to that, along itself") {
     const SlideStart<double> start = slide_start<double, 2>(0.0, 0.0, 0.6, 0.8);
