@@ -99,7 +99,8 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   c.spread = table.number("spread", any_not_negative, c.spread);
   c.rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep", "slide"}, 0));
   c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
-  // Beside what it follows from the peak follows, unless it is given: the drop where bristles slide, else the spread.
+  // Beside what it follows from the peak follows, unless it is given: the drop where bristles slide, else the
+  // spread.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
   const bool has_peak = !follows || table.has_any({"peak"});
   c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
@@ -215,9 +216,10 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     return;
   }
   if (material.snap_rule != bristle::SnapRule::redraw) {
-    table.fail("population",
-               "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
-               "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
+    table.fail(
+        "population",
+        "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
+        "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
   }
   if (o.step_rule != bristle::StepRule::exact) {
     table.fail("step_rule",
