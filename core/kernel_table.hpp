@@ -168,6 +168,31 @@ struct RenewalTotals {
   std::uint32_t tail_changed;
 };
 
+/// 256 bristles that slide. One cache line.
+struct alignas(64) SlideBlock {
+  std::int64_t position[2];  ///< patch position from which the columns count, fixed point
+  std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
+  double weight;             ///< sum of the weights
+  // Cache: no bristle slides within `reach` of the patch position at which the block was visited last.
+  double reach;  ///< scaled length; < 0 = unknown
+};
+
+/// Columns of a patch whose bristles slide. The deflection now is the stored one and what the patch moved
+/// since `position` of the block; a bristle that sticks is not written. Rows are padded with copies of the
+/// last bristle, of weight 0.
+template <class T>
+struct SlideView {
+  T* zx;
+  T* zy;            ///< null with one axis
+  const T* limit;   ///< deflection at which it slides, at the load of its stiffness
+  const T* weight;  ///< share of the stiffness; they add up to 1
+  double* since;    ///< with drop or ageing: the patch's time at the end of its last slide, s; else null
+  SlideBlock* blocks;
+  std::uint32_t rows;  ///< bristles, padded
+  T share;             ///< of the limits, that the load now leaves: 1 but after it fell
+  T kinetic;           ///< of the limit, that a bristle holds while it slides: 1 - drop
+};
+
 enum Rule : std::int32_t { rule_keep, rule_redraw, rule_literal_keep, rule_literal_redraw };
 
 /// Index of a step kernel: features are taken out by choosing another instance.
@@ -199,6 +224,15 @@ struct KernelSet {
 
   Foresee foresee_aged[2][2];  ///< the same for bristles that age
   Renew renew_aged[2][2];
+
+  /// Advances the blocks [first, last) of bristles that slide. Totals: `stored` and `twice_mean` are the
+  /// whole sums, weighted, at the end of the step and twice over it; `squares` is energy over stiffness, per
+  /// length of the step or, below one length, as it is; `blocks_rewritten` those in which a bristle slid,
+  /// `snaps` the bristles that did. By axes - 1, and mean + 2 energy.
+  using Slide = void (*)(const SlideView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
+                         Totals&);
+  Slide slide[2][4];
+  Slide slide_aged[2];  ///< with drop or ageing: one instance for all outputs
 
   /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums anew.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);

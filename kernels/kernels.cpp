@@ -1,6 +1,7 @@
 // The kernel table of one instruction set. Compiled once per set, see CMakeLists.txt; everything but
 // the table has internal linkage.
 #include "block_squares.hpp"
+#include "slide_step.hpp"
 #include "step.hpp"
 #include "variants.hpp"
 

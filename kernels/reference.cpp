@@ -7,6 +7,7 @@
 #include "invariants.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
+#include "slide_reference.hpp"
 #include "variants.hpp"
 
 namespace bristle::detail {

@@ -47,6 +47,17 @@ constexpr void fill_renewal(KernelSet<T>& set) {
   set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, Lengths>;
 }
 
+/// `SlideOf` is that of slide_step.hpp or of slide_reference.hpp.
+template <class T, int axes>
+constexpr void fill_slide(KernelSet<T>& set) {
+  auto& slide = set.slide[axes - 1];
+  slide[0] = &SlideOf<T, axes, false, false, false>::run;
+  slide[1] = &SlideOf<T, axes, true, false, false>::run;
+  slide[2] = &SlideOf<T, axes, false, true, false>::run;
+  slide[3] = &SlideOf<T, axes, true, true, false>::run;
+  set.slide_aged[axes - 1] = &SlideOf<T, axes, true, true, true>::run;
+}
+
 template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf,
           template <class, int, bool, bool> class ForeseeOf, class Lengths>
 constexpr KernelSet<T> make_kernel_set(decltype(KernelSet<T>::rewrite) rewrite,
@@ -59,6 +70,8 @@ constexpr KernelSet<T> make_kernel_set(decltype(KernelSet<T>::rewrite) rewrite,
   fill_renewal<T, 1, true, ForeseeOf, Lengths>(set);
   fill_renewal<T, 2, false, ForeseeOf, Lengths>(set);
   fill_renewal<T, 2, true, ForeseeOf, Lengths>(set);
+  fill_slide<T, 1>(set);
+  fill_slide<T, 2>(set);
 #endif
   set.rewrite = rewrite;
   set.squares = squares;

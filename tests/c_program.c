@@ -169,7 +169,7 @@ int c_program_hears_why(void) {
   material = plain_material(10e-6);
   material.snap_rule = 256; /* would be 0 if it were cut to a byte */
   EXPECT(bristle_material_check(&material) == BRISTLE_REFUSED);
-  EXPECT(strcmp(bristle_last_error(), "bristle_material: snap_rule = 256; allowed is 0 to 1") == 0);
+  EXPECT(strcmp(bristle_last_error(), "bristle_material: snap_rule = 256; allowed is 0 to 2") == 0);
   material = plain_material(10e-6);
   material.snap_length.law = BRISTLE_LAW_TABLE;
   EXPECT(bristle_material_check(&material) == BRISTLE_BAD_ARGUMENT);

@@ -83,7 +83,9 @@ inline std::vector<NamedLaw> reference_laws(double mean = dbar) {
 }
 
 /// Name of a rule in the reference tables.
-inline const char* table_name(SnapRule rule) { return rule == SnapRule::keep ? "fixed" : "redraw"; }
+inline const char* table_name(SnapRule rule) {
+  return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "fixed" : "redraw";
+}
 inline const char* name_of(Precision precision) {
   return precision == Precision::single ? "single" : "double";
 }

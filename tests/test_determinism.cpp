@@ -220,6 +220,7 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (cases[i].name.rfind("large", 0) == 0) continue;
     if (cases[i].options.population == bristle::Population::infinite) continue;  // test_cohorts.cpp
+    if (cases[i].material.snap_rule == SnapRule::slide) continue;                // test_slide.cpp
     // test_rubbing_representatives.cpp
     if (cases[i].material.residual_length > 0.0 || cases[i].material.shared_renewal > 0.0) continue;
     const std::size_t group = i / (4 * per_outputs) * (4 * per_outputs);

@@ -664,7 +664,7 @@ TEST_CASE("Bad bristle parameters are refused by name, value and range", "[mater
   CHECK(names(ask(Material{}.with_normal_stiffness(0.0)), {"normal_stiffness = 0;"}));
   CHECK(names(ask(Material{}.with_asperity_height_deviation(0.0)), {"asperity_height_deviation = 0;"}));
   CHECK(names(ask(Material{}.with_snap_rule(static_cast<SnapRule>(7))),
-              {"snap_rule = 7", "redraw (0) or keep (1)"}));
+              {"snap_rule = 7", "keep (1) or slide (2)"}));
   CHECK(names(ask(Material{}.with_damper_decay(static_cast<DamperDecay>(7))),
               {"damper_decay = 7", "gaussian"}));
   CHECK(ask(Material{}.with_bristle_stiffness(1e15).with_bristle_damping(0.0)) == "(no error)");

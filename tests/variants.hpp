@@ -180,6 +180,48 @@ inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t brist
   cases.push_back(large);
 }
 
+/// Bristles that slide, for every combination of axes, outputs, precision and law; some with a drop, some of
+/// limits that grow with rest, some later.
+inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
+  unsigned kind = 0;
+  for (int axes : {1, 2}) {
+    for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+      for (Precision precision : precisions()) {
+        for (const SnapLength& law : all_laws()) {
+          ++kind;
+          std::ostringstream name;
+          name << axes << " axes, slide, outputs " << static_cast<int>(outputs) << ", " << name_of(precision)
+               << ", " << to_string(law.law());
+          Material material =
+              plain_material(law, SnapRule::slide).with_bristle_stiffness(80.0).with_bristle_damping(0.01);
+          if (kind % 3 == 1) material.with_drop(0.2);
+          if (kind % 5 == 1) material.with_ageing(bristle::Ageing::logarithmic(0.2, 0.3 * tick));
+          if (kind % 5 == 3) material.with_ageing(bristle::Ageing::saturating(0.5, 20.0 * tick));
+          Material later = Material(material).with_bristle_stiffness(95.0);
+          if (kind % 2) later.with_drop(kind % 4 == 1 ? 0.0 : 0.1);
+          if (law.law() == bristle::SnapLaw::uniform)
+            later.with_snap_length(SnapLength::uniform(0.3 * dbar, 1.1 * dbar));
+          const PatchOptions options = PatchOptions{}
+                                           .with_max_normal_load(2.0)
+                                           .with_bristles(bristles + kind % 7)
+                                           .with_axes(axes)
+                                           .with_outputs(outputs)
+                                           .with_precision(precision)
+                                           .with_seed(kind);
+          cases.push_back({name.str(), material, later, options});
+        }
+      }
+    }
+  }
+  for (const double drop : {0.0, 0.2}) {
+    PatchCase large = cases.back();
+    large.name = "large, slide";
+    large.material = large.later = Material(large.material).with_drop(drop);
+    large.options.with_bristles(40000).with_outputs(Outputs::all);
+    cases.push_back(large);
+  }
+}
+
 /// A patch for every combination of axes, rule, outputs, precision, step rule and law, large ones that are
 /// split over workers, infinite ones, ones that can be rubbed, and ones that
 /// age.
@@ -234,6 +276,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
   if (!BRISTLE_MINIMAL) add_fluctuating_variants(cases);
   if (!BRISTLE_MINIMAL) add_aged_variants(cases, bristles);
+  if (!BRISTLE_MINIMAL) add_slide_variants(cases, bristles);
   return cases;
 }
 

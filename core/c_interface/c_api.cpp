@@ -93,6 +93,7 @@ static_assert(same_value<BRISTLE_LAW_TABLE, SnapLaw::table> &&
               same_value<BRISTLE_LAW_LOGNORMAL, SnapLaw::lognormal> &&
               same_value<BRISTLE_LAW_EXPONENTIAL, SnapLaw::exponential>);
 static_assert(same_value<BRISTLE_RULE_KEEP, SnapRule::keep> &&
+              same_value<BRISTLE_RULE_SLIDE, SnapRule::slide> &&
               same_value<BRISTLE_DECAY_GAUSSIAN, DamperDecay::gaussian> &&
               same_value<BRISTLE_OUTPUT_MEAN, Outputs::mean> &&
               same_value<BRISTLE_OUTPUT_ENERGY, Outputs::energy> &&
@@ -232,21 +233,21 @@ BRISTLE_MIRROR(bristle_material, Material, 1, BRISTLE_FIELD(bristle_stiffness),
                BRISTLE_FIELD(bristle_damping), BRISTLE_FIELD(viscous_friction),
                BRISTLE_FIELD(stribeck_velocity), BRISTLE_FIELD(normal_stiffness),
                BRISTLE_FIELD(asperity_height_deviation), BRISTLE_FIELD(snap_length),
-               BRISTLE_CHOICE(snap_rule, SnapRule::keep), BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian),
-               BRISTLE_FIELD(residual_length), BRISTLE_FIELD(shared_renewal),
-               BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(ageing_strength),
-               BRISTLE_FIELD(ageing_time), BRISTLE_FIELD(speed_strengthening),
-               BRISTLE_FIELD(strengthening_speed));
+               BRISTLE_CHOICE(snap_rule, SnapRule::slide),
+               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian), BRISTLE_FIELD(residual_length),
+               BRISTLE_FIELD(shared_renewal), BRISTLE_CHOICE(ageing_form, AgeingForm::saturating),
+               BRISTLE_FIELD(ageing_strength), BRISTLE_FIELD(ageing_time), BRISTLE_FIELD(speed_strengthening),
+               BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(drop));
 BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
                BRISTLE_FIELD(presliding_length), BRISTLE_FIELD(bristles_per_newton),
                BRISTLE_FIELD(damping_per_newton), BRISTLE_FIELD(viscous_friction),
                BRISTLE_FIELD(stribeck_velocity), BRISTLE_CHOICE(law, SnapLaw::table),
-               BRISTLE_CHOICE2(snap_rule, rule, SnapRule::keep),
+               BRISTLE_CHOICE2(snap_rule, rule, SnapRule::slide),
                BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian), BRISTLE_FIELD(residual_share),
                BRISTLE_FIELD(shared_renewal), BRISTLE_FIELD(kinetic_speed), BRISTLE_FIELD(fall_per_decade),
                BRISTLE_FIELD(growth_per_decade), BRISTLE_FIELD(ageing_time),
                BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(speed_strengthening),
-               BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread));
+               BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread), BRISTLE_FIELD(drop));
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),

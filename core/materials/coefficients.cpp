@@ -177,7 +177,9 @@ struct Family {
   static constexpr double narrow_uniform = 0.249;
 };
 
-const char* rule_name(SnapRule rule) noexcept { return rule == SnapRule::keep ? "keep" : "redraw"; }
+const char* rule_name(SnapRule rule) noexcept {
+  return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "keep" : "redraw";
+}
 
 /// The spread of at most `widest` at which peak / kinetic is `wanted`.
 double solve_spread(const Family& family, double widest, double wanted) {
@@ -322,11 +324,79 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
+/// SnapRule::slide: the spread that is given, or else 0.3 of a family that has one.
+double find_slide_spread(const Family& family, const Coefficients& c) {
+  constexpr double usual_spread = 0.3;
+  const double widest = family.widest_allowed();
+  if (c.spread == 0.0) return std::min(usual_spread, widest);
+  constexpr double rounding = 1.0 + 1e-12;
+  const double spread = c.spread <= widest * rounding ? std::min(c.spread, widest) : c.spread;
+  detail::require_within("Coefficients", "spread", spread, 0.0, widest, "(" + describe(family, 0.0) + ")");
+  return spread;
+}
+
+/// SnapRule::slide: the drop at which the peak is `ratio` times the kinetic friction, or an error with what
+/// can be reached.
+double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
+  const auto ratio = [&unit](double drop) {
+    return detail::slide_peak(unit, drop, 1.0).force / (1.0 - drop);
+  };
+  detail::require_within("Coefficients", "drop", c.drop, 0.0, largest_drop);
+  if (c.peak == 0.0) return c.drop;
+  const double wanted = c.peak / c.kinetic;
+  if (c.drop != 0.0) {
+    const double peak = c.kinetic * ratio(c.drop);
+    if (detail::magnitude(c.peak - peak) > 1e-5 * peak)
+      detail::refuse(
+          "Coefficients", "peak", c.peak,
+          detail::number_text(peak) + " beside drop = " + detail::number_text(c.drop) +
+              ": set drop = 0 to have it solved from the peak, or peak = 0 to have the peak follow");
+    return c.drop;
+  }
+  constexpr double rounding = 1e-9;
+  if (!(wanted >= 1.0 - rounding && wanted <= ratio(largest_drop) * (1.0 + rounding)))
+    detail::refuse("Coefficients", "peak / kinetic", wanted,
+                   "1 to " + detail::number_text(ratio(largest_drop)) + " (" + name + ", drop at most " +
+                       detail::number_text(largest_drop) + ")");
+  double low = 0.0, high = largest_drop;
+  if (wanted <= 1.0 + rounding) return 0.0;
+  for (int i = 0; i < 60 && high - low > 1e-14; ++i) {
+    const double middle = 0.5 * (low + high);
+    (ratio(middle) < wanted ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// SnapRule::slide: the ageing whose growth is wanted, of bristles of this law and drop.
+double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
+  if (c.fall_per_decade != 0.0)
+    detail::refuse("Coefficients", "fall_per_decade", c.fall_per_decade,
+                   "0 with rule slide: a bristle that slides does not age; give growth_per_decade");
+  if (c.growth_per_decade == 0.0) return 0.0;
+  const double highest = ln10 * largest_ageing * detail::slide_peak(unit, drop, 1.0).slope / (1.0 - drop);
+  if (!(c.growth_per_decade <= highest * (1.0 + 1e-9)))
+    detail::refuse("Coefficients", "growth_per_decade", c.growth_per_decade,
+                   "0 to " + detail::number_text(highest) + " (rule slide, drop " +
+                       detail::number_text(drop) + "; without a drop no peak grows)");
+  return std::min(c.growth_per_decade / highest, 1.0) * largest_ageing;
+}
+
 /// Kinetic and peak coefficient of a material at c.kinetic_speed, and how they fall.
 void find_friction(const Material& m, Coefficients& c) {
   c.kinetic = m.kinetic_coefficient();
   c.peak = m.peak_coefficient();
+  c.drop = m.drop;
   if (m.ageing_strength == 0.0) return;
+  if (m.snap_rule == SnapRule::slide) {
+    c.growth_per_decade =
+        ln10 * m.ageing_strength * detail::slide_peak(m.snap_length, m.drop, 1.0).slope / (1.0 - m.drop);
+    if (c.growth_per_decade == 0.0 || m.ageing_form != AgeingForm::logarithmic)
+      detail::refuse(
+          "Material::coefficients", "ageing_strength", m.ageing_strength,
+          "0 with snap_rule slide, unless it is logarithmic and a drop gives a peak that grows: no "
+          "coefficients determine it");
+    return;
+  }
   const double mean = m.snap_length.mean(), residual = m.residual_length / mean;
   if (c.kinetic_speed == 0.0) {
     const double deflection =
@@ -377,14 +447,18 @@ Material Material::from_coefficients(const Coefficients& c) {
   using detail::require_within;
   const char* const where = "Coefficients";
   require_within(where, "kinetic", c.kinetic, 1e-9, 1e6);
-  if (c.spread == 0.0 || c.peak != 0.0) require_within(where, "peak", c.peak, 1e-9, 2e6, "(0 with a spread)");
+  const bool slides = c.rule == SnapRule::slide;
+  if (!slides && c.drop != 0.0)
+    detail::refuse(where, "drop", c.drop, "0 with rule redraw or keep; rule slide takes it");
+  if ((c.spread == 0.0 && !slides) || c.peak != 0.0)
+    require_within(where, "peak", c.peak, 1e-9, 2e6, "(0 with a spread)");
   require_within(where, "presliding_length", c.presliding_length, 1e-12, 1e3, "m");
   require_within(where, "bristles_per_newton", c.bristles_per_newton, 1e-6, 1e15, "1/N");
   require_within(where, "damping_per_newton", c.damping_per_newton, 0.0, 1e15, "s/m");
   require_within(where, "viscous_friction", c.viscous_friction, 0.0, 1e15, "N s/m");
   require_within(where, "stribeck_velocity", c.stribeck_velocity, 0.0, 1e15, "m/s");
-  if (c.rule != SnapRule::redraw && c.rule != SnapRule::keep) {
-    detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0) or keep (1)");
+  if (static_cast<int>(c.rule) > static_cast<int>(SnapRule::slide)) {
+    detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0), keep (1) or slide (2)");
   }
   if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian) {
     detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay),
@@ -406,22 +480,28 @@ Material Material::from_coefficients(const Coefficients& c) {
 
   check_ageing(c);
 
-  const Family family{c.law, c.rule, c.residual_share / (1.0 - c.residual_share), c.shared_renewal,
-                      find_wish(c)};
-  const double spread =
-      c.spread != 0.0 ? check_spread(family, c) : find_spread(family, c.peak / c.kinetic, c.residual_share);
+  const double residual_share = slides ? 0.0 : c.residual_share;
+  const double renewal = slides ? 0.0 : c.shared_renewal;
+  const Family family{c.law, c.rule, residual_share / (1.0 - residual_share), renewal, find_wish(c)};
+  const double spread = slides            ? find_slide_spread(family, c)
+                        : c.spread != 0.0 ? check_spread(family, c)
+                                          : find_spread(family, c.peak / c.kinetic, c.residual_share);
 
   Material material;
-  material.snap_length = family.make(c.presliding_length * (1.0 - c.residual_share), spread);
-  material.residual_length = c.presliding_length * c.residual_share;
-  material.shared_renewal = c.shared_renewal;
+  material.snap_length = family.make(c.presliding_length * (1.0 - residual_share), spread);
+  material.residual_length = c.presliding_length * residual_share;
+  material.shared_renewal = renewal;
   material.snap_rule = c.rule;
   material.asperity_height_deviation = 1e-6;  // suits most industrial surfaces (paper, section 2.3)
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
   material.ageing_form = c.ageing_form;
   material.ageing_time = c.ageing_time;
-  if (family.wish.any()) {
+  if (slides) {
+    const SnapLength unit = family.make(1.0, spread);
+    material.drop = find_drop(unit, describe(family, 0.0), c);
+    material.ageing_strength = find_slide_ageing(unit, material.drop, c);
+  } else if (family.wish.any()) {
     const SnapLength unit = family.make(1.0, spread);
     require_reached(c, family, unit);
     material.ageing_strength = family.find_strength(unit);

@@ -227,6 +227,10 @@ std::uint64_t hash_material(const Material& m) {
     hasher.add(m.ageing_strength);
     hasher.add(m.ageing_time);
   }
+  if (m.drop != 0.0) {
+    hasher.add(std::uint64_t{0xD209});
+    hasher.add(m.drop);
+  }
   if (m.speed_strengthening != 0.0) {
     hasher.add(std::uint64_t{0x5EED});
     hasher.add(m.speed_strengthening);
@@ -311,8 +315,10 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
            "less: with so many bristles of next to no length each snap draws others that snap at once, and "
            "nearly "
            "no friction is left (or make the lengths longer)");
-  c.kinetic = c.residual + kinetic_deflection(length, material.snap_rule, material.shared_renewal) *
-                               length.mean() * per_metre;
+  const double kinetic = material.snap_rule == SnapRule::slide
+                             ? 1.0 - material.drop
+                             : kinetic_deflection(length, material.snap_rule, material.shared_renewal);
+  c.kinetic = c.residual + kinetic * length.mean() * per_metre;
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
@@ -323,6 +329,13 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
     for (int k = 0; k < spread_size; ++k)
       c.spread.push_back(std::clamp(length.quantile(spread_share(k)) * per_metre, c.shortest, c.longest));
   return compiled;
+}
+
+std::shared_ptr<const Strata> CompiledMaterial::strata(std::uint32_t n) const {
+  const std::lock_guard lock(strata_lock_);
+  std::shared_ptr<const Strata>& made = strata_[n];
+  if (made == nullptr) made = std::make_shared<const Strata>(make_strata(material.snap_length, n));
+  return made;
 }
 
 void CompiledMaterial::make_draws() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "bristle/material.hpp"
 #include "core/kernel_table.hpp"
 #include "core/materials/renewal_law.hpp"
+#include "core/materials/strata.hpp"
 #include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
@@ -40,6 +42,10 @@ struct CompiledMaterial {
   /// Steady sliding under shared renewal, for representatives, made at the first call.
   const RenewalLaw& renewal() const;
 
+  /// The law in so many strata, for bristles that slide; made at the first call. Any thread that adds
+  /// patches.
+  std::shared_ptr<const Strata> strata(std::uint32_t n) const;
+
   CompiledMaterial() = default;
   CompiledMaterial(const CompiledMaterial&) = delete;
   CompiledMaterial& operator=(const CompiledMaterial&) = delete;
@@ -51,6 +57,8 @@ struct CompiledMaterial {
   mutable SurvivalTable survival_;
   mutable std::once_flag renewal_made_;
   mutable RenewalLaw renewal_;
+  mutable std::mutex strata_lock_;
+  mutable std::map<std::uint32_t, std::shared_ptr<const Strata>> strata_;
 };
 
 /// Shares of the snap-length law for sums over it, close to each other towards both ends, and their weights:

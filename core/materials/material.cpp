@@ -35,9 +35,16 @@ void Material::validate() const {
                          largest_parameter, "N/m");
   detail::require_within("Material", "asperity_height_deviation", asperity_height_deviation,
                          smallest_positive, largest_parameter, "m");
-  if (snap_rule != SnapRule::redraw && snap_rule != SnapRule::keep) {
-    detail::refuse("Material", "snap_rule", static_cast<int>(snap_rule), "redraw (0) or keep (1)");
+  if (static_cast<int>(snap_rule) > static_cast<int>(SnapRule::slide)) {
+    detail::refuse("Material", "snap_rule", static_cast<int>(snap_rule), "redraw (0), keep (1) or slide (2)");
   }
+  const bool slides = snap_rule == SnapRule::slide;
+  detail::require_within("Material", "drop", drop, 0.0, slides ? largest_drop : 0.0,
+                         slides ? "" : "with snap_rule redraw or keep; snap_rule slide takes it");
+  if (slides && (residual_length != 0.0 || shared_renewal != 0.0))
+    detail::refuse("Material", residual_length != 0.0 ? "residual_length" : "shared_renewal",
+                   residual_length != 0.0 ? residual_length : shared_renewal,
+                   "0 with snap_rule slide: nothing snaps");
   if (damper_decay != DamperDecay::exponential && damper_decay != DamperDecay::gaussian) {
     detail::refuse("Material", "damper_decay", static_cast<int>(damper_decay),
                    "exponential (0) or gaussian (1)");
@@ -77,6 +84,8 @@ double Material::kinetic_coefficient() const {
   // keep: a bristle of length delta is on average bent by delta / 2. redraw: a bristle met in sliding
   // is long in proportion to its length, so the mean is m2 / (2 m1).
   const double mean = snap_length.mean();
+  if (snap_rule == SnapRule::slide)
+    return bristle_stiffness * (1.0 - drop) * mean / (normal_stiffness * asperity_height_deviation);
   const double beyond = shared_renewal != 0.0
                             ? mean * detail::kinetic_deflection(snap_length, snap_rule, shared_renewal)
                         : snap_rule == SnapRule::keep ? 0.5 * mean
@@ -87,7 +96,7 @@ double Material::kinetic_coefficient() const {
 double Material::kinetic_coefficient(double speed_m_per_s) const {
   if (speed_m_per_s != speed_m_per_s)
     detail::refuse("Material::kinetic_coefficient", "speed_m_per_s", speed_m_per_s, "any number");
-  if (ageing_strength == 0.0) return kinetic_coefficient();
+  if (ageing_strength == 0.0 || snap_rule == SnapRule::slide) return kinetic_coefficient();
   const detail::SteadySliding sliding = detail::find_steady_sliding(snap_length, snap_rule, shared_renewal,
                                                                     detail::ageing_at(*this, speed_m_per_s));
   return bristle_stiffness * (residual_length + snap_length.mean() * sliding.deflection) /
@@ -95,6 +104,7 @@ double Material::kinetic_coefficient(double speed_m_per_s) const {
 }
 
 double Material::peak_coefficient() const {
+  if (snap_rule == SnapRule::slide) return peak_coefficient(0.0);
   const double beyond = detail::peak_deflection(snap_length, snap_rule, shared_renewal);
   const double force = residual_length == 0.0
                            ? bristle_stiffness * snap_length.mean() * beyond
@@ -103,12 +113,17 @@ double Material::peak_coefficient() const {
 }
 
 double Material::peak_coefficient(double held_s) const {
+  if (snap_rule == SnapRule::slide)
+    return bristle_stiffness * snap_length.mean() *
+           detail::slide_peak(snap_length, drop, ageing_factor(held_s)).force /
+           (normal_stiffness * asperity_height_deviation);
   const double residual =
       bristle_stiffness * residual_length / (normal_stiffness * asperity_height_deviation);
   return residual + ageing_factor(held_s) * (peak_coefficient() - residual);
 }
 
 double Material::snap_rate() const {
+  if (snap_rule == SnapRule::slide) return 0.0;
   const double per_mean = shared_renewal != 0.0
                               ? detail::find_steady_sliding(snap_length, snap_rule, shared_renewal).snap_rate
                               : detail::snap_rate_without_renewal(snap_length, snap_rule);
@@ -157,6 +172,10 @@ double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mea
 double virgin_deflection(const Material& material, double x_over_mean) {
   const double x = detail::magnitude(x_over_mean);
   if (!(x <= 1e6)) detail::refuse("virgin_deflection", "x_over_mean", x_over_mean, "-1e6 to 1e6");
+  if (material.snap_rule == SnapRule::slide) {
+    const double f = detail::slide_curve(material.snap_length, material.drop, 1.0, x);
+    return x_over_mean < 0.0 ? -f : f;
+  }
   const double residual = material.residual_length / material.snap_length.mean();
   // Nothing snaps before the residual length, and then every bristle counts its deflection from there.
   const double f = x <= residual ? x
@@ -174,7 +193,7 @@ bool operator==(const Material& x, const Material& y) noexcept {
          x.residual_length == y.residual_length && x.shared_renewal == y.shared_renewal &&
          x.ageing_form == y.ageing_form && x.ageing_strength == y.ageing_strength &&
          x.ageing_time == y.ageing_time && x.speed_strengthening == y.speed_strengthening &&
-         x.strengthening_speed == y.strengthening_speed;
+         x.strengthening_speed == y.strengthening_speed && x.drop == y.drop;
 }
 
 }  // namespace bristle

@@ -892,4 +892,44 @@ double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal,
   return rule == SnapRule::keep ? keep_deflection(law, x, false) : redraw_deflection(law, x);
 }
 
+double slide_curve(const SnapLength& law, double drop, double growth, double x) {
+  const double length = x * law.mean() / growth;
+  return x * law.survival(length) + (1.0 - drop) * law.partial_moment(1, length) / law.mean();
+}
+
+SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
+  const double mean = law.mean();
+  SlidePeak best{1.0 - drop, 0.0};  // far along
+  const auto try_at = [&](double length) {
+    const double force = slide_curve(law, drop, growth, growth * length / mean);
+    if (force > best.force) best = {force, length / mean * law.survival(length)};
+    return force;
+  };
+  // Just before a length too: many bristles may have the same.
+  constexpr double before = 1.0 - 1e-12;
+  constexpr int points = 256;
+  const auto length_at = [&law](int k) {
+    if (k >= points) return law.longest();
+    const double t = (k + 0.5) / points;
+    return law.quantile(t * t * t * (10.0 - 15.0 * t + 6.0 * t * t));
+  };
+  int highest = 0;
+  double most = 0.0;
+  for (int k = 0; k <= points; ++k) {
+    const double force = std::max(try_at(length_at(k) * before), try_at(length_at(k)));
+    if (force <= most) continue;
+    most = force;
+    highest = k;
+  }
+  double low = highest > 0 ? length_at(highest - 1) : 0.0, high = length_at(std::min(highest + 1, points));
+  for (int i = 0; i < 100 && high - low > 1e-9 * mean; ++i) {
+    const double third = (high - low) / 3.0;
+    if (try_at(low + third) < try_at(high - third))
+      low += third;
+    else
+      high -= third;
+  }
+  return best;
+}
+
 }  // namespace bristle::detail

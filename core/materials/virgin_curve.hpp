@@ -12,4 +12,13 @@ double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renew
 /// Mean deflection after a path x > 0 from all deflections zero.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
 
+/// SnapRule::slide: mean deflection after a path x > 0 from rest, of bristles that hold `growth` times their
+/// length until they slide, and (1 - drop) of it from then on.
+double slide_curve(const SnapLength& law, double drop, double growth, double x);
+/// Its supremum, and how that rises with `growth`.
+struct SlidePeak {
+  double force, slope;
+};
+SlidePeak slide_peak(const SnapLength& law, double drop, double growth);
+
 }  // namespace bristle::detail

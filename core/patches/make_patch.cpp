@@ -6,6 +6,7 @@
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
 #include "core/patches/representatives/representatives.hpp"
+#include "core/patches/sliders/sliders.hpp"
 
 namespace bristle::detail {
 
@@ -15,7 +16,7 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   p.model = &model;
   p.axes = static_cast<std::uint8_t>(record.options.axes);
   p.outputs = record.options.outputs;
-  p.ages = record.material->material.ageing_strength != 0.0;
+  p.ages = record.material->material.ageing_strength != 0.0 || record.material->material.drop != 0.0;
   p.literal = record.options.step_rule == StepRule::literal;
   p.lengths_per_metre = record.material->lengths_per_metre;
   // More than this streams by itself.
@@ -32,6 +33,8 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
   PatchOptions chosen = options;
   chosen.population = choose_population(material->material, options);
+  if (material->material.snap_rule == SnapRule::slide)
+    return make_sliders(std::move(material), chosen, kernels, weight);
   if (chosen.population == Population::infinite)
     return make_cohorts(std::move(material), chosen, kernels, weight);
   return make_representatives(std::move(material), chosen, kernels, weight);

@@ -17,6 +17,7 @@
 #include "core/patches/contact_model.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
+#include "core/patches/sliders/sliders.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/float_mode.hpp"
@@ -79,6 +80,7 @@ struct PatchBatch::Impl {
         skips(!options.eager),
         queue(new MoveQueue(PatchPool::first_slots)) {
     name_kernels();
+    name_sliders();
     pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));
   }
   ~Impl() {
@@ -108,6 +110,7 @@ struct PatchBatch::Impl {
     PatchOptions options;
     double full_weight = 0.0;
     bool alive = false;
+    const ContactModel* model = nullptr;
   };
   SlotList slots;
   std::vector<Record> records;                                     ///< by slot
@@ -258,7 +261,7 @@ struct PatchBatch::Impl {
     command->patch.skips = skips;
     records.resize(slots.size());
     while (slot.number >= PatchPool::first_of(chunks - 1) + PatchPool::slots_of(chunks - 1)) grow_pool();
-    records[slot.number] = {made.record->options, made.record->full_weight, true};
+    records[slot.number] = {made.record->options, made.record->full_weight, true, made.model};
     command->slot = slot.number;
     command->patch.generation = slot.generation;
     send(std::move(command));
@@ -736,6 +739,10 @@ void PatchBatch::set_material(PatchId id, const Material& material) {
   command->kind = Command::Kind::replace;
   command->slot = slot_of(id);
   command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.full_weight);
+  if (command->patch.model != record.model)
+    throw Error(
+        "PatchBatch::set_material: the patch and the new material are not of one kind: bristles that slide "
+        "(SnapRule::slide) and bristles that snap have other states; remove the patch and add another");
   impl.attach_scratch(*command);
   impl.send(std::move(command));
 }
@@ -847,7 +854,13 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     trial.of = p;
     trial.normal_load = motion.normal_load;
   }
-  find_response(trial.patch, motion, dt_s, trial.contact_loss, response);
+  if (!needs_copy(trial.patch, motion)) {
+    find_response(trial.patch, motion, dt_s, trial.contact_loss, response);
+    return response;
+  }
+  trial.of = nullptr;
+  step_patch(trial.patch, motion, dt_s, response);
+  if (has(p->outputs, Outputs::energy)) response.contact_loss += trial.contact_loss;
   return response;
 }
 

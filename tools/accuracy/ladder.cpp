@@ -115,6 +115,8 @@ std::string infinite_obstacle(const Scene& scene) {
 std::string literal_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
+    if (m.snap_rule == bristle::SnapRule::slide)
+      return fmt::format("the bristles of patch '{}' slide, they do not snap", patch.name);
     if (m.residual_length != 0.0 || m.shared_renewal != 0.0 || m.ageing_strength != 0.0)
       return fmt::format("the material of patch '{}' has residual, shared renewal or ageing", patch.name);
   }

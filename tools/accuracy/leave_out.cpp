@@ -98,6 +98,7 @@ SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
   SceneMaterial to = from;
   if (to.coefficients) {
     to.coefficients->rule = rule;
+    if (rule != SnapRule::slide) to.coefficients->drop = 0.0;
     try {
       const bristle::DamperDecay decay = to.material.damper_decay;
       to.material = bristle::Material::from_coefficients(*to.coefficients).with_damper_decay(decay);
@@ -107,6 +108,7 @@ SceneMaterial with_rule(const SceneMaterial& from, SnapRule rule) {
     }
   }
   to.material.snap_rule = rule;
+  if (rule != SnapRule::slide) to.material.drop = 0.0;
   return to;
 }
 

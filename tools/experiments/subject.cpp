@@ -10,9 +10,10 @@
 namespace cli {
 namespace {
 
-constexpr std::array<std::string_view, 12> names = {
-    "coulomb",    "dahl",         "lugre",      "elasto_plastic", "maxwell_slip", "gms",
-    "rate_state", "brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed", "brush_aged"};
+constexpr std::array<std::string_view, 14> names = {
+    "coulomb",      "dahl",       "lugre",        "elasto_plastic",  "maxwell_slip",
+    "gms",          "rate_state", "brush_redraw", "brush_keep",      "brush_infinite",
+    "brush_rubbed", "brush_aged", "brush_slide",  "brush_slide_drop"};
 
 // The damper of eq. 5 is what the paper has in place of ageing: with it, friction rises up to the Stribeck
 // velocity, where friction that ages falls.
@@ -57,8 +58,9 @@ std::span<const std::string_view> model_names() { return names; }
 
 std::string model_title(std::string_view model) {
   constexpr std::array<std::string_view, names.size()> titles = {
-      "Coulomb",        "Dahl",          "LuGre",       "elasto-plastic", "Maxwell-slip", "GMS",
-      "rate and state", "brush, redraw", "brush, keep", "infinite brush", "rubbed brush", "aged brush"};
+      "Coulomb",      "Dahl",           "LuGre",         "elasto-plastic",    "Maxwell-slip",
+      "GMS",          "rate and state", "brush, redraw", "brush, keep",       "infinite brush",
+      "rubbed brush", "aged brush",     "brush, slide",  "brush, slide, drop"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == model) return std::string(titles[i]);
   }
@@ -66,6 +68,12 @@ std::string model_title(std::string_view model) {
 }
 
 bool is_brush(std::string_view model) { return model.starts_with("brush"); }
+
+namespace {
+bool slides(std::string_view model) { return model.starts_with("brush_slide"); }
+constexpr double drop_of_brush = 0.2;
+constexpr std::uint32_t strata_of_brush = 64;
+}  // namespace
 
 rivals::Surface rival_surface(const Settings& settings) {
   rivals::Surface s;
@@ -81,11 +89,17 @@ rivals::Surface rival_surface(const Settings& settings) {
 bristle::Material brush_material(std::string_view model, const Settings& settings) {
   bristle::Material material;
   const double per_newton = settings.number("bristles_per_newton");
-  material.snap_rule = model == "brush_keep" ? bristle::SnapRule::keep : bristle::SnapRule::redraw;
+  material.snap_rule = slides(model)           ? bristle::SnapRule::slide
+                       : model == "brush_keep" ? bristle::SnapRule::keep
+                                               : bristle::SnapRule::redraw;
+  if (model == "brush_slide_drop") material.drop = drop_of_brush;
   const double length = settings.number("presliding");
   const bool aged = model == "brush_aged", rubbed = model == "brush_rubbed" || aged;
   const double residual = rubbed ? settings.number("residual") * length : 0.0;
-  material.snap_length = snap_length(settings, length - residual);
+  // Bristles that slide from no deflection on, as those of Maxwell slip do; those that drop have the spread
+  // of all.
+  material.snap_length = model == "brush_slide" ? bristle::SnapLength::uniform(0.0, 2.0 * length)
+                                                : snap_length(settings, length - residual);
   material.residual_length = residual;
   material.shared_renewal = rubbed ? settings.number("renewal") : 0.0;
   material.normal_stiffness = 1.0 / (per_newton * material.asperity_height_deviation);
@@ -116,7 +130,9 @@ bristle::PatchOptions brush_options(std::string_view model, const Settings& sett
   patch.outputs = bristle::Outputs::mean;
   patch.precision =
       settings.text("precision") == "double" ? bristle::Precision::double_ : bristle::Precision::single;
-  if (model != "brush_redraw" && model != "brush_keep") {
+  if (slides(model)) {
+    patch.bristles = strata_of_brush;
+  } else if (model != "brush_redraw" && model != "brush_keep") {
     patch.population = bristle::Population::infinite;
     patch.resolution = settings.number("resolution");
   }

@@ -1,8 +1,8 @@
 # What the pictures of `bristle experiment` share. Loaded by experiment_*.gp, which get csv='FILE' (of --csv), png='FILE'
 # and folder='...' (where this file is).
 if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
-models = "coulomb dahl lugre elasto_plastic maxwell_slip gms rate_state brush_redraw brush_keep brush_infinite brush_rubbed brush_aged"
-titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush' 'aged brush'"
+models = "coulomb dahl lugre elasto_plastic maxwell_slip gms rate_state brush_redraw brush_keep brush_infinite brush_rubbed brush_aged brush_slide brush_slide_drop"
+titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush' 'aged brush' 'brush, slide' 'brush, slide, drop'"
 index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
 name(m) = word(titles, index_of(m))
 # Okabe and Ito: told apart by everybody. The brush is drawn thick.
@@ -23,7 +23,7 @@ present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }
 # Twelve curves hide each other: of more than seven models, one of each kind is drawn. --models names others.
 all_present = present
 if (words(all_present) > 7) {
-  kinds = "coulomb lugre maxwell_slip rate_state brush_redraw brush_rubbed brush_aged"
+  kinds = "coulomb lugre maxwell_slip rate_state brush_redraw brush_rubbed brush_aged brush_slide brush_slide_drop"
   kept = ""
   do for [m in kinds] { if (strstrt(" ".all_present, " ".m." ") > 0) { kept = kept.m." " } }
   present = kept

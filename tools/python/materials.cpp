@@ -113,7 +113,7 @@ void define_coefficients(py::module_& module) {
       .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
       .named_field("law", &Coefficients::law, law_names,
                    "Family of snap lengths; peak / kinetic sets its spread, or spread does.")
-      .named_field("rule", &Coefficients::rule, rule_names, "\"redraw\" or \"keep\".")
+      .named_field("rule", &Coefficients::rule, rule_names, "\"redraw\", \"keep\" or \"slide\".")
       .field("damping_per_newton", &Coefficients::damping_per_newton,
              "s/m, tangential damping at rest over load.")
       .field("viscous_friction", &Coefficients::viscous_friction, "N s/m, lubricant term of the patch.")
@@ -139,13 +139,15 @@ void define_coefficients(py::module_& module) {
           "spread", &Coefficients::spread,
           "Standard deviation over mean of the snap length (normal: of the uncut law); 0 = solved from peak. "
           "Beside a peak the two must agree.")
+      .field("drop", &Coefficients::drop,
+             "rule=\"slide\": share of its limit that a bristle loses while it slides; 0 = solved from peak.")
       .done(
           "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
           "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
           "damper_decay='exponential', residual_share=0.1, shared_renewal=1.0, kinetic_speed=0.0, "
           "fall_per_decade=0.0, growth_per_decade=0.0, ageing_time=1.0, ageing_form='logarithmic', "
-          "speed_strengthening=0.0, strengthening_speed=1e-6, spread=0.0)");
+          "speed_strengthening=0.0, strengthening_speed=1e-6, spread=0.0, drop=0.0)");
   coefficients.type.def_static("paper", &Coefficients::paper,
                                "The law of the paper: residual_share = shared_renewal = 0.");
 }
@@ -161,7 +163,7 @@ void define_material(py::module_& module) {
       .field("asperity_height_deviation", &Material::asperity_height_deviation, "sigma, m.")
       .field("snap_length", &Material::snap_length,
              "SnapLength: law of the deflection at which a bristle snaps.")
-      .named_field("snap_rule", &Material::snap_rule, rule_names, "\"redraw\" or \"keep\".")
+      .named_field("snap_rule", &Material::snap_rule, rule_names, "\"redraw\", \"keep\" or \"slide\".")
       .named_field("damper_decay", &Material::damper_decay, decay_names, "\"exponential\" or \"gaussian\".")
       .field("residual_length", &Material::residual_length,
              "m: a bristle snaps at this plus its snap length, and stays bent by this.")
@@ -173,6 +175,8 @@ void define_material(py::module_& module) {
       .field("speed_strengthening", &Material::speed_strengthening,
              "a: a N asinh(v / (2 v*)) against the motion; 0 = none.")
       .field("strengthening_speed", &Material::strengthening_speed, "m/s: v*.")
+      .field("drop", &Material::drop,
+             "snap_rule=\"slide\": share of its limit that a bristle loses while it slides.")
       .done(
           "Material(*, bristle_stiffness=82.05, bristle_damping=0.0, viscous_friction=0.0, "
           "stribeck_velocity=1e-3, "
@@ -180,7 +184,7 @@ void define_material(py::module_& module) {
           "15e-6), "
           "snap_rule='redraw', damper_decay='exponential', residual_length=0.0, shared_renewal=0.0, "
           "ageing_form='logarithmic', ageing_strength=0.0, ageing_time=1.0, speed_strengthening=0.0, "
-          "strengthening_speed=1e-6)");
+          "strengthening_speed=1e-6, drop=0.0)");
   material.type
       .def_static(
           "from_coefficients", &Material::from_coefficients, py::arg("coefficients"),

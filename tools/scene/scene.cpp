@@ -81,7 +81,7 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.asperity_height_deviation =
       table.number("asperity_height_deviation", any_positive, m.asperity_height_deviation);
   if (table.has("snap_length")) m.snap_length = read_snap_length(table.table("snap_length"));
-  m.snap_rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep"}, 0));
+  m.snap_rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep", "slide"}, 0));
   m.residual_length =
       table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
   m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
@@ -90,6 +90,7 @@ bristle::Material read_bristle_parameters(const TomlTable& table) {
   m.ageing_time = read_ageing_time(table);
   m.speed_strengthening = table.number("speed_strengthening", any_not_negative, 0.0);
   m.strengthening_speed = table.number("strengthening_speed", any_positive, m.strengthening_speed);
+  m.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   return m;
 }
 
@@ -97,14 +98,17 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   bristle::Coefficients c;
   c.kinetic = table.number("kinetic", any_positive, c.kinetic);
   c.spread = table.number("spread", any_not_negative, c.spread);
-  // Beside a spread the peak follows, unless it is given.
-  const bool has_peak = c.spread == 0.0 || table.has_any({"peak"});
+  c.rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep", "slide"}, 0));
+  c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
+  // Beside what it follows from the peak follows, unless it is given: the drop where bristles slide, else the
+  // spread.
+  const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
+  const bool has_peak = !follows || table.has_any({"peak"});
   c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
   c.presliding_length = table.number("presliding_length", {0.0, 1.0, true, "m"}, c.presliding_length);
   c.bristles_per_newton = table.number("bristles_per_newton", any_positive, c.bristles_per_newton);
   c.law = static_cast<bristle::SnapLaw>(table.choice(
       "law", {"single", "uniform", "normal", "lognormal", "exponential"}, static_cast<std::size_t>(c.law)));
-  c.rule = static_cast<bristle::SnapRule>(table.choice("rule", {"redraw", "keep"}, 0));
   c.damping_per_newton = table.number("damping_per_newton", any_not_negative, c.damping_per_newton);
   c.viscous_friction = table.number("viscous_friction", any_not_negative, c.viscous_friction);
   c.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, c.stribeck_velocity);
@@ -140,7 +144,7 @@ SceneMaterial read_material(TomlTable table) {
       table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
                    "asperity_height_deviation", "snap_length", "rule", "viscous_friction",
                    "stribeck_velocity", "damper_decay", "residual_length", "shared_renewal", "ageing_form",
-                   "ageing_strength", "ageing_time", "speed_strengthening", "strengthening_speed"});
+                   "ageing_strength", "ageing_time", "speed_strengthening", "strengthening_speed", "drop"});
       result.material = read_bristle_parameters(table);
     } else {
       table.allow({"name",
@@ -163,7 +167,8 @@ SceneMaterial read_material(TomlTable table) {
                    "ageing_form",
                    "ageing_time",
                    "speed_strengthening",
-                   "strengthening_speed"});
+                   "strengthening_speed",
+                   "drop"});
       result.coefficients = read_coefficients(table);
       result.material = bristle::Material::from_coefficients(*result.coefficients);
     }
@@ -213,9 +218,10 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     return;
   }
   if (material.snap_rule != bristle::SnapRule::redraw) {
-    table.fail("population",
-               "is 'infinite', but the material has rule = \"keep\", whose bristles never forget their "
-               "phases; give the material rule = \"redraw\" or the patch population = \"representatives\"");
+    table.fail(
+        "population",
+        "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
+        "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
   }
   if (o.step_rule != bristle::StepRule::exact) {
     table.fail("step_rule",

@@ -93,7 +93,7 @@ enum {
   BRISTLE_LAW_TABLE = 5        /**< quantiles in `table`, m */
 };
 /** What a bristle does after a snap: bristle::SnapRule. */
-enum { BRISTLE_RULE_REDRAW = 0, BRISTLE_RULE_KEEP = 1 };
+enum { BRISTLE_RULE_REDRAW = 0, BRISTLE_RULE_KEEP = 1, BRISTLE_RULE_SLIDE = 2 };
 /** Decay of the bristle damper with speed: bristle::DamperDecay. */
 enum { BRISTLE_DECAY_EXPONENTIAL = 0, BRISTLE_DECAY_GAUSSIAN = 1 };
 
@@ -129,6 +129,7 @@ typedef struct bristle_material {
   double ageing_time;     /**< s, tau */
   double speed_strengthening; /**< a: a N asinh(v / (2 v*)) against the motion; 0 = none */
   double strengthening_speed; /**< m/s, v* */
+  double drop; /**< BRISTLE_RULE_SLIDE: share of its limit that a bristle loses while it slides */
 } bristle_material;
 
 /** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
@@ -156,6 +157,7 @@ typedef struct bristle_coefficients {
   double speed_strengthening; /**< a of bristle_material; not part of `kinetic` */
   double strengthening_speed; /**< m/s, v* */
   double spread; /**< standard deviation over mean of the snap length (normal: uncut); 0 = solved from peak */
+  double drop; /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
 } bristle_coefficients;
 
 /** What follows from a material. */

@@ -14,11 +14,16 @@ constexpr double widest_redraw_cv = 1.25;
 constexpr double largest_residual = 64.0;
 constexpr double largest_renewal = 16.0;
 
-/// What a bristle does after it snapped (paper, section 2.1, read in two ways).
+/// Largest Material::drop.
+constexpr double largest_drop = 0.95;
+
+/// What a bristle does at its snap length (the first two: paper, section 2.1, read in two ways).
 enum class SnapRule : unsigned char {
   redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
            ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
-  keep     ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
+  keep,    ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
+  slide  ///< It does not snap: it slides, bent by its snap length, until the motion turns back (Maxwell slip,
+         ///< Iwan, Prandtl and Ishlinskii). No residual and no renewal; representatives of every law.
 };
 
 /// Decay of the bristle damper with speed (eq. 5).
@@ -60,6 +65,9 @@ constexpr double slowest_sliding = 1e-19;
 /// default there is none. By default a snap leaves a tenth of the presliding length and renews another
 /// bristle: a contact that is rubbed to and fro does not harden (core/MODEL.md, section 26).
 /// Coefficients::paper() has neither, as the paper.
+///
+/// With SnapRule::slide nothing snaps: residual_share and shared_renewal do not count, the peak comes from
+/// the drop, and growth_per_decade from bristles that hold more the longer they have not slid.
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
   /// Highest friction over normal load at first loading. Equal to kinetic it asks for no peak: the least
@@ -90,6 +98,9 @@ struct Coefficients {
   /// Standard deviation over mean of the snap length; of a normal law, of the uncut one. Several spreads may
   /// have one peak. 0: the least that has `peak`. Beside a peak the two must agree.
   double spread = 0.0;
+  /// SnapRule::slide: Material::drop; 0: what follows from `peak`. There `spread` has nothing to do with the
+  /// peak, and 0 is 0.3 (single and exponential have none to choose).
+  double drop = 0.0;
 
   /// The law of Zhang and Phillips: a snap leaves nothing and renews nobody else. Rubbed to and fro by about
   /// its presliding length such a contact hardens.
@@ -108,6 +119,12 @@ struct Coefficients {
   /// The peak follows from it.
   Coefficients& with_spread(double value) {
     spread = value;
+    peak = 0.0;
+    return *this;
+  }
+  /// SnapRule::slide: the peak follows from it.
+  Coefficients& with_drop(double value) {
+    drop = value;
     peak = 0.0;
     return *this;
   }
@@ -204,6 +221,9 @@ struct BRISTLE_API Material {
   /// friction over normal load per e-fold of speed; 0 = none. v*, m/s, > 0.
   double speed_strengthening = 0.0;
   double strengthening_speed = 1e-6;
+  /// SnapRule::slide, 0 to largest_drop: once it slides, a bristle holds only (1 - drop) of its snap length,
+  /// until it has stuck again: for a step in which it does not slide, or because the motion turned back.
+  double drop = 0.0;
 
   Material& with_bristle_stiffness(double newtons_per_metre) {
     bristle_stiffness = newtons_per_metre;
@@ -249,6 +269,10 @@ struct BRISTLE_API Material {
     shared_renewal = bristles_per_snap;
     return *this;
   }
+  Material& with_drop(double share) {
+    drop = share;
+    return *this;
+  }
   Material& with_ageing(const Ageing& ageing) {
     ageing_form = ageing.form;
     ageing_strength = ageing.strength;
@@ -277,8 +301,9 @@ struct BRISTLE_API Material {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
   /// Friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), b = m1 / 2 for
-  /// keep, m2 / (2 m1) for redraw; with shared renewal less, by the equations of core/MODEL.md: some 10 us.
-  /// With ageing this is the limit of fast sliding, in which nothing ages: the lowest.
+  /// keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide, at every speed; with shared renewal less, by the
+  /// equations of core/MODEL.md: some 10 us. With ageing this is the limit of fast sliding, in which nothing
+  /// ages: the lowest.
   double kinetic_coefficient() const;
   /// The same at a speed: with ageing a bristle snaps at l_r + l, l = delta g(l / v), and the law of l stands
   /// for that of delta. Without ageing as above. Bristles alone: no damper, no strengthening with speed. Some
@@ -292,9 +317,9 @@ struct BRISTLE_API Material {
   /// beyond the residual is ageing_factor times as large. Response::force_limit takes the longest time that
   /// any bristle of the patch can have held.
   double peak_coefficient(double held_s) const;
-  /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 1 / m1 for redraw, E[1/delta]
-  /// for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are shared_renewal times as
-  /// many. With ageing the limit of fast sliding: the highest.
+  /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for redraw,
+  /// E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
+  /// shared_renewal times as many. With ageing the limit of fast sliding: the highest.
   double snap_rate() const;
   /// g(a) of a bristle that has held for this time, s: 1 without ageing.
   double ageing_factor(double age_s) const noexcept;
@@ -323,7 +348,7 @@ struct BRISTLE_API Material {
 
 /// Mean deflection over dbar at displacement x from rest with all deflections zero, both in units of
 /// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
-/// on a grid, error below 1e-6). Set-up cost.
+/// on a grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
 /// The same with residual length and shared renewal: deflection and displacement in units of E[delta] (not of
 /// the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with keep and shared renewal.

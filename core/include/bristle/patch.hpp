@@ -55,8 +55,10 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
 /// How a patch is simulated. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
-  std::uint32_t bristles = 0;    ///< n, representatives at max load; 0 = one per physical bristle, at most
-                               ///< 4096. Population::automatic takes any other number for a wish for bristles
+  /// n, representatives at max load; 0 = one per physical bristle, at most 4096. Population::automatic takes
+  /// any other number for a wish for bristles. SnapRule::slide: strata of the law, all in contact under every
+  /// load; 0 = 32.
+  std::uint32_t bristles = 0;
   int axes = 2;  ///< 1 or 2 tangential directions; 1 uses displacement[0] only
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;

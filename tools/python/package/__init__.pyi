@@ -69,6 +69,7 @@ class Coefficients:
     speed_strengthening: float
     strengthening_speed: float
     spread: float
+    drop: float
     def __init__(
         self,
         *,
@@ -92,6 +93,7 @@ class Coefficients:
         speed_strengthening: float = ...,
         strengthening_speed: float = ...,
         spread: float = ...,
+        drop: float = ...,
     ) -> None: ...
     @staticmethod
     def paper() -> Coefficients: ...
@@ -113,6 +115,7 @@ class Material:
     ageing_time: float
     speed_strengthening: float
     strengthening_speed: float
+    drop: float
     def __init__(
         self,
         *,
@@ -132,6 +135,7 @@ class Material:
         ageing_time: float = ...,
         speed_strengthening: float = ...,
         strengthening_speed: float = ...,
+        drop: float = ...,
     ) -> None: ...
     @overload
     @staticmethod
@@ -160,6 +164,7 @@ class Material:
         speed_strengthening: float = ...,
         strengthening_speed: float = ...,
         spread: float = ...,
+        drop: float = ...,
     ) -> Material: ...
     def coefficients(self, kinetic_speed: float = ...) -> Coefficients: ...
     def validate(self) -> None: ...

@@ -1,0 +1,218 @@
+// Making a patch of bristles that slide, and making it anew.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/common/hashing.hpp"
+#include "core/common/range_check.hpp"
+#include "core/materials/strata.hpp"
+#include "core/patches/sliders/sliders.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// The shared part; what a step touches ends before the strata that stand by.
+template <class T>
+Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
+  Patch p = make_shared_part(r, model);
+  const auto* end = reinterpret_cast<const std::byte*>(r.first_limit);
+  const auto lines = static_cast<std::size_t>(end - reinterpret_cast<const std::byte*>(&r)) / 64;
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(lines, 40));
+  return p;
+}
+
+template <class T>
+void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  r.options.seed = seed;
+  r.options.key = key;
+  r.detail = r.bristles;
+  fill_strata<T>(r);
+  p = shared_part(r, *p.model);
+  straighten<T>(p);
+  note_sliders<T>(p);
+}
+
+template <class T>
+void copy(const Patch& from, Patch& to, std::byte* memory) noexcept {
+  const Sliders<T>& original = sliders<T>(from);
+  std::memcpy(memory, &original, original.bytes);
+  auto& made = *reinterpret_cast<Sliders<T>*>(memory);
+  place_columns(made, column_memory(&made));
+  to = from;
+  to.record = &made;
+}
+
+template <class T>
+double stored_energy(const Patch& p) noexcept {
+  return 0.5 * joules_per_square<T>(sliders<T>(p)) * sum_of_squares<T>(p);
+}
+
+/// Names of the variants: axes, mean, energy, precision, drop or ageing.
+const std::array<std::string, 32>& slider_names() {
+  static const std::array<std::string, 32> names = [] {
+    std::array<std::string, 32> all;
+    for (unsigned i = 0; i < all.size(); ++i)
+      all[i] = std::string(i & 1 ? "2 axes" : "1 axis") + ", slide" + (i & 16 ? ", timed" : "") +
+               (i & 2 ? ", end + mean" : ", end") + (i & 4 ? ", energy" : "") +
+               (i & 8 ? ", double" : ", single");
+    return all;
+  }();
+  return names;
+}
+
+template <class T>
+void describe(const Patch& p, PatchInfo& info) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  info.bristles = r.bristles;
+  info.detail = r.detail;
+  info.weight = r.full_weight * r.bristles / r.detail;
+  info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
+  info.active = p.zeta > 0.0 ? r.detail : 0.0;
+  info.bytes_per_bristle =
+      static_cast<std::uint32_t>(sizeof(T) * (p.axes + 4u) + (r.since != nullptr ? sizeof(double) : 0));
+  info.kernel = slider_names()[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
+                               (has(p.outputs, Outputs::energy) ? 4u : 0u) |
+                               (sizeof(T) == sizeof(double) ? 8u : 0u) | (r.since != nullptr ? 16u : 0u)]
+                    .c_str();
+}
+
+template <class T>
+void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<double> zy,
+                   Span<double> delta) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  const double metres = p.material().metres_per_length;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto i = static_cast<std::uint32_t>(k);
+    const bool in = i < r.detail && p.zeta > 0.0;
+    if (!zx.empty()) zx[k] = in ? deflection<T>(p, i, 0) * metres : 0.0;
+    if (!zy.empty()) zy[k] = in ? deflection<T>(p, i, 1) * metres : 0.0;
+    if (!delta.empty())
+      delta[k] = i < r.detail ? static_cast<double>(r.limit[i]) * limit_share<T>(p) * metres : 0.0;
+  }
+}
+
+template <class T>
+std::uint64_t signature(const Patch& p) noexcept;
+
+template <class T>
+constexpr ContactModel sliders_model = {sizeof(T) == sizeof(double) ? "sliders, double" : "sliders, single",
+                                        &apply_slider_load<T>,
+                                        &advance_sliders<T>,
+                                        &prepare_sliders<T>,
+                                        &run_sliders<T>,
+                                        &finish_sliders<T>,
+                                        &reset<T>,
+                                        &take_over_sliders<T>,
+                                        &set_slider_detail<T>,
+                                        &copy<T>,
+                                        &stored_energy<T>,
+                                        &hash_sliders<T>,
+                                        &describe<T>,
+                                        &read_bristles<T>,
+                                        &signature<T>,
+                                        &saved_sliders_size<T>,
+                                        &save_sliders<T>,
+                                        &find_slider_fault<T>,
+                                        &restore_sliders<T>};
+
+template <class T>
+std::uint64_t signature(const Patch& p) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  hasher.add(r.full_weight);
+  hasher.add(r.options.max_normal_load);
+  hasher.add(std::uint64_t{r.bristles});
+  hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
+  return hasher.value();
+}
+
+template <class T>
+Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                 const KernelSet<T>& kernels, double weight) {
+  if (kernels.slide[options.axes - 1][0] == nullptr)
+    throw Error(
+        "PatchOptions: this build of bristle has no kernel for the features asked for; build it with "
+        "BRISTLE_MINIMAL=OFF and, for Precision::double_, BRISTLE_WITH_DOUBLE=ON");
+  Sliders<T> made;
+  made.material = material.get();
+  made.options = options;
+  made.bristles = options.bristles == 0 ? default_sliders : options.bristles;
+  made.options.bristles = made.detail = made.bristles;
+  made.first_seed = options.seed;
+  made.full_weight =
+      weight > 0.0 ? weight : material->material.bristles_in_contact(options.max_normal_load) / made.bristles;
+  made.block_count = (made.bristles + block_size - 1) / block_size;
+  made.kernels = &kernels;
+  const std::shared_ptr<const Strata> strata = material->strata(made.bristles);
+
+  const std::size_t columns = column_bytes(made);
+  auto* r = make_record<Sliders<T>>(std::move(material), columns);
+  made.bytes = r->bytes;
+  *r = made;
+  std::memset(column_memory(r), 0, columns);
+  place_columns(*r, column_memory(r));
+  const double mean = r->material->material.snap_length.mean() * r->material->lengths_per_metre;
+  for (std::uint32_t i = 0; i < Sliders<T>::padded(r->bristles); ++i) {
+    const std::uint32_t from = std::min(i, r->bristles - 1);
+    r->first_limit[i] = static_cast<T>(strata->length[from] * mean);
+    r->first_weight[i] = i < r->bristles ? static_cast<T>(strata->share[i]) : T(0);
+  }
+  fill_strata<T>(*r);
+  Patch p = shared_part(*r, sliders_model<T>);
+  straighten<T>(p);
+  note_sliders<T>(p);
+  return p;
+}
+
+}  // namespace
+
+template <class T>
+void fill_strata(Sliders<T>& r) noexcept {
+  for (std::uint32_t j = 0; j < r.detail; ++j) {
+    const auto first = static_cast<std::uint32_t>(std::uint64_t{j} * r.bristles / r.detail);
+    const auto last = static_cast<std::uint32_t>((std::uint64_t{j} + 1) * r.bristles / r.detail);
+    double weight = 0.0, moment = 0.0;
+    for (std::uint32_t i = first; i < last; ++i) {
+      weight += static_cast<double>(r.first_weight[i]);
+      moment += static_cast<double>(r.first_weight[i]) * static_cast<double>(r.first_limit[i]);
+    }
+    const bool alone = last == first + 1 || !(weight > 0.0);
+    r.weight[j] = static_cast<T>(weight);
+    r.limit[j] = alone ? r.first_limit[first] : static_cast<T>(moment / weight);
+  }
+  for (std::uint32_t j = r.detail; j < r.rows(); ++j) {
+    r.weight[j] = T(0);
+    r.limit[j] = r.limit[r.detail - 1];
+  }
+}
+
+void name_sliders() { slider_names(); }
+
+Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                   const KernelTable& kernels, double weight) {
+  if (options.population == Population::infinite)
+    throw Error(
+        "PatchOptions: population = infinite: the material has SnapRule::slide, whose bristles are strata of "
+        "its "
+        "law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
+  if (options.step_rule == StepRule::literal)
+    throw Error(
+        "PatchOptions: step_rule = literal is the paper's loop of snaps; SnapRule::slide needs "
+        "StepRule::exact");
+  if (options.fluctuation != 0)
+    refuse("PatchOptions", "fluctuation", options.fluctuation, "0: bristles that slide do not fluctuate");
+#if BRISTLE_WITH_DOUBLE
+  if (options.precision == Precision::double_)
+    return make_typed<double>(std::move(material), options, kernels.f64, weight);
+#endif
+  return make_typed<float>(std::move(material), options, kernels.f32, weight);
+}
+
+#define BRISTLE_SLIDER_MAKE(T) template void fill_strata<T>(Sliders<T>&) noexcept;
+BRISTLE_FOR_SLIDERS(BRISTLE_SLIDER_MAKE)
+
+}  // namespace bristle::detail

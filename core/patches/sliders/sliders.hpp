@@ -1,0 +1,143 @@
+// The contact model of bristles that slide at their limit: weighted strata of the law (core/MODEL.md, section
+// 30). The bristles' own motion is in kernels/slide.hpp.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "bristle/config.hpp"
+#include "core/patches/columns.hpp"
+#include "core/patches/contact_model.hpp"
+
+namespace bristle::detail {
+
+constexpr std::uint32_t default_sliders = 32;
+
+template <class T>
+struct Sliders : PatchRecord {
+  std::uint32_t bristles = 0;  ///< n, strata of the patch
+  std::uint32_t detail = 0;    ///< strata in use: each is one or several of the n
+  std::uint32_t block_count = 0;
+  /// Bristles in contact at the load that their stiffness belongs to: the highest since they were last
+  /// straight, less what sliding has taken back since the load fell. At least Patch::zeta.
+  double stiff_zeta = 0.0;
+  const KernelSet<T>* kernels = nullptr;
+
+  SlideBlock* blocks = nullptr;
+  T* zx = nullptr;
+  T* zy = nullptr;          ///< null with one axis
+  double* since = nullptr;  ///< SlideView::since
+  // Of the strata in use, and of all n.
+  T* limit = nullptr;
+  T* weight = nullptr;
+  T* first_limit = nullptr;
+  T* first_weight = nullptr;
+
+  template <class Self, class Visit>
+  static void columns(Self& r, Visit&& visit) {
+    const std::uint32_t rows = padded(r.bristles);
+    visit(r.blocks, ColumnRule{"blocks", r.block_count, Filler::block, false});
+    visit(r.zx, ColumnRule{"zx", rows, Filler::zero, true});
+    visit(r.zy, ColumnRule{"zy", r.options.axes == 2 ? rows : 0, Filler::zero, true});
+    visit(r.since, ColumnRule{"since", r.has_times() ? rows : 0, Filler::age, true});
+    visit(r.limit, ColumnRule{"limit", rows, Filler::from_seed, false});
+    visit(r.weight, ColumnRule{"weight", rows, Filler::from_seed, false});
+    visit(r.first_limit, ColumnRule{"first_limit", rows, Filler::from_seed, false});
+    visit(r.first_weight, ColumnRule{"first_weight", rows, Filler::from_seed, false});
+  }
+
+  static std::uint32_t padded(std::uint32_t count) noexcept {
+    return (count + lane_count - 1) / lane_count * lane_count;
+  }
+  bool has_times() const noexcept {
+    return material->material.ageing_strength != 0.0 || material->material.drop != 0.0;
+  }
+  std::uint32_t rows() const noexcept { return padded(detail); }
+  std::uint32_t active_blocks() const noexcept { return (detail + block_size - 1) / block_size; }
+  double kinetic_share() const noexcept { return 1.0 - material->material.drop; }
+};
+
+template <class T>
+Sliders<T>& sliders(const Patch& p) noexcept {
+  return static_cast<Sliders<T>&>(*p.record);
+}
+/// Of the limits, what the load leaves.
+template <class T>
+double limit_share(const Patch& p) noexcept {
+  const double stiff = sliders<T>(p).stiff_zeta;
+  return stiff > p.zeta ? p.zeta / stiff : 1.0;
+}
+/// Energy over that of a unit of weight x deflection squared (scaled), times two: k z dz in joules.
+template <class T>
+double joules_per_square(const Sliders<T>& r) noexcept {
+  const CompiledMaterial& m = *r.material;
+  return m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * m.metres_per_length;
+}
+
+/// Deflection of bristle i now, scaled.
+template <class T>
+double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  const T* z = axis == 0 ? r.zx : r.zy;
+  if (z == nullptr) return 0.0;
+  return static_cast<double>(z[i]) +
+         to_lengths(difference(p.position[axis], r.blocks[i / block_size].position[axis]));
+}
+/// Calls `change(i, z)` for every bristle in use, with its deflection, which it may change; then counts all
+/// from the patch's place.
+template <class T, class Change>
+void rewrite_all(Patch& p, Change&& change) noexcept;
+/// The shared part's sums, unit and contact after columns, load or material changed outside a step.
+template <class T>
+void note_sliders(Patch& p) noexcept;
+template <class T>
+double sum_of_squares(const Patch& p) noexcept;
+
+template <class T>
+double apply_slider_load(Patch& p, double normal_load_n) noexcept;
+template <class T>
+void advance_sliders(Patch& p, PatchStep& step, StepSums& sums) noexcept;
+template <class T>
+std::uint32_t prepare_sliders(Patch& p, PatchStep& step) noexcept;
+template <class T>
+void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
+                 Totals& totals) noexcept;
+template <class T>
+void finish_sliders(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
+/// Merges the n strata into `detail` of them, or splits them; sums of deflections stay.
+template <class T>
+Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept;
+template <class T>
+void take_over_sliders(Patch& to, Patch& from) noexcept;
+
+template <class T>
+std::uint64_t hash_sliders(const Patch& p) noexcept;
+template <class T>
+std::size_t saved_sliders_size(const Patch& p) noexcept;
+template <class T>
+void save_sliders(const Patch& p, ByteWriter& write) noexcept;
+template <class T>
+const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
+template <class T>
+void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
+
+/// The strata in use, from all of them.
+template <class T>
+void fill_strata(Sliders<T>& r) noexcept;
+/// Out of contact: straight.
+template <class T>
+void straighten(Patch& p) noexcept;
+
+/// Names of the variants are made by the first batch, so that asking for one allocates nothing.
+void name_sliders();
+/// Throws bristle::Error.
+Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                   const KernelTable& kernels, double weight);
+
+#if BRISTLE_WITH_DOUBLE
+#define BRISTLE_FOR_SLIDERS(instantiate) instantiate(float) instantiate(double)
+#else
+#define BRISTLE_FOR_SLIDERS(instantiate) instantiate(float)
+#endif
+
+}  // namespace bristle::detail

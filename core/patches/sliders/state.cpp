@@ -1,0 +1,171 @@
+// What a patch of bristles that slide is, from outside: hash and bytes. The format of the bytes:
+// core/MODEL.md, "Saved state".
+#include <cmath>
+
+#include "core/common/hashing.hpp"
+#include "core/patches/sliders/sliders.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// What is saved beside the columns: a list for writing and for reading.
+template <class Io, class Sum>
+void sum_fields(Io& io, Sum& sum) noexcept {
+  io(sum.detail);
+  io(sum.stiff_zeta);
+  for (int axis = 0; axis < 2; ++axis) io(sum.part_sum[axis]);
+  for (int axis = 0; axis < 2; ++axis) io(sum.part_position[axis]);
+}
+constexpr std::size_t sum_size = 4 + 5 * 8;
+struct SavedSums {
+  std::uint32_t detail = 0;
+  double stiff_zeta = 0.0;
+  std::int64_t part_sum[2] = {0, 0}, part_position[2] = {0, 0};
+};
+
+template <class Io, class AnyBlock>
+void block_fields(Io& io, AnyBlock& block) noexcept {
+  for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
+  for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
+}
+constexpr std::size_t block_bytes = 4 * 8;
+
+bool within(double value, double most) noexcept { return value >= -most && value <= most; }
+
+}  // namespace
+
+template <class T>
+std::uint64_t hash_sliders(const Patch& p) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  hasher.add(p.zeta);
+  hasher.add(r.stiff_zeta);
+  hasher.add(std::uint64_t{r.detail});
+  if (!(p.zeta > 0.0)) return hasher.value();
+  for (std::uint32_t i = 0; i < r.detail; ++i) {
+    if (i % block_size == 0)
+      for (int axis = 0; axis < 2; ++axis)
+        hasher.add(static_cast<std::uint64_t>(
+            difference(p.position[axis], r.blocks[i / block_size].position[axis])));
+    hasher.add(r.zx[i]);
+    if (r.zy != nullptr) hasher.add(r.zy[i]);
+    if (r.since != nullptr) hasher.add(time_of(p) - r.since[i]);
+  }
+  return hasher.value();
+}
+
+template <class T>
+std::size_t saved_sliders_size(const Patch& p) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  return sum_size + r.block_count * block_bytes +
+         r.bristles *
+             (sizeof(T) * static_cast<std::size_t>(p.axes) + (r.since != nullptr ? sizeof(double) : 0));
+}
+
+template <class T>
+void save_sliders(const Patch& p, ByteWriter& write) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  SavedSums sums{
+      r.detail, r.stiff_zeta, {p.part_sum[0], p.part_sum[1]}, {p.part_position[0], p.part_position[1]}};
+  sum_fields(write, sums);
+  constexpr SlideBlock away{};
+  for (std::uint32_t b = 0; b < r.block_count; ++b)
+    block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
+  const auto column = [&](const auto* from) {
+    if (from == nullptr) return;
+    write.column(from, r.detail);
+    write.template zeros<std::remove_cv_t<std::remove_pointer_t<decltype(from)>>>(r.bristles - r.detail);
+  };
+  column(r.zx);
+  column(r.zy);
+  column(r.since);
+}
+
+template <class T>
+const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  const Material& m = p.material().material;
+  SavedSums sums;
+  sum_fields(read, sums);
+  if (sums.detail < 1 || sums.detail > r.bristles) return "detail";
+  // A stiffness beyond the load would be forces without it.
+  const double most = m.bristles_in_contact(highest_load);
+  if (!(sums.stiff_zeta >= contact.zeta && sums.stiff_zeta <= most * (1.0 + 1e-9))) return "stiffness";
+  if (contact.zeta == 0.0 && sums.stiff_zeta != 0.0) return "stiffness";
+  const double excess = contact.zeta / (r.full_weight * r.bristles);
+  if (contact.overload != (excess < 1.0 + 1e-14 ? 1.0 : excess)) return "overload";
+  const double growth = r.since != nullptr ? m.ageing_factor(longest_time) : 1.0;
+  const double longest = p.material().longest * growth * (1.0 + 1e-3);
+  const double longest_units = longest * fixed_per_length;
+  ByteReader blocks = read;
+  read.skip(r.block_count * block_bytes);
+  double sum[2] = {0.0, 0.0};
+  for (int axis = 0; axis < p.axes; ++axis) {
+    double moved = 0.0;
+    ByteReader at = blocks;
+    for (std::uint32_t i = 0; i < r.bristles; ++i) {
+      T z;
+      read(z);
+      if (i >= sums.detail) continue;
+      if (i % block_size == 0) {
+        SlideBlock block{};
+        block_fields(at, block);
+        moved = to_lengths(difference(contact.position[axis], block.position[axis]));
+        if (!within(static_cast<double>(block.stored[axis]), 3.0 * longest_units)) return "a block's sum";
+      }
+      const double bent = static_cast<double>(z) + moved;
+      if (!within(moved, 3.0 * longest) || !within(bent, longest)) return "a deflection";
+      sum[axis] += static_cast<double>(r.first_weight[i]) * longest;
+    }
+    const double carried = to_lengths(difference(contact.position[axis], sums.part_position[axis]));
+    if (!within(carried, 3.0 * longest)) return "the sum's position";
+    if (!within(static_cast<double>(sums.part_sum[axis]) * length_per_fixed + carried, longest))
+      return "the sum";
+  }
+  if (r.since != nullptr)
+    for (std::uint32_t i = 0; i < sums.detail; ++i) {
+      double since;
+      read(since);
+      if (!(since >= -1.0 && since <= 1e18)) return "a time";
+    }
+  return nullptr;
+}
+
+template <class T>
+void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  r.options.seed = seed;
+  SavedSums sums;
+  sum_fields(read, sums);
+  r.detail = sums.detail;
+  r.stiff_zeta = sums.stiff_zeta;
+  fill_strata<T>(r);
+  ByteReader blocks = read;
+  read.skip(r.block_count * block_bytes);
+  const auto column = [&](auto* to) {
+    if (to == nullptr) return;
+    read.column(to, r.bristles);
+    for (std::uint32_t i = r.detail; i < r.rows(); ++i) to[i] = to[r.detail - 1];
+  };
+  column(r.zx);
+  column(r.zy);
+  column(r.since);
+  // As they were summed, to the bit.
+  note_sliders<T>(p);
+  for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(blocks, r.blocks[b]);
+  for (int axis = 0; axis < 2; ++axis) {
+    p.part_sum[axis] = sums.part_sum[axis];
+    p.part_position[axis] = sums.part_position[axis];
+  }
+}
+
+#define BRISTLE_SLIDER_STATE(T)                                                               \
+  template std::uint64_t hash_sliders<T>(const Patch&) noexcept;                              \
+  template std::size_t saved_sliders_size<T>(const Patch&) noexcept;                          \
+  template void save_sliders<T>(const Patch&, ByteWriter&) noexcept;                          \
+  template const char* find_slider_fault<T>(const Patch&, const Patch&, ByteReader) noexcept; \
+  template void restore_sliders<T>(Patch&, std::uint32_t, ByteReader) noexcept;
+BRISTLE_FOR_SLIDERS(BRISTLE_SLIDER_STATE)
+
+}  // namespace bristle::detail

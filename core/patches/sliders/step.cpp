@@ -1,0 +1,341 @@
+// A step and a load of bristles that slide.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/common/assert.hpp"
+#include "core/patches/sliders/sliders.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// The end of the last slide of a bristle that holds since now: no step that begins now takes it for one that
+/// slid in the step before.
+double held_since(double now) noexcept { return now - 4.0 * rounding_of_times(now, 1.0) - 1e-12; }
+
+template <class T>
+SlideView<T> view_of(const Patch& p) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  return {r.zx,
+          r.zy,
+          r.limit,
+          r.weight,
+          r.since,
+          r.blocks,
+          r.rows(),
+          static_cast<T>(limit_share<T>(p)),
+          static_cast<T>(r.kinetic_share())};
+}
+
+/// What a bristle can hold that has not slid for as long as this one.
+template <class T>
+double limit_now(const Patch& p, std::uint32_t i) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  const double limit = static_cast<double>(r.limit[i]) * limit_share<T>(p);
+  if (r.since == nullptr) return limit;
+  const double now = time_of(p);
+  if (!(r.since[i] < now - rounding_of_times(now, 1.0))) return limit * r.kinetic_share();
+  return limit * p.material().material.ageing_factor(now - r.since[i]);
+}
+
+/// A limit that fell takes the deflection back: the bristle slides where it is.
+template <class T>
+void take_back(Patch& p) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  constexpr double inside = 1.0 - 4.0 * std::numeric_limits<T>::epsilon();
+  const double now = time_of(p);
+  rewrite_all<T>(p, [&](std::uint32_t i, double(&z)[2]) {
+    const double bent = std::sqrt(z[0] * z[0] + z[1] * z[1]);
+    if (!(bent > limit_now<T>(p, i))) return;
+    const double left = static_cast<double>(r.limit[i]) * limit_share<T>(p) * r.kinetic_share() * inside;
+    for (double& x : z) x *= left / bent;
+    if (r.since != nullptr) r.since[i] = now;
+  });
+}
+
+/// The stiffness becomes that of this many bristles, forces stay.
+template <class T>
+void change_stiffness(Patch& p, double zeta) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  const double factor = r.stiff_zeta / zeta;
+  rewrite_all<T>(p, [factor](std::uint32_t, double(&z)[2]) {
+    for (double& x : z) x *= factor;
+  });
+  r.stiff_zeta = zeta;
+}
+
+/// After the load fell the bristles are stiffer than the load alone would make them. What sliding takes goes
+/// into stretching them, at the forces that they have, until they are not. Returns the energy that took, J.
+template <class T>
+double soften(Patch& p, double dissipated) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  const double stored = 0.5 * joules_per_square<T>(r) * sum_of_squares<T>(p);
+  if (!(stored > 0.0)) return 0.0;
+  const double least = limit_share<T>(p);
+  const double wanted = stored / (stored + dissipated);
+  // Close to the load's own stiffness it is that.
+  const bool ends = wanted <= least * (1.0 + 1e-9);
+  change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
+  note_sliders<T>(p);
+  return std::min(0.5 * joules_per_square<T>(r) * sum_of_squares<T>(p) - stored, dissipated);
+}
+
+}  // namespace
+
+template <class T, class Change>
+void rewrite_all(Patch& p, Change&& change) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  for (std::uint32_t i = 0; i < r.rows(); ++i) {
+    double z[2] = {deflection<T>(p, i, 0), deflection<T>(p, i, 1)};
+    change(i, z);
+    r.zx[i] = static_cast<T>(z[0]);
+    if (r.zy != nullptr) r.zy[i] = static_cast<T>(z[1]);
+  }
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
+    for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = p.position[axis];
+}
+
+template <class T>
+void note_sliders(Patch& p) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  const CompiledMaterial& m = p.material();
+  r.largest_work = r.rows();
+  p.part = 0.0;
+  p.part_sum[0] = p.part_sum[1] = 0;
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b) {
+    SlideBlock& block = r.blocks[b];
+    block.weight = 0.0;
+    double stored[2] = {0.0, 0.0};
+    const std::uint32_t end = std::min((b + 1) * block_size, r.detail);
+    for (std::uint32_t i = b * block_size; i < end; ++i) {
+      const auto w = static_cast<double>(r.weight[i]);
+      block.weight += w;
+      stored[0] += w * static_cast<double>(r.zx[i]);
+      if (r.zy != nullptr) stored[1] += w * static_cast<double>(r.zy[i]);
+    }
+    block.reach = -1.0;
+    p.part += block.weight;
+    for (int axis = 0; axis < p.axes; ++axis) {
+      block.stored[axis] = std::llrint(stored[axis] * fixed_per_length);
+      p.part_sum[axis] +=
+          block.stored[axis] + static_cast<std::int64_t>(weighted(
+                                   block.weight, difference(p.position[axis], block.position[axis])));
+    }
+  }
+  for (int axis = 0; axis < 2; ++axis) p.part_position[axis] = p.position[axis];
+  p.bound.reach = no_reach;
+  if (!(p.zeta > 0.0)) p.part = 0.0;
+  p.newtons_per_unit = m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * length_per_fixed;
+  note_contact(p);
+  p.stiffness = r.stiff_zeta * m.material.bristle_stiffness;
+  p.renews = r.stiff_zeta > p.zeta;  // a step makes it softer, and so does a trial
+}
+
+template <class T>
+double sum_of_squares(const Patch& p) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < r.detail; ++i) {
+    const double x = deflection<T>(p, i, 0), y = deflection<T>(p, i, 1);
+    sum += static_cast<double>(r.weight[i]) * (x * x + y * y);
+  }
+  return sum;
+}
+
+template <class T>
+void straighten(Patch& p) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  r.stiff_zeta = 0.0;
+  rewrite_all<T>(p, [](std::uint32_t, double(&z)[2]) { z[0] = z[1] = 0.0; });
+  if (r.since != nullptr) std::fill_n(r.since, r.rows(), held_since(time_of(p)));
+}
+
+template <class T>
+double apply_slider_load(Patch& p, double normal_load_n) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  const auto energy = [&p, &r] { return 0.5 * joules_per_square<T>(r) * sum_of_squares<T>(p); };
+  const double before = has(p.outputs, Outputs::energy) ? energy() : 0.0;
+  const double zeta = p.material().material.bristles_in_contact(normal_load_n);
+  p.normal_load = normal_load_n;
+  p.zeta = zeta;
+  p.overload = std::max(zeta / (r.full_weight * r.bristles), 1.0);
+  if (p.overload < 1.0 + 1e-14) p.overload = 1.0;
+  if (zeta == 0.0 || r.stiff_zeta == 0.0) {
+    straighten<T>(p);
+    r.stiff_zeta = zeta;
+  } else if (zeta > r.stiff_zeta) {
+    change_stiffness<T>(p, zeta);
+  } else {
+    take_back<T>(p);
+  }
+  note_sliders<T>(p);
+  return has(p.outputs, Outputs::energy) ? before - energy() : 0.0;
+}
+
+template <class T>
+std::uint32_t prepare_sliders(Patch& p, PatchStep& step) noexcept {
+  Advance& a = step.advance;
+  const Material& m = p.material().material;
+  a.ageing_strength = m.ageing_strength;
+  a.ageing_rate = 1.0 / m.ageing_time;
+  a.ageing_form = m.ageing_form == AgeingForm::saturating ? 1 : 0;
+  return sliders<T>(p).active_blocks();
+}
+
+template <class T>
+void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
+                 Totals& totals) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  const bool softens = r.stiff_zeta > p.zeta;  // which takes from what is dissipated
+  const int wanted =
+      (has(p.outputs, Outputs::mean) ? 1 : 0) | (has(p.outputs, Outputs::energy) || softens ? 2 : 0);
+  const auto kernel =
+      r.since != nullptr ? r.kernels->slide_aged[p.axes - 1] : r.kernels->slide[p.axes - 1][wanted];
+  kernel(view_of<T>(p), step.advance, first, last, totals);
+}
+
+template <class T>
+void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) noexcept {
+  const Advance& a = step.advance;
+  Sliders<T>& r = sliders<T>(p);
+  sums.visited = t.visited;
+  if (t.blocks_rewritten == 0) {
+    hold(p, a, sums);
+    if (!a.commit) return;
+    double reach = std::numeric_limits<double>::max();
+    for (std::uint32_t b = 0; b < r.active_blocks(); ++b) reach = std::min(reach, r.blocks[b].reach);
+    // A position that is rounded to a float, there and here.
+    p.bound = {{p.position[0], p.position[1]}, std::max(reach * (1.0 - 1e-6), 0.0)};
+    return;
+  }
+  for (int axis = 0; axis < p.axes; ++axis) {
+    sums.end[axis] = to_double(t.stored[axis]);
+    sums.twice_mean[axis] = to_double(t.twice_mean[axis]);
+  }
+  sums.dissipated =
+      std::min(joules_per_square<T>(r) * to_double(t.squares) * length_per_fixed * std::max(a.length, 1.0),
+               highest_energy);
+  sums.snaps = t.snaps;
+  if (!a.commit) return;
+  for (int axis = 0; axis < 2; ++axis) {
+    p.position[axis] = p.part_position[axis] = a.to[axis];
+    p.part_sum[axis] = static_cast<std::int64_t>(t.stored[axis]);
+  }
+  p.bound.reach = no_reach;
+  if (r.stiff_zeta > p.zeta) {
+    const double unit = p.newtons_per_unit;
+    sums.dissipated -= soften<T>(p, sums.dissipated);
+    // In the new unit; the end as the next step at rest finds it.
+    for (int axis = 0; axis < p.axes; ++axis) {
+      sums.end[axis] = static_cast<double>(p.part_sum[axis]);
+      sums.twice_mean[axis] = sums.twice_mean[axis] * (unit / p.newtons_per_unit);
+    }
+  }
+}
+
+template <class T>
+void advance_sliders(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  Totals totals{};
+  run_sliders<T>(p, step, 0, prepare_sliders<T>(p, step), totals);
+  finish_sliders<T>(p, step, totals, sums);
+}
+
+template <class T>
+Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
+  Sliders<T>& r = sliders<T>(p);
+  detail = std::clamp(detail, std::uint32_t{1}, r.bristles);
+  if (detail == r.detail) return Status::ok;
+  const bool energy = has(p.outputs, Outputs::energy);
+  const double before = energy ? sum_of_squares<T>(p) : 0.0;
+  // From the last stratum on, in place: each takes the share of its group that its limit has.
+  const std::uint32_t n = r.bristles, old = r.detail;
+  rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
+  for (std::uint32_t j = old; j-- > 0;) {
+    const auto limit = static_cast<double>(r.limit[j]);
+    const double z[2] = {static_cast<double>(r.zx[j]), r.zy != nullptr ? static_cast<double>(r.zy[j]) : 0.0};
+    const double since = r.since != nullptr ? r.since[j] : 0.0;
+    const auto first = static_cast<std::uint32_t>(std::uint64_t{j} * n / old);
+    const auto last = static_cast<std::uint32_t>((std::uint64_t{j} + 1) * n / old);
+    for (std::uint32_t i = first; i < last; ++i) {
+      const double share = static_cast<double>(r.first_limit[i]) / limit;
+      r.zx[i] = static_cast<T>(z[0] * share);
+      if (r.zy != nullptr) r.zy[i] = static_cast<T>(z[1] * share);
+      if (r.since != nullptr) r.since[i] = since;
+    }
+  }
+  for (std::uint32_t j = 0; j < detail; ++j) {
+    const auto first = static_cast<std::uint32_t>(std::uint64_t{j} * n / detail);
+    const auto last = static_cast<std::uint32_t>((std::uint64_t{j} + 1) * n / detail);
+    double sum[2] = {0.0, 0.0}, weight = 0.0, latest = -std::numeric_limits<double>::max();
+    for (std::uint32_t i = first; i < last; ++i) {
+      const auto w = static_cast<double>(r.first_weight[i]);
+      weight += w;
+      sum[0] += w * static_cast<double>(r.zx[i]);
+      if (r.zy != nullptr) sum[1] += w * static_cast<double>(r.zy[i]);
+      if (r.since != nullptr) latest = std::max(latest, r.since[i]);
+    }
+    r.zx[j] = static_cast<T>(weight > 0.0 ? sum[0] / weight : 0.0);
+    if (r.zy != nullptr) r.zy[j] = static_cast<T>(weight > 0.0 ? sum[1] / weight : 0.0);
+    if (r.since != nullptr) r.since[j] = latest;
+  }
+  r.detail = detail;
+  fill_strata<T>(r);
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
+    for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = p.position[axis];
+  for (std::uint32_t i = detail; i < r.rows(); ++i) {
+    r.zx[i] = r.zx[detail - 1];
+    if (r.zy != nullptr) r.zy[i] = r.zy[detail - 1];
+    if (r.since != nullptr) r.since[i] = r.since[detail - 1];
+  }
+  note_sliders<T>(p);
+  if (energy) p.pending_loss += 0.5 * joules_per_square<T>(r) * (before - sum_of_squares<T>(p));
+  return Status::ok;
+}
+
+template <class T>
+void take_over_sliders(Patch& to, Patch& from) noexcept {
+  Sliders<T>& r = sliders<T>(to);
+  const Sliders<T>& old = sliders<T>(from);
+  r.options.key = old.options.key;
+  r.options.seed = old.options.seed;
+  to.pending_snaps = from.pending_snaps;
+  to.pending_dissipated = from.pending_dissipated;
+  to.pending_loss = from.pending_loss;
+  r.detail = old.detail;
+  fill_strata<T>(r);
+  const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // power of two
+  const double now = time_of(to);
+  for (std::uint32_t i = 0; i < r.rows(); ++i) {
+    r.zx[i] = static_cast<T>(deflection<T>(from, i, 0) * ratio);
+    if (r.zy != nullptr) r.zy[i] = static_cast<T>(deflection<T>(from, i, 1) * ratio);
+    if (r.since == nullptr) continue;
+    r.since[i] = old.since != nullptr ? old.since[i] : held_since(now);
+  }
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
+    for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = to.position[axis];
+  // The same load may now mean another number of bristles; what is beyond the new limits slides.
+  const Material& m = to.material().material;
+  to.normal_load = from.normal_load;
+  to.zeta = m.bristles_in_contact(from.normal_load);
+  r.stiff_zeta = to.zeta / limit_share<T>(from);
+  const double before = sum_of_squares<T>(to);
+  take_back<T>(to);
+  to.pending_dissipated += 0.5 * joules_per_square<T>(r) * std::max(before - sum_of_squares<T>(to), 0.0);
+  apply_slider_load<T>(to, from.normal_load);
+}
+
+#define BRISTLE_SLIDER_STEP(T)                                                                  \
+  template void note_sliders<T>(Patch&) noexcept;                                               \
+  template double sum_of_squares<T>(const Patch&) noexcept;                                     \
+  template void straighten<T>(Patch&) noexcept;                                                 \
+  template double apply_slider_load<T>(Patch&, double) noexcept;                                \
+  template std::uint32_t prepare_sliders<T>(Patch&, PatchStep&) noexcept;                       \
+  template void run_sliders<T>(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t,    \
+                               Totals&) noexcept;                                               \
+  template void finish_sliders<T>(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept; \
+  template void advance_sliders<T>(Patch&, PatchStep&, StepSums&) noexcept;                     \
+  template Status set_slider_detail<T>(Patch&, std::uint32_t) noexcept;                         \
+  template void take_over_sliders<T>(Patch&, Patch&) noexcept;
+BRISTLE_FOR_SLIDERS(BRISTLE_SLIDER_STEP)
+
+}  // namespace bristle::detail

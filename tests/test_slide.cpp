@@ -1,0 +1,545 @@
+// Patches of bristles that slide (SnapRule::slide): closed forms, brute force, energy, load, drop, ageing.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+
+#include "brute_force.hpp"
+#include "core/materials/strata.hpp"
+#include "expect.hpp"
+#include "reference_table.hpp"
+#include "scenes.hpp"
+
+using namespace bristle_test;
+using bristle::Ageing;
+using bristle::Coefficients;
+using bristle::SnapLaw;
+
+namespace {
+
+Material sliding(const SnapLength& law) { return plain_material(law, SnapRule::slide); }
+
+SnapLength law_of(const std::string& name) {
+  if (name == "single") return SnapLength::single(dbar);
+  if (name == "uniform_0.5_1.5") return uniform;
+  if (name == "lognormal_cv0.3") return SnapLength::lognormal(dbar, 0.3);
+  if (name == "exponential") return SnapLength::exponential(dbar);
+  // Limits in proportion to 1 - u^2, u uniform on [0, 1], of mean 1: quantiles 1.5 (1 - (1 - q)^2) dbar.
+  std::vector<double> quantiles(SnapLength::max_table_size);
+  for (std::size_t k = 0; k < quantiles.size(); ++k) {
+    const double u = 1.0 - static_cast<double>(k) / static_cast<double>(quantiles.size() - 1);
+    quantiles[k] = 1.5 * dbar * (1.0 - u * u);
+  }
+  return SnapLength::table(quantiles);
+}
+
+constexpr double load = 3.0;
+
+/// Mean deflection after a path in mean limits, over the mean limit.
+struct Bent {
+  double x, y;
+};
+Bent bent(const Response& out) { return {-out.elastic[0] / (load * dbar), -out.elastic[1] / (load * dbar)}; }
+
+/// Bristles one by one, in tiny steps, by the definition.
+struct Brute {
+  bristle::detail::Strata strata;
+  std::vector<double> x, y;
+  double drop = 0.0, dissipated = 0.0;
+  std::vector<char> slides;
+
+  Brute(const SnapLength& law, std::uint32_t n, double the_drop = 0.0)
+      : strata(bristle::detail::make_strata(law, n)), x(n), y(n), drop(the_drop), slides(n) {}
+
+  /// In mean limits; a tiny step is at most `pace`.
+  void move(double dx, double dy, double pace) {
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::hypot(dx, dy) / pace)));
+    for (int k = 0; k < steps; ++k)
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        x[i] += dx / steps;
+        y[i] += dy / steps;
+        const double limit = strata.length[i] * (slides[i] ? 1.0 - drop : 1.0);
+        const double norm = std::hypot(x[i], y[i]);
+        slides[i] = norm > limit;
+        if (!slides[i]) continue;
+        const double left = strata.length[i] * (1.0 - drop);
+        dissipated += strata.share[i] * 0.5 * (norm - left) * (norm + left);
+        x[i] *= left / norm;
+        y[i] *= left / norm;
+      }
+  }
+  void rest() { std::fill(slides.begin(), slides.end(), char{0}); }
+  double mean_of(const std::vector<double>& z) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < z.size(); ++i) sum += strata.share[i] * z[i];
+    return sum;
+  }
+};
+
+/// A path that winds, in metres.
+struct Winding {
+  std::mt19937 random{5};
+  double angle = 0.0;
+  std::array<double, 2> next(double length) {
+    std::uniform_real_distribution<double> flat(-1.0, 1.0);
+    angle += random() % 40 == 0 ? 3.0 * flat(random) : 0.2 * flat(random);
+    const double h = length * (1.0 + flat(random));
+    return {h * std::cos(angle), h * std::sin(angle)};
+  }
+};
+
+struct Settings {
+  std::uint32_t n;
+  double tolerance;
+};
+
+}  // namespace
+
+TEST_CASE("first loading and reversal of bristles that slide are the closed forms", "[slide]") {
+  // 256 strata show the tables' own digits; 32 what the strata cost.
+  for (const Settings s : {Settings{256, 1e-4}, Settings{32, 1.6e-3}})
+    for (const Precision precision : precisions()) {
+      int rows = 0;
+      for (const Row& row : read_table("slide_one_axis.csv")) {
+        const double tolerance = row.at("law") == "exponential" ? 5.0 * s.tolerance : s.tolerance;
+        for (const int axes : {1, 2}) {
+          OnePatch patch(sliding(law_of(row.at("law"))),
+                         plain_options(s.n, axes, precision).with_max_normal_load(load));
+          double x = number(row, "x_over_mean_limit");
+          if (row.at("motion") != "first loading") {
+            patch.step(100.0 * dbar, 0.0, load);
+            x = -x;
+          }
+          patch.step(0.3 * x * dbar, 0.0, load);
+          const Response out = patch.step(0.7 * x * dbar, 0.0, load);
+          expect_near(bent(out).x, number(row, "f_over_mean_limit"), tolerance,
+                      (row.at("law") + ": force").c_str());
+          ++rows;
+        }
+      }
+      CHECK(rows == 2 * 85);
+    }
+}
+
+TEST_CASE("a turn of bristles that slide is the closed form", "[slide]") {
+  for (const Settings s : {Settings{256, 1e-4}, Settings{32, 1e-3}})
+    for (const Precision precision : precisions())
+      for (const Row& row : read_table("slide_turn.csv")) {
+        OnePatch patch(sliding(law_of(row.at("law"))),
+                       plain_options(s.n, 2, precision).with_max_normal_load(load));
+        patch.step(100.0 * dbar, 0.0, load);
+        const double angle = number(row, "angle_deg") * M_PI / 180.0;
+        const double y = number(row, "y_over_mean_limit") * dbar;
+        const Response out = patch.step(y * std::cos(angle), y * std::sin(angle), load);
+        expect_near(bent(out).x, number(row, "fx"), s.tolerance, "along");
+        expect_near(bent(out).y, number(row, "fy"), s.tolerance, "across");
+      }
+}
+
+TEST_CASE("the error of strata falls as the square of their number, tails included", "[slide]") {
+  // Closed form of first loading: E[min(x, l)] = M1(x) + x S(x).
+  for (const double cv : {0.3, 1.0}) {
+    const SnapLength law = SnapLength::lognormal(dbar, cv);
+    double error[2] = {0.0, 0.0};
+    for (int k = 0; k < 2; ++k) {
+      const bristle::detail::Strata strata = bristle::detail::make_strata(law, k == 0 ? 32 : 64);
+      double weight = 0.0, mean = 0.0;
+      for (std::size_t i = 0; i < strata.share.size(); ++i) {
+        weight += strata.share[i];
+        mean += strata.share[i] * strata.length[i];
+      }
+      CHECK(weight == Approx(1.0).epsilon(1e-13));
+      CHECK(strata.length.back() <= law.longest() / dbar);
+      CHECK(mean == Approx(1.0).epsilon(cv < 0.5 ? 1e-8 : 1e-6));  // no length beyond longest()
+      for (double x = 0.01; x < 12.0; x += 0.01) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < strata.share.size(); ++i)
+          sum += strata.share[i] * std::min(x, strata.length[i]);
+        const double exact = law.partial_moment(1, x * dbar) / dbar + x * law.survival(x * dbar);
+        error[k] = std::max(error[k], std::abs(sum - exact));
+      }
+    }
+    CAPTURE(cv, error[0], error[1]);
+    CHECK(error[0] < (cv < 0.5 ? 5e-4 : 2e-3));
+    CHECK(error[1] < (cv < 0.5 ? 2e-4 : 5e-4));
+    CHECK(error[1] < error[0] / 3.5);
+  }
+}
+
+TEST_CASE("bristles that slide follow a winding path as they do in tiny steps, and balance their energy",
+          "[slide]") {
+  const double load_of[] = {1.0, 1.7, 1.7, 0.6, 2.9, 2.2};
+  for (const Precision precision : precisions())
+    for (const double drop : {0.0, 0.25}) {
+      const SnapLength law = SnapLength::lognormal(dbar, 0.4);
+      OnePatch patch(sliding(law).with_drop(drop),
+                     plain_options(24, 2, precision).with_max_normal_load(load));
+      Brute brute(law, 24, drop);
+      Winding path;
+      const double unit = load * dbar * dbar;
+      const double rounding = precision == Precision::double_ ? 1e-12 : 3e-6;
+      double stored = 0.0, worst = 0.0;
+      for (int k = 0; k < 400; ++k) {
+        const auto d = path.next(0.2 * dbar);
+        const Response out = patch.step(d[0], d[1], load);
+        brute.move(d[0] / dbar, d[1] / dbar, 2e-4);
+        worst = std::max(
+            worst, std::hypot(bent(out).x - brute.mean_of(brute.x), bent(out).y - brute.mean_of(brute.y)));
+        const double now = patch.energy();
+        const double work = -(out.mean[0] * d[0] + out.mean[1] * d[1]);
+        expect_near(work / unit, (now - stored + out.dissipated) / unit, rounding, "work");
+        expect(out.dissipated >= 0.0, "friction takes energy");
+        stored = now;
+      }
+      CAPTURE(drop);
+      // With a drop tiny steps show the moment of a turn to one of them.
+      CHECK(worst < (drop == 0.0 ? 3e-4 : 4e-3));
+
+      // The load changes at every step.
+      for (int k = 0; k < 400; ++k) {
+        const auto d = path.next(k % 50 < 10 ? 0.0 : 0.2 * dbar);
+        const Response out = patch.step(d[0], d[1], load_of[k % 6]);
+        const double now = patch.energy();
+        const double work = -(out.mean[0] * d[0] + out.mean[1] * d[1]);
+        expect_near(work / unit, (now - stored + out.dissipated + out.contact_loss) / unit, rounding,
+                    "work under a load");
+        expect(out.dissipated >= 0.0, "friction takes energy under a load that changes");
+        expect(out.contact_loss >= -rounding * unit, "a load that changes takes energy");
+        stored = now;
+      }
+    }
+}
+
+#if BRISTLE_WITH_DOUBLE
+TEST_CASE("a straight step of bristles that slide may be cut anywhere", "[slide]") {
+  for (const int axes : {1, 2})
+    for (const double drop : {0.0, 0.3}) {
+      const Material material = sliding(SnapLength::lognormal(dbar, 0.5)).with_drop(drop);
+      const PatchOptions options =
+          plain_options(600, axes, Precision::double_).with_max_normal_load(load);  // in three blocks
+      OnePatch whole(material, options), parts(material, options);
+      Winding path;
+      std::mt19937 random(3);
+      for (int k = 0; k < 300; ++k) {
+        auto d = path.next(0.7 * dbar);
+        if (axes == 1) d[1] = 0.0;
+        const Response out = whole.step(d[0], d[1], load);
+        const double share = static_cast<double>(random() % 1000) / 1000.0;
+        const Response first =
+            parts.step(share * d[0], share * d[1], load, share > 0.0 ? share * tick : tick);
+        const Response second =
+            parts.step((1.0 - share) * d[0], (1.0 - share) * d[1], load, (1.0 - share) * tick);
+        for (int axis = 0; axis < axes; ++axis) {
+          expect_near(second.end[axis] / (load * dbar), out.end[axis] / (load * dbar), 1e-12,
+                      "force at the end");
+          expect_near((share * first.mean[axis] + (1.0 - share) * second.mean[axis]) / (load * dbar),
+                      out.mean[axis] / (load * dbar), 3e-12, "mean force");
+        }
+        expect_near((first.dissipated + second.dissipated) / (load * dbar * dbar),
+                    out.dissipated / (load * dbar * dbar), 1e-12, "dissipated");
+      }
+    }
+}
+#endif
+
+TEST_CASE("one step however long ends along the motion", "[slide]") {
+  for (const Precision precision : precisions())
+    for (const double lengths : {50.0, 5000.0, 1e7, 1e60}) {
+      OnePatch patch(sliding(SnapLength::lognormal(dbar, 0.4)),
+                     plain_options(32, 2, precision).with_max_normal_load(load));
+      patch.step(0.0, 5.0 * dbar, load);
+      const Response out = patch.step(lengths * dbar, 0.0, load);
+      const double few = (precision == Precision::double_ ? 1e-13 : 2e-6) + std::exp(-0.2 * lengths);
+      CHECK(bent(out).x == Approx(1.0).epsilon(few));
+      CHECK(std::abs(bent(out).y) < few);
+      // All of it slid, but for at most two limits.
+      CHECK(out.dissipated / (load * dbar * lengths * dbar) == Approx(1.0).margin(2.0 / lengths + few));
+      CHECK(-out.mean[0] / (load * dbar) == Approx(1.0).margin(2.0 / lengths + few));
+      CHECK(bent(patch.step(-0.25 * dbar, 0.0, load)).x == Approx(0.75).epsilon(100.0 * few));
+    }
+}
+
+TEST_CASE("creep below the last digit of a float turns bristles that slide, and moves those that stick",
+          "[slide]") {
+  OnePatch patch(sliding(uniform), plain_options(32, 2, Precision::single).with_max_normal_load(load));
+  patch.step(100.0 * dbar, 0.0, load);
+  // Three limits across, in steps of 2e-8 and a tenth.
+  Response out;
+  for (int k = 0; k < 500000; ++k) out = patch.step(0.0, 2e-7 * dbar, load);
+  OnePatch truth(sliding(uniform), plain_options(32, 2).with_max_normal_load(load));
+  truth.step(100.0 * dbar, 0.0, load);
+  const Response exact = truth.step(0.0, 0.1 * dbar, load);
+  CHECK(bent(out).x == Approx(bent(exact).x).epsilon(0.002));
+  CHECK(bent(out).y == Approx(bent(exact).y).epsilon(0.02));
+}
+
+TEST_CASE("a load that rises at rest leaves the force, and one that wavers does not wear it away",
+          "[slide]") {
+  for (const Precision precision : precisions()) {
+    const double few = precision == Precision::double_ ? 1e-12 : 1e-6;
+    OnePatch patch(sliding(uniform), plain_options(32, 2, precision).with_max_normal_load(10.0));
+    patch.step(0.0, 0.0, 2.0);
+    const double held = patch.step(0.3 * dbar, 0.2 * dbar, 2.0).end[0];
+    CHECK(patch.step(0.0, 0.0, 5.0).end[0] == Approx(held).epsilon(few));
+    for (int k = 0; k < 1000; ++k) patch.step(0.0, 0.0, 4.0 + (k * 7 % 11) / 11.0);
+    CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(few));
+    // Nor does it where the patch trembles inside its limits.
+    for (int k = 0; k < 1000; ++k) patch.step((k % 2 ? 1e-3 : -1e-3) * dbar, 0.0, 4.0 + (k * 7 % 11) / 11.0);
+    CHECK(patch.step(0.0, 0.0, 4.0).end[0] == Approx(held).epsilon(10.0 * few));
+    // No contact, no memory.
+    CHECK(patch.step(0.0, 0.0, 0.0).end[0] == 0.0);
+    CHECK(patch.step(0.0, 0.0, 4.0).end[0] == 0.0);
+  }
+}
+
+TEST_CASE(
+    "a load that falls takes the force down to what it can hold, and sliding makes the contact soft again",
+    "[slide]") {
+  const Material material = sliding(uniform);
+  for (const Precision precision : precisions()) {
+    const double few = precision == Precision::double_ ? 1e-12 : 2e-6;
+    OnePatch patch(material, plain_options(64, 2, precision).with_max_normal_load(10.0));
+    patch.step(20.0 * dbar, 0.0, 10.0);
+    const double stored = patch.energy();
+    const Response fallen = patch.step(0.0, 0.0, 4.0);
+    CHECK(fallen.end[0] == Approx(-4.0 * dbar).epsilon(few));
+    CHECK(fallen.contact_loss == Approx(stored * (1.0 - 0.16)).epsilon(10.0 * few));
+    // As stiff as under the highest load, until it slides.
+    CHECK(fallen.stiffness == Approx(10.0));
+    CHECK(patch.step(-0.1 * dbar, 0.0, 4.0).end[0] == Approx(-(4.0 - 1.0) * dbar).epsilon(1e-5));
+    Response slid;
+    for (int k = 0; k < 20; ++k) slid = patch.step(0.3 * dbar, 0.0, 4.0);
+    CHECK(slid.stiffness == Approx(4.0));
+    CHECK(slid.end[0] == Approx(-4.0 * dbar).epsilon(few));
+    CHECK(patch.step(-0.1 * dbar, 0.0, 4.0).end[0] == Approx(-(4.0 - 0.4) * dbar).epsilon(1e-5));
+    CHECK(patch.step(0.0, 0.0, 11.0).status == Status::overload);
+  }
+}
+
+TEST_CASE("a drop gives the peak of the closed form, again after a rest and after a turn", "[slide]") {
+  for (const SnapLength& law : {SnapLength::single(dbar), SnapLength::lognormal(dbar, 0.2), uniform}) {
+    const Material material = sliding(law).with_drop(0.3);
+    for (const int axes : {1, 2}) {
+      OnePatch patch(material, plain_options(1024, axes).with_max_normal_load(load));
+      const double peak = material.peak_coefficient() / dbar, kinetic = material.kinetic_coefficient() / dbar;
+      CHECK(kinetic == Approx(0.7));
+      const auto highest_of = [&](double towards, double way) {
+        double highest = 0.0;
+        for (int k = 0; k < static_cast<int>(way * 500.0); ++k) {
+          const double f = towards * bent(patch.step(towards * 0.002 * dbar, 0.0, load)).x;
+          highest = std::max(highest, f);
+        }
+        return highest;
+      };
+      // A peak between two steps is missed by what is left of a step.
+      CHECK(highest_of(1.0, 3.0) == Approx(peak).margin(0.003));
+      CHECK(bent(patch.step(0.0, 0.0, load)).x == Approx(kinetic).margin(1e-5));
+      // A rest: they hold 0.7 of their length and slide at the whole: a peak 0.3 of a length on.
+      const double after_rest = highest_of(1.0, 2.0);
+      CHECK(after_rest > 0.7 + 0.6 * (peak - 0.7));
+      // A turn heals as well: in small steps and in one.
+      const double turned = highest_of(-1.0, 4.0);
+      CHECK(turned > (law.law() == SnapLaw::single ? 0.997 : 0.72));
+      patch.step(5.0 * dbar, 0.0, load);
+      if (law.law() == SnapLaw::single) {
+        // -0.7 to +1 is 1.7 on: it holds there in one step, too.
+        patch.step(-10.0 * dbar, 0.0, load);
+        CHECK(bent(patch.step(1.69 * dbar, 0.0, load)).x == Approx(0.99).margin(1e-4));
+      }
+    }
+    // First loading as the closed form, before and beyond the peak.
+    for (const double x : {0.3, 0.7, 0.95, 1.2, 1.8}) {
+      OnePatch patch(material, plain_options(2048, 1).with_max_normal_load(load));
+      CHECK(bent(patch.step(x * dbar, 0.0, load)).x ==
+            Approx(bristle::virgin_deflection(material, x)).margin(2e-3));
+    }
+  }
+}
+
+TEST_CASE("the limit of bristles that slide grows with rest", "[slide]") {
+  const double beta = 0.1, tau = 1e-2;
+  const Material material =
+      sliding(SnapLength::single(dbar)).with_ageing(Ageing::logarithmic(beta, tau)).with_drop(0.2);
+  for (const int axes : {1, 2})
+    for (const Precision precision : precisions()) {
+      const double few = precision == Precision::double_ ? 1e-10 : 1e-5;
+      OnePatch patch(material, plain_options(8, axes, precision).with_max_normal_load(load));
+      for (const double rest : {0.01, 1.0, 100.0}) {
+        patch.step(10.0 * dbar, 0.0, load);
+        CHECK(bent(patch.step(0.0, 0.0, load, rest)).x == Approx(0.8).epsilon(1e-5));
+        // Pulled on fast, it slides at 1 + beta ln(1 + rest / tau), to which the pull adds next to nothing.
+        const double limit = 1.0 + beta * std::log1p(rest / tau);
+        const double way = limit - 0.8;
+        CHECK(bent(patch.step((way - 1e-4) * dbar, 0.0, load, 1e-9)).x ==
+              Approx(limit - 1e-4).epsilon(few + 1e-6));
+        CHECK(bent(patch.step(3e-4 * dbar, 0.0, load, 1e-9)).x == Approx(0.8).epsilon(1e-5));
+      }
+      CHECK(material.peak_coefficient(1.0) == Approx(dbar * (1.0 + beta * std::log1p(100.0))));
+    }
+}
+
+TEST_CASE("a pull that takes its time finds the limit that has grown meanwhile", "[slide]") {
+  const Material material =
+      sliding(SnapLength::single(dbar)).with_ageing(Ageing::saturating(0.5, 1.0)).with_drop(0.1);
+  OnePatch patch(material, plain_options(8, 2).with_max_normal_load(load));
+  patch.step(0.0, 0.0, load, 1e-6);
+  // In one step of two lengths and two seconds it slides where x = 1 + (1 - exp(-x)) / 2, at 1.3748.
+  double x = 1.3;
+  for (int k = 0; k < 100; ++k) x = 1.0 + 0.5 * (1.0 - std::exp(-x));
+  const Response out = patch.step(2.0 * dbar, 0.0, load, 2.0);
+  const double expected = 0.9 * (2.0 - x) + 0.5 * (x * x - 0.81);
+  CHECK(out.dissipated / (load * dbar * dbar) == Approx(expected).epsilon(1e-5));
+  CHECK(bent(out).x == Approx(0.9).epsilon(1e-5));
+}
+
+TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
+  for (const SnapLaw law :
+       {SnapLaw::single, SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal, SnapLaw::exponential})
+    for (const double ratio : {1.0, 1.15, 1.4}) {
+      const Coefficients c = Coefficients{}
+                                 .with_rule(SnapRule::slide)
+                                 .with_law(law)
+                                 .with_kinetic(0.35)
+                                 .with_peak(0.35 * ratio)
+                                 .with_presliding_length(3e-6);
+      const Material m = Material::from_coefficients(c);
+      CHECK(m.kinetic_coefficient() == Approx(0.35).epsilon(1e-12));
+      CHECK(m.peak_coefficient() == Approx(0.35 * ratio).epsilon(1e-8));
+      CHECK(m.snap_length.mean() == Approx(3e-6).epsilon(1e-12));
+      CHECK(m.residual_length == 0.0);
+      CHECK((m.drop == 0.0) == (ratio == 1.0));
+      const Material again = Material::from_coefficients(m.coefficients());
+      CHECK(again.drop == Approx(m.drop).epsilon(1e-6).margin(1e-9));
+      CHECK(again.bristle_stiffness == Approx(m.bristle_stiffness).epsilon(1e-9));
+      CHECK(again.snap_length.cv() == Approx(m.snap_length.cv()).epsilon(1e-12));
+    }
+  // One length: the whole drop is the peak.
+  CHECK(Material::from_coefficients(
+            Coefficients{}.with_rule(SnapRule::slide).with_law(SnapLaw::single).with_peak(0.5))
+            .drop == Approx(0.2).epsilon(1e-9));
+  const auto message = [](const Coefficients& c) {
+    return message_of([&c] { Material::from_coefficients(c); });
+  };
+  using Catch::Contains;
+  const Coefficients slide = Coefficients{}.with_rule(SnapRule::slide).with_kinetic(0.4);
+  CHECK_THAT(message(Coefficients(slide).with_peak(0.3)), Contains("peak / kinetic") && Contains("1 to "));
+  CHECK_THAT(message(Coefficients(slide).with_peak(40.0)),
+             Contains("rule slide") && Contains("drop at most 0.95"));
+  CHECK_THAT(message(Coefficients(slide).with_drop(0.2).with_fall_per_decade(0.01)),
+             Contains("fall_per_decade"));
+  CHECK_THAT(message(Coefficients(slide).with_peak(0.4).with_growth_per_decade(0.01)),
+             Contains("growth_per_decade"));
+  CHECK_THAT(message(Coefficients{}.with_drop(0.2)), Contains("drop"));
+  CHECK_THAT(message_of([] { sliding(uniform).with_residual_length(1e-6).validate(); }),
+             Contains("residual_length"));
+  CHECK_THAT(message_of([] { sliding(uniform).with_drop(0.99).validate(); }), Contains("drop"));
+  CHECK_THAT(message_of([] { plain_material(uniform, SnapRule::keep).with_drop(0.1).validate(); }),
+             Contains("drop"));
+
+  // growth_per_decade is that of the peak, to first order.
+  const Material aged = Material::from_coefficients(
+      Coefficients(slide).with_spread(0.1).with_drop(0.3).with_growth_per_decade(1e-4).with_ageing_time(
+          1e-3));
+  const double growth = (aged.peak_coefficient(10.0) - aged.peak_coefficient(1.0)) / 0.4;
+  CHECK(growth == Approx(1e-4).epsilon(0.01));
+  CHECK(aged.coefficients().growth_per_decade == Approx(1e-4).epsilon(1e-6));
+}
+
+TEST_CASE("a patch of bristles that slide is saved, tried, thinned out and given another material",
+          "[slide]") {
+  for (const Precision precision : precisions())
+    for (const double drop : {0.0, 0.2}) {
+      const Material material = sliding(SnapLength::lognormal(dbar, 0.4)).with_drop(drop);
+      const PatchOptions options = plain_options(70, 2, precision).with_max_normal_load(load);
+      OnePatch patch(material, options), other(material, options);
+      patch.step(0.4 * dbar, 0.6 * dbar, load);
+      patch.step(0.4 * dbar, -0.3 * dbar, 0.8 * load);
+      std::vector<std::byte> bytes(patch.batch.state_size());
+      REQUIRE(patch.batch.save_state(bytes) == bytes.size());
+      other.batch.restore_state(bytes);
+      CHECK(other.hash() == patch.hash());
+      Motion trial;
+      trial.id = patch.id;
+      trial.displacement[0] = 0.7 * dbar;
+      trial.normal_load = 0.5 * load;
+      const Response tried = patch.batch.find_force(tick, trial);
+      CHECK(patch.hash() == other.hash());
+      CHECK(tried.end[0] == patch.step(trial).end[0]);
+      CHECK(first_difference(patch.step(-0.2 * dbar, 0.1 * dbar, load),
+                             (other.step(trial), other.step(-0.2 * dbar, 0.1 * dbar, load))) == "");
+      CHECK(patch.hash() == other.hash());
+
+      // Fewer strata, and all again: the force stays.
+      const double few = precision == Precision::double_ ? 1e-12 : 1e-5;
+      const double force = patch.step(0.0, 0.0, load).end[0];
+      for (const std::uint32_t detail : {31u, 5u, 1u, 70u}) {
+        REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
+        CHECK(patch.batch.info(patch.id).detail == detail);
+        CHECK(patch.step(0.0, 0.0, load).end[0] == Approx(force).epsilon(few));
+      }
+
+      // Half the limits: what is beyond them slides at once, and is booked.
+      patch.step(60.0 * dbar, 0.0, load);
+      const double stored = patch.energy();
+      patch.batch.set_material(patch.id, sliding(SnapLength::lognormal(0.5 * dbar, 0.4)).with_drop(drop));
+      const Response changed = patch.step(0.0, 0.0, load);
+      CHECK(bent(changed).x == Approx(0.5 * (1.0 - drop)).epsilon(1e-5));
+      CHECK(changed.dissipated == Approx(0.75 * stored).epsilon(1e-4));
+      CHECK_THROWS_WITH(patch.batch.set_material(patch.id, plain_material(uniform, SnapRule::keep)),
+                        Catch::Contains("SnapRule::slide"));
+      REQUIRE(patch.batch.reset(patch.id));
+      CHECK(patch.step(0.1 * dbar, 0.0, load).end[0] == Approx(-0.1 * load * dbar).epsilon(1e-5));
+    }
+}
+
+TEST_CASE("a patch that cannot slide is refused by name", "[slide]") {
+  PatchBatch batch;
+  const Material material = sliding(uniform);
+  const auto message = [&](const PatchOptions& options) {
+    return message_of([&] { batch.add(material, options); });
+  };
+  CHECK_THAT(message(PatchOptions{}.with_population(bristle::Population::infinite)),
+             Catch::Contains("SnapRule::slide"));
+  CHECK_THAT(message(PatchOptions{}.with_step_rule(StepRule::literal)), Catch::Contains("step_rule"));
+  CHECK_THAT(message(PatchOptions{}.with_fluctuation(10)), Catch::Contains("fluctuation"));
+  const PatchId id = batch.add(material, PatchOptions{});
+  CHECK(batch.info(id).bristles == 32);
+  CHECK(std::string(batch.info(id).kernel) == "2 axes, slide, end, single");
+}
+
+TEST_CASE("bristles that slide have one state whatever is asked of them", "[slide]") {
+  for (const Precision precision : precisions())
+    for (const double drop : {0.0, 0.2}) {
+      const Material material = sliding(SnapLength::lognormal(dbar, 0.4)).with_drop(drop);
+      std::vector<std::uint64_t> hashes;
+      for (const Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
+        OnePatch patch(material, plain_options(33, 2, precision, outputs).with_max_normal_load(load));
+        Winding path;
+        for (int k = 0; k < 200; ++k) {
+          const auto d = path.next(0.3 * dbar);
+          patch.step(d[0], d[1], k % 7 < 3 ? load : 0.7 * load);
+        }
+        hashes.push_back(patch.hash());
+      }
+      CHECK(hashes == std::vector<std::uint64_t>(4, hashes[0]));
+    }
+}
+
+TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
+  OnePatch patch(sliding(SnapLength::single(dbar)).with_drop(0.3),
+                 plain_options(8, 2).with_max_normal_load(load));
+  patch.step(10.0 * dbar, 0.0, load);
+  patch.step(0.0, 0.0, load);
+  // Half the load holds half the length, and of that, once it slides, 0.7: no bristle sticks on the way.
+  CHECK(bent(patch.step(0.01 * dbar, 0.0, 0.5 * load)).x == Approx(0.35).epsilon(1e-5));
+}
+
+TEST_CASE("another material finds a contact that is stiffer than its load as it is", "[slide]") {
+  OnePatch patch(sliding(uniform), plain_options(32, 2).with_max_normal_load(10.0));
+  patch.step(20.0 * dbar, 0.0, 10.0);
+  patch.step(0.0, 0.0, 4.0);
+  patch.batch.set_material(patch.id, sliding(uniform).with_bristle_stiffness(2.0));
+  const Response out = patch.step(0.0, 0.0, 4.0);
+  CHECK(out.end[0] == Approx(-8.0 * dbar).epsilon(1e-5));
+  CHECK(out.stiffness == Approx(20.0));
+}
