@@ -15,11 +15,12 @@ namespace bristle::detail {
 enum BedColumn : std::uint32_t {
   bed_tip_x,  ///< where the tip stands: the root's place less the deflection
   bed_tip_y,
-  bed_slid,       ///< 1: slid in the last step and holds its kinetic limit only
-  bed_along,      ///< rolling: place in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
-  bed_stiffness,  ///< of the part in contact
-  bed_pressure,   ///< relative; times BedStep::limit_of_pressure the limit
-  bed_x,          ///< of the middle of the part in contact
+  bed_slid,           ///< 1: slid in the last step and holds its kinetic limit only
+  bed_along,          ///< rolling: place in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
+  bed_stiffness,      ///< of the part in contact
+  bed_pressure,       ///< relative; times BedStep::limit_of_pressure the limit
+  bed_over_pressure,  ///< its inverse; 0 where there is none
+  bed_x,              ///< of the middle of the part in contact
   bed_y,
   bed_kept,   ///< share of the part in contact that was in contact before: dilutes the deflection
   bed_moved,  ///< share of the step over which the part in contact has been in contact, on average
@@ -27,7 +28,7 @@ enum BedColumn : std::uint32_t {
   bed_own,    ///< stiffness where all of the cell is in contact
   bed_inner,  ///< squared size at which the cell begins to be in contact; rolling: the row's y
   bed_outer,  ///< squared size from which all of it is; rolling: the row's half length at full load
-  bed_share,  ///< factor of its pressure, not rolling
+  bed_share,  ///< factor of its pressure; rolling: the inverse of bed_outer
   bed_columns
 };
 
@@ -55,19 +56,17 @@ struct BedStep {
   float anchor[4];       ///< root at the end; zeros where tips are written relative to it (rebase)
   bool torque;           ///< Whether the torque is asked for, where nothing spins.
   bool rebase;           ///< Whether every tip is written.
-  float direction[2];    ///< without spin: of the motion, a unit vector; zeros at rest
-  float length;          ///< without spin: of the motion
   float half_rolled[2];  ///< rolling: half the distance rolled, as a vector
   float limit_of_pressure;
-  float hold_over_limit;  ///< static over kinetic friction
+  float pressure_of_limit;  ///< its inverse; 0 without load
+  float hold_over_limit;    ///< static over kinetic friction
 };
 
 /// Sums over a bed, in its units.
 struct BedSums {
   double force[2], torque;  ///< stiffness x deflection at the end
-  double slipping;          ///< stiffness that slid
-  double stiffness;         ///< all of it
   // Of kernels with all outputs:
+  double slipping;  ///< stiffness that slid
   double mean[2], mean_torque;
   double energy[2];                                    ///< stiffness x z^2 at the end, by axis
   double start_energy;                                 ///< at the beginning, of what stayed in contact

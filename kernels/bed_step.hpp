@@ -61,7 +61,7 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const auto rebase = V(step.rebase ? 1.0f : 0.0f) > none;
-  typename E::Sum force_x, force_y, torque, slipping, stiffness;
+  typename E::Sum force_x, force_y, torque, slipping;
   typename E::Sum mean_x, mean_y, mean_torque, energy_x, energy_y, start_energy, dissipated;
   typename E::Sum stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;
 
@@ -85,7 +85,7 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
       const V tip_y = at[bed_tip_y];
       V zx = V(step.root[0]) - tip_x;
       V zy = V(step.root[1]) - tip_y;
-      V ex(step.direction[0]), ey(step.direction[1]), length(step.length);
+      V dx(step.motion[0]), dy(step.motion[1]);
       V anchor_x(step.anchor[0]), anchor_y(step.anchor[1]);
       if constexpr (spins) {
         zx = (V(step.root[0]) - V(step.root[2]) * y) - tip_x;
@@ -97,47 +97,94 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
           middle_x = x + moved * V(step.half_rolled[0]);
           middle_y = y + moved * V(step.half_rolled[1]);
         }
-        const V dx = V(step.motion[0]) - V(step.motion[2]) * middle_y;
-        const V dy = V(step.motion[1]) + V(step.motion[3]) * middle_x;
-        length = root(dx * dx + dy * dy);
-        const V inverse = divide(one, most(length, smallest));
-        ex = dx * inverse;
-        ey = dy * inverse;
+        dx = dx - V(step.motion[2]) * middle_y;
+        dy = dy + V(step.motion[3]) * middle_x;
       }
       V hold = limit;
       if constexpr (drops) {
         const auto slid = at[bed_slid] * kept > none;
         hold = select_lanes(slid, limit, limit * V(step.hold_over_limit));
       }
-      V slide_limit = limit;
-      V reach = hold;
       if constexpr (carried) {
-        length = length * moved;
+        dx = dx * moved;
+        dy = dy * moved;
         zx = zx * kept;
         zy = zy * kept;
-        const V z2 = zx * zx + zy * zy;
-        if constexpr (all) start_energy.add(part, k * z2);
-        // A limit that falls within the step: on average it is halfway, and what is left beyond it goes last.
-        reach = most(root(z2), hold);
-        slide_limit = select_lanes(reach > hold, V(0.5f) * (reach + limit), limit);
+      }
+      const V z2 = zx * zx + zy * zy;
+      if constexpr (carried && all) start_energy.add(part, k * z2);
+      // A limit that falls within the step: on average it is halfway, and what is left beyond it goes last.
+      V reach = hold;
+      V slide_limit = limit;
+      if constexpr (carried) {
+        const auto falls = z2 > hold * hold;
+        if (any_lane(falls)) {
+          reach = select_lanes(falls, root(z2), hold);
+          slide_limit = select_lanes(falls, V(0.5f) * (reach + limit), limit);
+        }
       }
 
-      const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
-      const V path = least(way_to_slide<float, 2>(start, reach), length);
-      const Slid<V> end = slide_after<float, 2, all, all>(start, path, reach, slide_limit, ex, ey, length);
-      auto slides = path < length;
-      V end_x = end.x, end_y = end.y;
-      V lost = end.dissipated;
+      V end_x = zx + dx;
+      V end_y = zy + dy;
+      auto slides = none > one;
+      V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
+      if constexpr (all) {
+        length = root(dx * dx + dy * dy);
+        over_length = divide(one, most(length, smallest));
+        const V ex = dx * over_length;
+        const V ey = dy * over_length;
+        const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
+        const V path = least(way_to_slide<float, 2>(start, reach), length);
+        const Slid<V> end =
+            slide_after<float, 2, true, true>(start, path, reach, slide_limit, ex, ey, length);
+        slides = path < length;
+        end_x = end.x;
+        end_y = end.y;
+        integral_x = end.integral_x;
+        integral_y = end.integral_y;
+        lost = end.dissipated;
+      } else {
+        const V gap = reach * reach - z2;
+        slides = end_x * end_x + end_y * end_y > most(z2, reach * reach);
+        if (any_lane(slides)) {
+          // In units of the limit at which it slides; a bristle without a limit has no deflection.
+          V over_limit = at[bed_over_pressure] * V(step.pressure_of_limit);
+          V over_reach = over_limit;
+          if constexpr (carried || drops) {
+            const auto has_limit = over_limit > none;
+            over_reach = select_lanes(has_limit, divide(one, most(reach, smallest)), none);
+            if constexpr (carried)
+              over_limit = select_lanes(has_limit, divide(one, most(slide_limit, smallest)), none);
+          }
+          V ux = zx, uy = zy, left_x = dx, left_y = dy;
+          const auto sticks_first = (gap > V(1e-6f) * (reach * reach)) & slides;
+          if (any_lane(sticks_first)) {
+            const V sticks = share_that_sticks(most(gap, none), zx * dx + zy * dy, dx * dx + dy * dy);
+            const V share = select_lanes(sticks_first, sticks, none);
+            ux = ux + dx * share;
+            uy = uy + dy * share;
+            left_x = dx - dx * share;
+            left_y = dy - dy * share;
+          }
+          ux = ux * over_reach;
+          uy = uy * over_reach;
+          turn_into(ux, uy, left_x * over_limit, left_y * over_limit);
+          end_x = select_lanes(slides, ux * limit, end_x);
+          end_y = select_lanes(slides, uy * limit, end_y);
+        }
+      }
       if constexpr (carried) {
         const V bound = select_lanes(slides, limit, hold);
         const V n2 = end_x * end_x + end_y * end_y;
-        const auto beyond = n2 > bound * bound;
-        const V n = root(n2);
-        const V back = select_lanes(beyond, divide(bound, most(n, smallest)), one);
-        end_x = end_x * back;
-        end_y = end_y * back;
-        if constexpr (all) lost = lost + select_lanes(beyond, V(0.5f) * ((n - bound) * (n + bound)), none);
-        slides = slides | beyond;
+        const auto beyond = n2 > bound * bound * V(1.000001f);
+        if (any_lane(beyond)) {
+          const V n = root(n2);
+          const V back = select_lanes(beyond, divide(bound, most(n, smallest)), one);
+          end_x = end_x * back;
+          end_y = end_y * back;
+          if constexpr (all) lost = lost + select_lanes(beyond, V(0.5f) * ((n - bound) * (n + bound)), none);
+          slides = slides | beyond;
+        }
       }
       auto writes = slides | rebase;
       if constexpr (carried) writes = writes | (kept < one);
@@ -149,14 +196,12 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
       const V fy = k * end_y;
       force_x.add(part, fx);
       force_y.add(part, fy);
-      slipping.add(part, select_lanes(slides, k, none));
-      stiffness.add(part, k);
       if (spins || all || step.torque) torque.add(part, x * fy - y * fx);
       if constexpr (all) {
+        slipping.add(part, select_lanes(slides, k, none));
         const auto moves = length > smallest;
-        const V over = divide(one, most(length, smallest));
-        const V mx = k * select_lanes(moves, end.integral_x * over, end_x);
-        const V my = k * select_lanes(moves, end.integral_y * over, end_y);
+        const V mx = k * select_lanes(moves, integral_x * over_length, end_x);
+        const V my = k * select_lanes(moves, integral_y * over_length, end_y);
         mean_x.add(part, mx);
         mean_y.add(part, my);
         mean_torque.add(part, x * my - y * mx);
@@ -175,10 +220,9 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
     }
   sums.force[0] = force_x.total();
   sums.force[1] = force_y.total();
-  sums.slipping = slipping.total();
-  sums.stiffness = stiffness.total();
   sums.torque = torque.total();
   if constexpr (all) {
+    sums.slipping = slipping.total();
     sums.mean[0] = mean_x.total();
     sums.mean[1] = mean_y.total();
     sums.mean_torque = mean_torque.total();
@@ -203,6 +247,14 @@ inline V pressure_at(BedProfile profile, V inside) {
 }
 
 template <class E>
+inline void put_pressure(const BedAt<E>& at, typename E::V pressure) {
+  using V = typename E::V;
+  const auto tiny = V(1e-12f) > pressure;
+  at.put(bed_pressure, select_lanes(tiny, V(0.0f), pressure));
+  at.put(bed_over_pressure, select_lanes(tiny, V(0.0f), divide(V(1.0f), most(pressure, V(1e-12f)))));
+}
+
+template <class E>
 double place_bed(const BedPlaces& places, float* columns) {
   using V = typename E::V;
   const V none(0.0f), one(1.0f);
@@ -221,7 +273,7 @@ double place_bed(const BedPlaces& places, float* columns) {
       const V middle = V(0.5f) * (inner + least(outer, size2));
       V pressure = at[bed_share] * pressure_at(places.profile, one - middle * V(places.inverse_size2));
       pressure = select_lanes(k > none, pressure, none);
-      at.put(bed_pressure, pressure);
+      put_pressure<E>(at, pressure);
       sum.add(part, k * pressure);
     }
   return sum.total();
@@ -247,11 +299,14 @@ double roll_bed(const BedPlaces& places, float* columns) {
 
       // The part in contact, seen from the leading edge, whichever it is.
       V edge(places.edge);
-      if (places.chords) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
-      const V carried = divide(rolled, half_length);
+      if (places.chords && places.size2 < 1.0f)
+        edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
+      const V carried = rolled * at[bed_share];
       V place = at[bed_along] * sign;
       if (rolls) {
-        place = place - (carried - whole_part(divide(carried, ring)) * ring);
+        V within = carried;
+        if (any_lane(carried >= ring)) within = carried - whole_part(divide(carried, ring)) * ring;
+        place = place - within;
         place = select_lanes(place < none - (one + half_cell), place + ring, place);
         at.put(bed_along, place * sign);
       }
@@ -278,13 +333,15 @@ double roll_bed(const BedPlaces& places, float* columns) {
         const V near = edge - high;
         const V far = edge - low;
         const V border = least(most(near, carried), far);
-        const V over = divide(one, most(overlap, V(1e-30f)));
-        const auto stays = near >= carried;
-        const V old_part = least((far - border) * over, one);
-        const V fresh =
-            divide((border - near) * (border + near) * (V(0.5f) * over), most(carried, V(1e-30f)));
-        kept = select_lanes(stays, one, old_part);
-        moved = select_lanes(stays, one, least(old_part + fresh, one));
+        const auto enters = carried > near;
+        kept = one;
+        if (any_lane(enters)) {
+          const V over = divide(one, most(overlap, V(1e-30f)));
+          const V old_part = least((far - border) * over, one);
+          const V fresh = (border - near) * (border + near) * (V(0.5f) * over);
+          kept = select_lanes(enters, old_part, one);
+          moved = select_lanes(enters, least(old_part + divide(fresh, most(carried, V(1e-30f))), one), one);
+        }
         at.put(bed_tip_x, tip_x - (V(places.root[0]) - V(places.root[2]) * old_y));
         at.put(bed_tip_y, tip_y - (V(places.root[1]) + V(places.root[3]) * old_x));
       } else {
@@ -295,7 +352,7 @@ double roll_bed(const BedPlaces& places, float* columns) {
       at.put(bed_kept, kept);
       at.put(bed_moved, moved);
       at.put(bed_stiffness, k);
-      at.put(bed_pressure, pressure);
+      put_pressure<E>(at, pressure);
       at.put(bed_x, x);
       at.put(bed_y, y);
       sum.add(part, k * pressure);

@@ -46,8 +46,9 @@ struct Bed {
   double deflection = 0.0;      ///< m, unit of deflections
   double stiffness = 0.0;       ///< N/m, unit of stiffnesses
   double gain[2] = {1.0, 1.0};  ///< scaled deflection over displacement, along x and y
-  double spin_gain[2] = {1.0, 1.0};  ///< likewise, of the displacement by spin
-  double friction = 0.0;             ///< kinetic
+  double spin_gain[2] = {1.0, 1.0};              ///< likewise, of the displacement by spin
+  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion over displacement and spin
+  double friction = 0.0;                         ///< kinetic
   double hold_over_limit = 1.0;
   double full_load = 0.0;       ///< N
   double longest_piece = 0.0;   ///< m, of rolling

@@ -22,8 +22,9 @@ constexpr int most_tasks = 256;
 /// What a bed costs beside its bristles, in bristles.
 constexpr std::uint64_t bed_overhead = 64;
 /// Columns that state consists of: the rest follows from them and the size.
-constexpr BedColumn state_columns[] = {bed_tip_x,    bed_tip_y, bed_slid, bed_along, bed_stiffness,
-                                       bed_pressure, bed_x,     bed_y,    bed_kept,  bed_moved};
+constexpr BedColumn state_columns[] = {bed_tip_x,     bed_tip_y,         bed_slid,     bed_along,
+                                       bed_stiffness, bed_over_pressure, bed_pressure, bed_x,
+                                       bed_y,         bed_kept,          bed_moved};
 constexpr std::uint64_t saved_magic = 0x3144454220425242u;
 
 /// Calls `visit` with each number of a state.
@@ -84,8 +85,18 @@ struct BedBatch::Impl {
 
   void run(std::size_t first, std::size_t last) noexcept {
     const FloatModeScope mode;
-    for (std::size_t i = first; i < last; ++i)
+    for (std::size_t i = first; i < last; ++i) {
+      if (i + 2 < last) fetch(in[i + 2].id);
       if (out[i].status == Status::ok) step_bed(*find(in[i].id), kernels, in[i], out[i]);
+    }
+  }
+
+  /// Asks for the first bristles of a bed that is stepped soon.
+  void fetch(BedId id) noexcept {
+    const Bed* bed = find(id);
+    if (bed == nullptr) return;
+    for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_stiffness, bed_pressure, bed_over_pressure})
+      __builtin_prefetch(bed->column(c));
   }
 
   /// Clears a response, and says what is wrong with a motion. Returns its cost in bristles.

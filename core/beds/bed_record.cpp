@@ -310,9 +310,9 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   for (std::uint32_t i = 0; i < bed.count; ++i) {
     const Cell cell = i < bed.bristles ? cells[i] : Cell{};
     bed.column(bed_own)[i] = static_cast<float>(cell.area / area);
-    bed.column(bed_share)[i] = static_cast<float>(cell.share);
     bed.column(bed_inner)[i] = static_cast<float>(cell.inner);
     bed.column(bed_outer)[i] = static_cast<float>(shape.rolls && i >= bed.bristles ? 1.0 : cell.outer);
+    bed.column(bed_share)[i] = shape.rolls ? 1.0f / bed.column(bed_outer)[i] : static_cast<float>(cell.share);
     bed.column(bed_along)[i] = static_cast<float>(cell.along);
     bed.column(bed_x)[i] = static_cast<float>(cell.x * x_unit);
     bed.column(bed_y)[i] = static_cast<float>(cell.y * y_unit);
@@ -333,6 +333,10 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
     bed.deflection = force * most_pressure / (bed.stiffness * sum);
   }
   require_within(material_text, "deflection at which bristles slide", bed.deflection, 1e-13, 1e4, "m");
+  for (int k = 0; k < 2; ++k) {
+    bed.per_metre[k] = bed.gain[k] / bed.deflection;
+    bed.per_radian[k] = bed.spin_gain[k] * bed.length / bed.deflection;
+  }
   unbend(bed, kernels);
   return bed;
 }

@@ -100,6 +100,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   BedStep step{};
   step.count = bed.count;
   step.limit_of_pressure = static_cast<float>(s.limit_of_pressure);
+  step.pressure_of_limit = s.limit_of_pressure > 1e-30 ? 1.0f / step.limit_of_pressure : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
   double after[4];
   // A bristle that is carried moves by more or less than the root of its new place.
@@ -118,12 +119,6 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   }
   const bool spins =
       piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
-  if (!spins) {
-    const double length = square_root(square(piece.motion[0]) + square(piece.motion[1]));
-    step.length = static_cast<float>(length);
-    for (int k = 0; k < 2; ++k)
-      step.direction[k] = static_cast<float>(length > 0.0 ? piece.motion[k] / length : 0.0);
-  }
   for (int k = 0; k < 2; ++k) step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
   const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried ? bed_carried : 0u) |
                            (bed.all_outputs ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
@@ -207,12 +202,12 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   const auto stored = [&] {
     return 0.5 * unit_energy * (s.energy[0] / bed.gain[0] + s.energy[1] / bed.gain[1]);
   };
-  const double stored_before = stored();
+  const double stored_before = bed.all_outputs ? stored() : 0.0;
   const double spin = bed.resists_spin ? motion.spin : 0.0;
   double scaled[4];
   for (int k = 0; k < 2; ++k) {
-    scaled[k] = bed.gain[k] * motion.displacement[k] / bed.deflection;
-    scaled[2 + k] = bed.spin_gain[k] * spin * (bed.length / bed.deflection);
+    scaled[k] = bed.per_metre[k] * motion.displacement[k];
+    scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
   // Load, and the size that goes with it.
@@ -264,7 +259,6 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   out.status = s.load > bed.full_load ? Status::overload : Status::ok;
   for (int k = 0; k < 2; ++k) out.force[k] = 0.0 - unit_force * s.force[k];
   out.torque = 0.0 - unit_force * bed.length * s.torque;
-  if (sum.last.stiffness > 0.0) out.slipping_share = sum.last.slipping / sum.last.stiffness;
   if (!bed.all_outputs) return;
   const double energy_before = s.energy[0] + s.energy[1];
   for (int k = 0; k < 2; ++k) s.energy[k] = sum.last.energy[k];
@@ -279,6 +273,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
         out.mean[0] * motion.displacement[0] + out.mean[1] * motion.displacement[1] + out.mean_torque * spin;
     out.dissipated = stored_before - out.stored - work;
   }
+  const double all = sum.last.slipping + sum.last.stuck;
+  if (all > 0.0) out.slipping_share = sum.last.slipping / all;
   write_tangent(bed, sum.last, out.tangent);
 }
 

@@ -95,7 +95,7 @@ struct BedShape {
   }
   /// Disc or ellipse that slides, spins and does not roll. `rings` of `around` cells each (0 = three times
   /// the rings). Half widths of 0 take Hertz's from the material's radius.
-  static BedShape ellipse(double half_x_m, double half_y_m, BedPressure pressure, int rings = 5,
+  static BedShape ellipse(double half_x_m, double half_y_m, BedPressure pressure, int rings = 7,
                           int around = 0) {
     BedShape shape;
     shape.kind = Kind::ellipse;
@@ -106,7 +106,7 @@ struct BedShape {
     shape.cells[1] = around == 0 ? 3 * rings : around;
     return shape;
   }
-  static BedShape disc(double radius_m, BedPressure pressure, int rings = 5, int around = 0) {
+  static BedShape disc(double radius_m, BedPressure pressure, int rings = 7, int around = 0) {
     return ellipse(radius_m, radius_m, pressure, rings, around);
   }
   /// Rectangle that slides and spins; .rolling() lets it roll along x. `nx` cells in each of `ny` rows.
@@ -213,9 +213,9 @@ struct BedMotion {
   BedId id;
   double displacement[2] = {0.0, 0.0};  ///< m, of the moving body against the surface, where they touch: for
                                         ///< a wheel that rolls by w r over the ground by x, x - w r
-  double spin = 0.0;              ///< rad, of the moving body against the surface about the normal
-  double rolled[2] = {0.0, 0.0};  ///< m, by which the contact has moved over the surface
-  double normal_load = 0.0;       ///< N
+  double spin = 0.0;                    ///< rad, of the moving body against the surface about the normal
+  double rolled[2] = {0.0, 0.0};        ///< m, by which the contact has moved over the surface
+  double normal_load = 0.0;             ///< N
 };
 
 /// Output of one bed for one step, ON the moving body.
