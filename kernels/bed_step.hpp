@@ -157,9 +157,10 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
               over_limit = select_lanes(has_limit, divide(one, most(slide_limit, smallest)), none);
           }
           V ux = zx, uy = zy, left_x = dx, left_y = dy;
-          const auto sticks_first = (gap > V(1e-6f) * (reach * reach)) & slides;
+          const V along = zx * dx + zy * dy;
+          const auto sticks_first = ((gap > V(1e-6f) * (reach * reach)) | (along < none)) & slides;
           if (any_lane(sticks_first)) {
-            const V sticks = share_that_sticks(most(gap, none), zx * dx + zy * dy, dx * dx + dy * dy);
+            const V sticks = share_that_sticks(most(gap, none), along, dx * dx + dy * dy);
             const V share = select_lanes(sticks_first, sticks, none);
             ux = ux + dx * share;
             uy = uy + dy * share;
@@ -178,11 +179,12 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
         const V n2 = end_x * end_x + end_y * end_y;
         const auto beyond = n2 > bound * bound * V(1.000001f);
         if (any_lane(beyond)) {
+          // What is pulled back has slid: it holds no more than the kinetic limit.
           const V n = root(n2);
-          const V back = select_lanes(beyond, divide(bound, most(n, smallest)), one);
+          const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
           end_x = end_x * back;
           end_y = end_y * back;
-          if constexpr (all) lost = lost + select_lanes(beyond, V(0.5f) * ((n - bound) * (n + bound)), none);
+          if constexpr (all) lost = lost + select_lanes(beyond, V(0.5f) * ((n - limit) * (n + limit)), none);
           slides = slides | beyond;
         }
       }
@@ -249,9 +251,9 @@ inline V pressure_at(BedProfile profile, V inside) {
 template <class E>
 inline void put_pressure(const BedAt<E>& at, typename E::V pressure) {
   using V = typename E::V;
-  const auto tiny = V(1e-12f) > pressure;
+  const auto tiny = V(1e-6f) > pressure;
   at.put(bed_pressure, select_lanes(tiny, V(0.0f), pressure));
-  at.put(bed_over_pressure, select_lanes(tiny, V(0.0f), divide(V(1.0f), most(pressure, V(1e-12f)))));
+  at.put(bed_over_pressure, select_lanes(tiny, V(0.0f), divide(V(1.0f), most(pressure, V(1e-6f)))));
 }
 
 template <class E>
@@ -338,9 +340,10 @@ double roll_bed(const BedPlaces& places, float* columns) {
         if (any_lane(enters)) {
           const V over = divide(one, most(overlap, V(1e-30f)));
           const V old_part = least((far - border) * over, one);
-          const V fresh = (border - near) * (border + near) * (V(0.5f) * over);
+          const V fresh = most(border - near, none) * (border + near) * (V(0.5f) * over);
+          const V share = least(old_part + divide(fresh, most(carried, V(1e-30f))), one);
           kept = select_lanes(enters, old_part, one);
-          moved = select_lanes(enters, least(old_part + divide(fresh, most(carried, V(1e-30f))), one), one);
+          moved = select_lanes(enters, share, one);
         }
         at.put(bed_tip_x, tip_x - (V(places.root[0]) - V(places.root[2]) * old_y));
         at.put(bed_tip_y, tip_y - (V(places.root[1]) + V(places.root[3]) * old_x));
