@@ -158,7 +158,7 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
           }
           V ux = zx, uy = zy, left_x = dx, left_y = dy;
           const V along = zx * dx + zy * dy;
-          const auto sticks_first = ((gap > V(1e-6f) * (reach * reach)) | (along < none)) & slides;
+          const auto sticks_first = (gap > V(1e-6f) * along) & slides;
           if (any_lane(sticks_first)) {
             const V sticks = share_that_sticks(most(gap, none), along, dx * dx + dy * dy);
             const V share = select_lanes(sticks_first, sticks, none);
@@ -318,8 +318,7 @@ double roll_bed(const BedPlaces& places, float* columns) {
       const V k = at[bed_own] * (overlap * V(1.0f / places.cell));
       const V middle = V(0.5f) * (low + high) * sign;
       const V along = middle * half_length;
-      V inside = one - (along * along + overlap * overlap * (half_length * half_length * V(1.0f / 12.0f))) *
-                           inverse_size2;
+      V inside = one - along * along * inverse_size2;
       if (places.chords) inside = inside - across * across * inverse_size2;
       const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
       const V x = along * V(places.axes[0]) - across * V(places.axes[1]);

@@ -484,6 +484,7 @@ TEST_CASE("A saved bed goes on with the same bits, and a trial leaves no trace")
 TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
   // Newton's step on the force balance in every millisecond, as a solver does that looks for rest.
   const double load = 4000.0, slope = 0.2 * load;
+  const int axis = GENERATE(0, 1);
   OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
                with_load(1.1 * load));
   wheel.motion.normal_load = load;
@@ -492,15 +493,15 @@ TEST_CASE("A car on a slope of 20 % stays where it is, under a load that tremble
   const auto run = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) {
       wheel.motion.normal_load = load * (1.0 + 0.05 * std::sin(0.07 * i));
-      const double d = (slope + wheel.out.force[0]) / std::max(wheel.out.tangent[0][0], 1.0);
-      wheel.step(d);
+      const double d = (slope + wheel.out.force[axis]) / std::max(wheel.out.tangent[axis][axis], 1.0);
+      axis == 0 ? wheel.step(d) : wheel.step(0.0, d);
       at += d;
     }
   };
   run(20000);  // past the largest swing of the load
   const double settled = at;
   run(400000);
-  CHECK(std::abs(wheel.out.force[0] + slope) < 1e-3);
+  CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
   CHECK(std::abs(at - settled) < 1e-9);  // the resolution of a deflection: 6e-8 of 1 mm
   const double halfway = at;
   run(400000);
@@ -560,6 +561,105 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
   CHECK(peak == Approx(9.0).epsilon(0.02));
 }
 
+TEST_CASE(
+    "A wheel with static friction: bristles hold the static limit until they slide, afterwards the kinetic "
+    "one") {
+  // Steady rolling, closed: a bristle at the distance t from the leading edge holds slip t up to the static
+  // limit, then the kinetic one: limits of 4 u (1 - u), u = t / 2a.
+  const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;  // unit: the kinetic limit at the middle
+  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {                   // times 2a, in units of deflection
+    OneBed bed(BedMaterial(ratio * kinetic, kinetic).with_presliding(ratio * unit),
+               BedShape::wheel_row(0.1, BedPressure::parabolic, 64), with_load(load, false));
+    for (int i = 0; i < 400; ++i) bed.step(0.0, slip * unit / 100.0, 0.0, 0.002);
+    double sum = 0.0;
+    const int n = 100000;
+    bool slides = false;
+    for (int i = 0; i < n; ++i) {
+      const double u = (i + 0.5) / n, limit = 4.0 * u * (1.0 - u);
+      slides = slides || slip * u > ratio * limit;
+      sum += (slides ? limit : slip * u) / n;
+    }
+    CHECK(std::abs(-bed.out.force[1] / (kinetic * load) - 1.5 * sum) < 5e-3);
+  }
+}
+
+TEST_CASE("A wheel that was turned where it stands rolls on from its torque") {
+  OneBed wheel(BedMaterial(0.9).with_presliding(1e-3), BedShape::wheel_row(0.1, BedPressure::parabolic, 64),
+               with_load(100.0));
+  for (int i = 0; i < 5; ++i) wheel.step(1e-5, -2e-5, 4e-4);
+  const BedResponse turned = wheel.out;
+  CHECK(std::abs(turned.torque) > 0.1);
+  wheel.step(0.0, 0.0, 0.0, 1e-4);
+  CHECK(wheel.out.torque == Approx(turned.torque).epsilon(0.01));
+  CHECK(wheel.out.force[0] == Approx(turned.force[0]).epsilon(0.01));
+  CHECK(wheel.out.force[1] == Approx(turned.force[1]).epsilon(0.01));
+}
+
+TEST_CASE("Forces with all outputs and without are two texts of one rule") {
+  std::mt19937 random(21);
+  for (const Kind& kind : all_kinds()) {
+    OneBed one(kind.material, kind.shape, with_load(20.0, true, 10.0)),
+        other(kind.material, kind.shape, with_load(20.0, false, 10.0));
+    for (int i = 0; i < 400; ++i) {
+      BedMotion m = draw_motion(random, one.motion.id, kind.shape.rolls, 1e-3, 3e-4, 20.0);
+      m.rolled[0] *= 0.1;
+      one.batch.step({&m, 1}, {&one.out, 1});
+      other.batch.step({&m, 1}, {&other.out, 1});
+      CAPTURE(kind.name, i);
+      for (const int k : {0, 1}) CHECK(std::abs(one.out.force[k] - other.out.force[k]) < 12.0 * 1e-5);
+    }
+  }
+}
+
+TEST_CASE("The tangent is the slope of force and torque while all sticks, off centre and in every column") {
+  for (const BedMaterial& material : {BedMaterial(0.8).with_presliding(1e-3)}) {
+    OneBed bed(material,
+               BedShape::from_list({{{2e-3, 1e-3}, 1, 1}, {{5e-3, -3e-3}, 2, 1}, {{1e-3, 4e-3}, 1, 2}}),
+               with_load(10.0));
+    bed.step(1e-5, 2e-5, 1e-3);
+    const BedResponse at = bed.out;
+    CHECK(at.slipping_share == 0.0);
+    for (int column = 0; column < 3; ++column) {
+      BedMotion m = bed.motion;
+      m.displacement[0] = column == 0 ? 1e-5 : 0.0;
+      m.displacement[1] = column == 1 ? 1e-5 : 0.0;
+      m.spin = column == 2 ? 1e-3 : 0.0;
+      const double size = column == 2 ? 1e-3 : 1e-5;
+      const BedResponse moved = bed.batch.find_force(m);
+      CHECK((at.force[0] - moved.force[0]) / size ==
+            Approx(at.tangent[0][column]).epsilon(1e-4).margin(1e-3));
+      CHECK((at.force[1] - moved.force[1]) / size ==
+            Approx(at.tangent[1][column]).epsilon(1e-4).margin(1e-3));
+      CHECK((at.torque - moved.torque) / size == Approx(at.tangent[2][column]).epsilon(1e-4).margin(1e-5));
+    }
+  }
+}
+
+TEST_CASE("A step that rolls reports the mean of the forces on its distance, and takes the load first") {
+  OneBed wheel(BedMaterial(0.9).with_presliding(1e-3), BedShape::wheel_row(0.1), with_load(100.0));
+  wheel.step(0.0, 1e-5, 0.0, 1e-3);
+  CHECK(wheel.out.mean[1] == Approx(0.5 * wheel.out.force[1]).epsilon(1e-6));
+  for (int i = 0; i < 300; ++i) wheel.step(0.0, 1e-5, 0.0, 1e-3);
+  const double before = wheel.out.force[1];
+  wheel.motion.normal_load = 1.0;
+  wheel.step(0.0, 0.0, 0.0, 1e-4);
+  CHECK(std::abs(before) > 10.0);
+  CHECK(std::abs(wheel.out.mean[1]) <= 0.9 * 1.001);
+}
+
+TEST_CASE("The presliding displacement is that at which all of it slides, and a size ends at full load") {
+  OneBed bed(BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::disc(1e-3, BedPressure::uniform),
+             with_load(10.0));
+  bed.step(0.98e-4);
+  CHECK(bed.out.slipping_share == 0.0);
+  CHECK(-bed.out.force[0] == Approx(0.98 * 9.0).epsilon(1e-4));
+  bed.step(0.04e-4);
+  CHECK(bed.out.slipping_share == Approx(1.0));
+  OneBed sphere(BedMaterial(0.5).with_presliding(1e-4), BedShape::sphere_row(16, 1e-3), with_load(1.0), 8.0);
+  sphere.step(1e-6);
+  CHECK(sphere.batch.info(sphere.motion.id).half[0] == Approx(1e-3));
+}
+
 TEST_CASE("A ball rolls alike in every direction") {
   const BedMaterial material = BedMaterial(0.5).with_presliding(1e-5);
   const auto run = [&](double angle) {
@@ -580,6 +680,12 @@ TEST_CASE("A ball rolls alike in every direction") {
     const auto turned = run(angle);
     for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(turned[k] - straight[k]) < 2e-4 * 5.0);
   }
+  // There and back: the rows turn by no more than a quarter, so what is bent stays in its place.
+  OneBed ball(material, BedShape::disc(1e-3, BedPressure::hertz).rolling(24, 12), with_load(10.0));
+  for (int i = 0; i < 40; ++i) ball.step(0.0, 2e-7, 0.0, 1e-4);
+  const double torque = ball.out.torque;
+  ball.step(0.0, 0.0, 0.0, -1e-5);
+  CHECK(ball.out.torque == Approx(torque).epsilon(0.05));
 }
 
 TEST_CASE("A bed cut from a pressure is the bed of that shape") {
