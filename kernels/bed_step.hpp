@@ -144,7 +144,7 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
         integral_y = end.integral_y;
         lost = end.dissipated;
       } else {
-        const V gap = reach * reach - z2;
+        const V gap = most(reach * reach - z2, none);
         slides = end_x * end_x + end_y * end_y > most(z2, reach * reach);
         if (any_lane(slides)) {
           // In units of the limit at which it slides; a bristle without a limit has no deflection.
@@ -160,7 +160,7 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
           const V along = zx * dx + zy * dy;
           const auto sticks_first = (gap > V(1e-6f) * along) & slides;
           if (any_lane(sticks_first)) {
-            const V sticks = share_that_sticks(most(gap, none), along, dx * dx + dy * dy);
+            const V sticks = share_that_sticks(gap, along, dx * dx + dy * dy);
             const V share = select_lanes(sticks_first, sticks, none);
             ux = ux + dx * share;
             uy = uy + dy * share;

@@ -597,18 +597,27 @@ TEST_CASE("A wheel that was turned where it stands rolls on from its torque") {
 
 TEST_CASE("Forces with all outputs and without are two texts of one rule") {
   std::mt19937 random(21);
+  double sum = 0.0;
+  int count = 0;
   for (const Kind& kind : all_kinds()) {
-    OneBed one(kind.material, kind.shape, with_load(20.0, true, 10.0)),
-        other(kind.material, kind.shape, with_load(20.0, false, 10.0));
+    OneBed one(kind.material, kind.shape, with_load(20.0, true, 10.0));
+    OneBed other(kind.material, kind.shape, with_load(20.0, false, 10.0));
     for (int i = 0; i < 400; ++i) {
       BedMotion m = draw_motion(random, one.motion.id, kind.shape.rolls, 1e-3, 3e-4, 20.0);
       m.rolled[0] *= 0.1;
       one.batch.step({&m, 1}, {&one.out, 1});
       other.batch.step({&m, 1}, {&other.out, 1});
       CAPTURE(kind.name, i);
-      for (const int k : {0, 1}) CHECK(std::abs(one.out.force[k] - other.out.force[k]) < 12.0 * 1e-5);
+      // A bristle that grazes its limit begins to slide where rounding says: some 3e-4 of the limit.
+      for (const int k : {0, 1}) {
+        const double error = std::abs(one.out.force[k] - other.out.force[k]) / 12.0;
+        CHECK(error < 2e-4);
+        sum += error;
+        ++count;
+      }
     }
   }
+  CHECK(sum / count < 1e-6);
 }
 
 TEST_CASE("The tangent is the slope of force and torque while all sticks, off centre and in every column") {
