@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bristle/bed.hpp"
+#include "bristle/bristle.h"
 #include "bristle/error.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
@@ -805,4 +806,64 @@ TEST_CASE("Tiny motions of a bed add up, rolling as well as sliding") {
               with_load(1.0, false));
   for (int i = 0; i < 400000; ++i) disc.step(1e-12);
   CHECK(-disc.out.force[0] == Approx(0.5 * 4e-7 / 1e-3).epsilon(1e-3));
+}
+
+TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
+  OneBed wheel(
+      BedMaterial(0.9, 0.8).with_slip_stiffness(9e4, 5e4),
+      BedShape::rectangle(0.1, 0.08, BedPressure::parabolic).rolling(12, 3).grown(BedGrowth::square_root),
+      with_load(4000.0));
+  bristle_bed bed;
+  REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
+  bed.static_friction = 0.9;
+  bed.kinetic_friction = 0.8;
+  bed.slip_stiffness[0] = 9e4;
+  bed.slip_stiffness[1] = 5e4;
+  bed.kind = BRISTLE_BED_RECTANGLE;
+  bed.pressure = BRISTLE_BED_PARABOLIC;
+  bed.growth = BRISTLE_BED_SQUARE_ROOT;
+  bed.half[0] = 0.1;
+  bed.half[1] = 0.08;
+  bed.cells[0] = 12;
+  bed.cells[1] = 3;
+  bed.max_normal_load = 4000.0;
+  bristle_beds* beds = nullptr;
+  REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
+  bristle_id id = 0;
+  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);  // it does not roll yet
+  CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
+  bed.rolls = 1;
+  REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);
+  std::mt19937 random(2);
+  std::vector<unsigned char> state(bristle_beds_state_size(beds));
+  std::uint64_t saved = 0;
+  for (int i = 0; i < 40; ++i) {
+    const BedMotion m = draw_motion(random, wheel.motion.id, true, 0.1, 1e-3, 4000.0);
+    wheel.batch.step({&m, 1}, {&wheel.out, 1});
+    const bristle_bed_motion motion = {
+        id, {m.displacement[0], m.displacement[1]}, m.spin, {m.rolled[0], m.rolled[1]}, m.normal_load};
+    bristle_bed_response trial, out;
+    bristle_step_report report{};
+    report.struct_size = sizeof report;
+    REQUIRE(bristle_beds_find_force(beds, &motion, &trial, 1) == BRISTLE_OK);
+    REQUIRE(bristle_beds_step(beds, &motion, &out, 1, &report) == BRISTLE_OK);
+    CHECK(report.patches_stepped == 1);
+    CHECK(trial.force[1] == out.force[1]);
+    CHECK(out.force[0] == wheel.out.force[0]);
+    CHECK(out.tangent[2][2] == wheel.out.tangent[2][2]);
+    CHECK(out.slipping_share == wheel.out.slipping_share);
+    if (i == 20) {
+      REQUIRE(bristle_beds_save_state(beds, state.data(), state.size()) == state.size());
+      saved = bristle_beds_state_hash(beds, 0);
+    }
+  }
+  CHECK(bristle_beds_state_hash(beds, id) == wheel.batch.state_hash(wheel.motion.id));
+  REQUIRE(bristle_beds_restore_state(beds, state.data(), state.size()) == BRISTLE_OK);
+  CHECK(bristle_beds_state_hash(beds, 0) == saved);
+  CHECK(bristle_beds_restore_state(beds, state.data(), 3) == BRISTLE_REFUSED);
+  CHECK(bristle_beds_step(nullptr, nullptr, nullptr, 0, nullptr) == BRISTLE_BAD_ARGUMENT);
+  CHECK(bristle_beds_remove(beds, id) == BRISTLE_OK);
+  CHECK(bristle_beds_remove(beds, id) == BRISTLE_REFUSED);
+  bristle_beds_destroy(beds);
+  bristle_beds_destroy(nullptr);
 }

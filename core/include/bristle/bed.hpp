@@ -214,8 +214,10 @@ struct BedMotion {
   double displacement[2] = {0.0, 0.0};  ///< m, of the moving body against the surface, where they touch: for
                                         ///< a wheel that rolls by w r over the ground by x, x - w r
   double spin = 0.0;                    ///< rad, of the moving body against the surface about the normal
-  double rolled[2] = {0.0, 0.0};        ///< m, by which the contact has moved over the surface
-  double normal_load = 0.0;             ///< N
+  /// m, by which the bristles' surface has been carried through the contact, positive where the contact goes
+  /// to greater x or y on it: of a wheel radius x turn, 0 while it is locked.
+  double rolled[2] = {0.0, 0.0};
+  double normal_load = 0.0;  ///< N
 };
 
 /// Output of one bed for one step, ON the moving body.
