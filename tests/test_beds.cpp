@@ -11,6 +11,7 @@
 #include "bristle/bristle.h"
 #include "bristle/error.hpp"
 #include "expect.hpp"
+#include "kernels/slide.hpp"
 #include "reference_table.hpp"
 
 using namespace bristle;
@@ -581,7 +582,40 @@ TEST_CASE(
       sum += (slides ? limit : slip * u) / n;
     }
     CHECK(std::abs(-bed.out.force[1] / (kinetic * load) - 1.5 * sum) < 5e-3);
+    for (int i = 0; i < 2; ++i) bed.step(0.0, slip * unit * 10.0, 0.0, 2.0);
+    CHECK(std::abs(-bed.out.force[1] / (kinetic * load) - 1.5 * sum) < 5e-3);
   }
+}
+
+TEST_CASE("A falling load takes back limits only, also after rolling") {
+  OneBed wheel(BedMaterial(0.9).with_presliding(1e-3), BedShape::wheel_row(0.1), with_load(100.0));
+  wheel.step(0.0, 2e-4, 0.0, 0.13);
+  const double force = wheel.out.force[1];
+  CHECK(force < -1.0);
+  for (const double load : {95.0, 90.0, 85.0}) {
+    wheel.motion.normal_load = load;
+    wheel.step(0.0);
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the trailing edge slides
+  }
+}
+
+TEST_CASE("The tractrix without root and exp is the tractrix") {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  double worst = 0.0;
+  for (int i = 0; i < 100000; ++i) {
+    const double angle = pi / 2.0 * uniform(random), heading = pi * uniform(random);
+    const double x = std::pow(10.0, 2.5 * uniform(random));
+    const double half = std::tan(angle / 2.0) * std::exp(-x);
+    const double end = heading + 2.0 * std::atan(half);
+    float ux = static_cast<float>(std::cos(heading + angle)),
+          uy = static_cast<float>(std::sin(heading + angle));
+    detail::turn_into(ux, uy, static_cast<float>(x * std::cos(heading)),
+                      static_cast<float>(x * std::sin(heading)));
+    worst = std::max(
+        worst, std::hypot(static_cast<double>(ux) - std::cos(end), static_cast<double>(uy) - std::sin(end)));
+  }
+  CHECK(worst < 2e-6);
 }
 
 TEST_CASE("A wheel that was turned where it stands rolls on from its torque") {

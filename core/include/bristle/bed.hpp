@@ -204,7 +204,7 @@ struct BedOptions {
   bool all_outputs = true;
   /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut where it
   /// spins or all outputs are asked for.
-  double longest_piece = 0.125;
+  double longest_piece = 0.0625;
 };
 
 /// Input of one bed for one step. NaN, infinity, a magnitude above 1e5 m or 3.2 rad, a negative load or one

@@ -2,7 +2,7 @@
 import enum
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Optional, TypedDict, Union, overload
+from typing import Any, Callable, Optional, TypedDict, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
