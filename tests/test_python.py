@@ -816,6 +816,55 @@ class Scenes(unittest.TestCase):
 
 
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+class Beds(unittest.TestCase):
+    def setUp(self):
+        self.beds = bristle.BedBatch()
+        self.pad = self.beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3), bristle.BedShape.disc(6e-3),
+                                 max_normal_load=5.0)
+
+    def test_a_pad_slips_from_its_rim_and_saves_its_state(self):
+        out = self.beds.step([self.pad], [[5e-4, 0, 0, 0, 0, 5.0]])
+        self.assertEqual(out["status"][0], 0)
+        self.assertTrue(0.2 < out["slipping_share"][0] < 0.9)
+        self.assertTrue(-4.0 < out["force"][0, 0] < -2.0)
+        self.assertEqual(out["tangent"].shape, (1, 3, 3))
+        bristles = self.beds.bristles(self.pad)
+        self.assertAlmostEqual(-(bristles["stiffness"] * bristles["deflection"][:, 0]).sum(), out["force"][0, 0], 5)
+        state, before = self.beds.save_state(), self.beds.state_hash()
+        trial = self.beds.find_force([self.pad], [[1e-3, 0, 0, 0, 0, 5.0]])
+        self.assertEqual(self.beds.state_hash(), before)
+        after = self.beds.step([self.pad], [[1e-3, 0, 0, 0, 0, 5.0]])
+        self.assertEqual(trial["force"][0, 0], after["force"][0, 0])
+        self.assertAlmostEqual(after["force"][0, 0], -4.0, 4)
+        self.beds.restore_state(state)
+        self.assertEqual(self.beds.state_hash(), before)
+
+    def test_wheels_of_every_kind_roll(self):
+        material = bristle.BedMaterial(0.9, 0.8).with_slip_stiffness(8e4, 5e4)
+        shapes = [bristle.BedShape.wheel_row(0.07), bristle.BedShape.cylinder_row(0.07),
+                  bristle.BedShape.ellipse(0.1, 0.08, pressure="parabolic").rolling(16, 8).grown("cube_root"),
+                  bristle.BedShape.rectangle(0.1, 0.08).rolling(16, 3)]
+        ids = [self.beds.add(material, shape, max_normal_load=4000.0) for shape in shapes]
+        for _ in range(30):
+            out = self.beds.step(ids, [[0, 1e-5, 0, 0.01, 0, 4000.0]] * len(ids))
+        for force in out["force"][:, 1]:
+            self.assertAlmostEqual(force / -50.0, 1.0, 1)
+
+    def test_what_cannot_be_is_refused(self):
+        with self.assertRaisesRegex(bristle.Error, "no elasticity"):
+            self.beds.add(bristle.BedMaterial(0.8), bristle.BedShape.disc(1e-3), max_normal_load=1.0)
+        with self.assertRaisesRegex(bristle.Error, "shape"):
+            self.beds.step([self.pad], [[0, 0, 0, 1.0]])
+        with self.assertRaisesRegex(bristle.Error, "pressure"):
+            bristle.BedShape.disc(1e-3, pressure="round")
+        with self.assertRaisesRegex(bristle.Error, "list"):
+            self.beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3),
+                          bristle.BedShape.from_list(np.zeros((0, 2)), [], []), max_normal_load=1.0)
+        square = bristle.BedShape.from_pressure(1e-3, 1e-3, 4, 4, lambda x, y: 1.0)
+        self.beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3), square, max_normal_load=1.0)
+        self.assertEqual(len(self.beds), 2)
+
+
 class Experiment(unittest.TestCase):
     def test_an_experiment_gives_its_findings_and_curves(self):
         found = bristle.experiment("turn", models=["coulomb", "brush_redraw"], turns=[90], load=2)

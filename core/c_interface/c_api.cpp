@@ -59,6 +59,27 @@ BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, bristles);
 static_assert(sizeof(bristle_cell) == sizeof(PatchCell) && std::is_standard_layout_v<PatchCell>);
 BRISTLE_SAME_PLACE(bristle_cell, PatchCell, position);
 BRISTLE_SAME_PLACE(bristle_cell, PatchCell, weight);
+static_assert(sizeof(bristle_bed_cell) == sizeof(BedCell) && std::is_standard_layout_v<BedCell>);
+BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, position);
+BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, stiffness);
+BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, load);
+static_assert(sizeof(bristle_bed_motion) == sizeof(BedMotion) && std::is_standard_layout_v<BedMotion>);
+BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, id);
+BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, displacement);
+BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, spin);
+BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, rolled);
+BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, normal_load);
+static_assert(sizeof(bristle_bed_response) == sizeof(BedResponse) && std::is_standard_layout_v<BedResponse>);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, id);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, status);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, force);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, torque);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, mean);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, mean_torque);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, dissipated);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, stored);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, tangent);
+BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, slipping_share);
 static_assert(sizeof(bristle_extended_motion) == sizeof(ExtendedMotion) &&
               std::is_standard_layout_v<ExtendedMotion>);
 BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, id);
@@ -129,6 +150,10 @@ struct bristle_keyed {
 
 struct bristle_extended {
   ExtendedPatches patches;
+};
+
+struct bristle_beds {
+  BedBatch batch;
 };
 
 struct bristle_matcher {
@@ -281,6 +306,8 @@ template <>
 constexpr const char* name_of<bristle_material_facts> = "bristle_material_facts";
 template <>
 constexpr const char* name_of<bristle_monitor_report> = "bristle_monitor_report";
+template <>
+constexpr const char* name_of<bristle_bed> = "bristle_bed";
 
 // ------------------------------------------------------------------------- structs of the caller's size
 
@@ -989,6 +1016,124 @@ bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pr
                                        int32_t ny, bristle_cell* cells, size_t capacity, size_t* count) {
   return guarded([&] {
     write_cells(Outline::rectangle(half_x, half_y, read_pressure(pressure), nx, ny), cells, capacity, count);
+  });
+}
+
+namespace {
+
+bristle_bed default_bed() noexcept {
+  bristle_bed bed{};
+  const BedOptions options;
+  bed.max_normal_load = options.max_normal_load;
+  bed.longest_piece = options.longest_piece;
+  bed.all_outputs = options.all_outputs;
+  bed.pressure = BRISTLE_BED_PARABOLIC;
+  return bed;
+}
+
+}  // namespace
+
+bristle_result bristle_init_bed(bristle_bed* bed, size_t struct_size) {
+  return init_struct(bed, struct_size, default_bed(), "bed");
+}
+
+bristle_result bristle_beds_create(const bristle_batch_options* options, bristle_beds** beds) {
+  return guarded([&] {
+    need(beds, "beds");
+    *beds = new bristle_beds{BedBatch(read_options(options, "options"))};
+  });
+}
+
+void bristle_beds_destroy(bristle_beds* beds) { delete beds; }
+
+bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bristle_id* id) {
+  return guarded([&] {
+    need(beds, "beds");
+    need(id, "id");
+    bristle_bed given = default_bed();
+    read_struct(bed, given, "bed");
+    BedMaterial material(given.static_friction, given.kinetic_friction);
+    material.normal_modulus = given.normal_modulus;
+    material.shear_modulus = given.shear_modulus;
+    material.radius = given.radius;
+    material.with_flexibility(given.flexibility[0], given.flexibility[1], given.flexibility[2])
+        .with_slip_stiffness(given.slip_stiffness[0], given.slip_stiffness[1])
+        .with_presliding(given.presliding);
+    if (given.kind > BRISTLE_BED_LIST || given.pressure > BRISTLE_BED_HERTZ ||
+        given.growth > BRISTLE_BED_SQUARE_ROOT || given.rolls > 1 || given.all_outputs > 1)
+      throw Error("bristle_bed: kind, pressure, growth, rolls or all_outputs has no such value");
+    BedShape shape;
+    shape.kind = static_cast<BedShape::Kind>(given.kind);
+    shape.pressure = static_cast<BedPressure>(given.pressure);
+    shape.growth = static_cast<BedGrowth>(given.growth);
+    shape.rolls = given.rolls != 0;
+    for (int k = 0; k < 2; ++k) {
+      shape.half[k] = given.half[k];
+      shape.cells[k] = given.cells[k];
+    }
+    if (given.list_count > 0) {
+      need(given.list, "bed.list");
+      const auto* first = reinterpret_cast<const BedCell*>(given.list);
+      shape.list.assign(first, first + given.list_count);
+    }
+    BedOptions options;
+    options.max_normal_load = given.max_normal_load;
+    options.longest_piece = given.longest_piece;
+    options.all_outputs = given.all_outputs != 0;
+    *id = beds->batch.add(material, shape, options).value;
+  });
+}
+
+bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) {
+  return guarded([&] {
+    need(beds, "beds");
+    beds->batch.remove({id});
+  });
+}
+
+bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
+                                 bristle_bed_response* responses, size_t count, bristle_step_report* report) {
+  return guarded([&] {
+    need(beds, "beds");
+    need_columns(motions, "motions", responses, "responses", count);
+    if (report != nullptr) size_of(*report, "report");  // before the step, which cannot be taken back
+    const StepReport done = beds->batch.step({reinterpret_cast<const BedMotion*>(motions), count},
+                                             {reinterpret_cast<BedResponse*>(responses), count});
+    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+  });
+}
+
+bristle_result bristle_beds_find_force(bristle_beds* beds, const bristle_bed_motion* motions,
+                                       bristle_bed_response* responses, size_t count) {
+  return guarded([&] {
+    need(beds, "beds");
+    need_columns(motions, "motions", responses, "responses", count);
+    for (size_t i = 0; i < count; ++i) {
+      const BedResponse response = beds->batch.find_force(reinterpret_cast<const BedMotion&>(motions[i]));
+      std::memcpy(&responses[i], &response, sizeof response);
+    }
+  });
+}
+
+uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id) {
+  if (beds == nullptr) return 0;
+  return id == 0 ? beds->batch.state_hash() : beds->batch.state_hash({id});
+}
+
+size_t bristle_beds_state_size(const bristle_beds* beds) {
+  return beds != nullptr ? beds->batch.state_size() : 0;
+}
+
+size_t bristle_beds_save_state(const bristle_beds* beds, void* to, size_t size) {
+  if (beds == nullptr || to == nullptr) return 0;
+  return beds->batch.save_state({static_cast<std::byte*>(to), size});
+}
+
+bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size) {
+  return guarded([&] {
+    need(beds, "beds");
+    need(from, "from");
+    beds->batch.restore_state({static_cast<const std::byte*>(from), size});
   });
 }
 

@@ -5,41 +5,17 @@
 
 #include "core/common/range_check.hpp"
 #include "core/materials/turn.hpp"
+#include "core/contacts/gauss.hpp"
 
 namespace bristle {
 
 namespace {
 
+using detail::legendre_nodes;
+using detail::Node;
+using detail::Nodes;
 using detail::pi;
 using detail::Turn;
-
-struct Node {
-  double at = 0.0, weight = 0.0;
-};
-using Nodes = std::vector<Node>;
-
-double cosine_of(double angle) { return detail::turn_by(angle).cosine; }
-
-/// Gauss-Legendre on -1 to 1, weights with the sum 1.
-Nodes legendre_nodes(int n) {
-  Nodes nodes;
-  for (int i = 0; i < n; ++i) {
-    double x = cosine_of(pi * (i + 0.75) / (n + 0.5));
-    double slope = 1.0;
-    for (int pass = 0; pass < 8; ++pass) {  // Newton, quadratic from the first pass on
-      double before = 1.0, value = x;
-      for (int k = 2; k <= n; ++k) {
-        const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;
-        before = value;
-        value = next;
-      }
-      slope = n * (x * value - before) / (x * x - 1.0);
-      x -= value / slope;
-    }
-    nodes.push_back({x, 1.0 / ((1.0 - x * x) * slope * slope)});
-  }
-  return nodes;
-}
 
 /// Gauss rule of a cylinder's pressure (1 - x^2)^1/2 on -1 to 1 (Chebyshev, second kind).
 Nodes cylinder_nodes(int n) {

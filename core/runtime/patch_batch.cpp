@@ -19,6 +19,7 @@
 #include "core/patches/saved_state.hpp"
 #include "core/patches/sliders/sliders.hpp"
 #include "core/runtime/batch_access.hpp"
+#include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
@@ -39,22 +40,6 @@ thread_local char this_thread;  // its address tells threads apart
 /// A denormal time is no time: it would read as 0 or not by the caller's floating-point mode.
 bool is_good_time(double dt_s) noexcept {
   return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
-}
-
-const KernelTable& choose_kernels(const char* wanted) {
-  int count = 0;
-  const KernelEntry* entries = kernel_entries(&count);
-  if (wanted == nullptr || *wanted == 0) wanted = std::getenv("BRISTLE_ISA");
-  const bool any = wanted == nullptr || *wanted == 0;
-  std::string known;
-  for (int i = 0; i < count; ++i) {
-    if (any ? entries[i].usable() : std::strcmp(wanted, entries[i].table->name) == 0) {
-      if (entries[i].usable()) return *entries[i].table;
-      throw Error(std::string("BatchOptions: isa = ") + wanted + "; this machine does not run it");
-    }
-    known += (i ? ", " : "") + std::string(entries[i].table->name);
-  }
-  throw Error(std::string("BatchOptions: isa = ") + (wanted ? wanted : "") + "; this build has " + known);
 }
 
 /// Where the memory of the patches after this one is asked for ahead of time: its slot, then its record.
@@ -85,15 +70,6 @@ struct PatchBatch::Impl {
   }
   ~Impl() {
     for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) release(pool.patch(slot).record);
-  }
-
-  static int check_threads(int threads) {
-    if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");
-    return threads;
-  }
-  static int check_core(int core) {
-    if (core < -1 || core > 1023) refuse("BatchOptions", "servo_core", core, "0 to 1023, or -1 for none");
-    return core;
   }
 
   const KernelTable& kernels;

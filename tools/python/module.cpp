@@ -17,6 +17,7 @@ PYBIND11_MODULE(_bristle, module) {
   define_options(module);
   define_arrays(module);
   define_batch(module);
+  define_beds(module);
   define_extended(module);
   define_monitor(module);
   define_tools(module);

@@ -41,6 +41,7 @@ void define_materials(py::module_& module);
 void define_options(py::module_& module);
 void define_arrays(py::module_& module);
 void define_batch(py::module_& module);
+void define_beds(py::module_& module);
 void define_extended(py::module_& module);
 void define_monitor(py::module_& module);
 /// Scenes, fitting and experiments where the build has their libraries; else an error that says so.

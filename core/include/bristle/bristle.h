@@ -680,6 +680,99 @@ BRISTLE_API size_t bristle_extended_save_state(const bristle_extended* extended,
 BRISTLE_API bristle_result bristle_extended_restore_state(bristle_extended* extended, const void* from,
                                                           size_t size);
 
+/* ------------------------------------------------------------------------------------------------ beds */
+
+/** Elastic bodies in contact: partial slip, spin, rolling. bristle::BedBatch, whose ids are its own. */
+typedef struct bristle_beds bristle_beds;
+
+/** bristle::BedCell. The struct never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_cell {
+  double position[2]; /**< m */
+  double stiffness;   /**< relative */
+  double load;        /**< relative */
+} bristle_bed_cell;
+
+/** Values of bristle_bed::kind, pressure and growth: bristle::BedShape::Kind, BedPressure, BedGrowth. */
+enum { BRISTLE_BED_ROW = 0, BRISTLE_BED_ELLIPSE = 1, BRISTLE_BED_RECTANGLE = 2, BRISTLE_BED_LIST = 3 };
+enum { BRISTLE_BED_UNIFORM = 0, BRISTLE_BED_PARABOLIC = 1, BRISTLE_BED_HERTZ = 2 };
+enum { BRISTLE_BED_FIXED = 0, BRISTLE_BED_CUBE_ROOT = 1, BRISTLE_BED_SQUARE_ROOT = 2 };
+
+/** Material, shape and options of a bed: the fields of bristle::BedMaterial, BedShape and BedOptions, which
+ *  say units and ranges. bristle_init_bed fills it with defaults. */
+typedef struct bristle_bed {
+  size_t struct_size;
+  double static_friction;
+  double kinetic_friction;
+  double normal_modulus;        /**< Pa */
+  double shear_modulus;         /**< Pa */
+  double radius;                /**< m */
+  double flexibility[3];        /**< m^3/N */
+  double slip_stiffness[2];     /**< N */
+  double presliding;            /**< m */
+  double half[2];               /**< m */
+  const bristle_bed_cell* list; /**< BRISTLE_BED_LIST */
+  size_t list_count;
+  double max_normal_load; /**< N */
+  double longest_piece;
+  int32_t cells[2];
+  uint32_t kind; /**< a row that does not roll is a sphere's */
+  uint32_t pressure;
+  uint32_t growth;
+  uint32_t rolls;       /**< 0 or 1 */
+  uint32_t all_outputs; /**< 0 or 1 */
+  uint32_t reserved;    /**< not read */
+} bristle_bed;
+
+/** bristle::BedMotion. The struct never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_motion {
+  bristle_id id;
+  double displacement[2]; /**< m */
+  double spin;            /**< rad */
+  double rolled[2];       /**< m */
+  double normal_load;     /**< N */
+} bristle_bed_motion;
+
+/** bristle::BedResponse. The struct never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_bed_response {
+  bristle_id id;
+  uint32_t status;   /**< BRISTLE_STATUS_... */
+  uint32_t reserved; /**< 0 */
+  double force[2];
+  double torque;
+  double mean[2];
+  double mean_torque;
+  double dissipated;
+  double stored;
+  double tangent[3][3];
+  double slipping_share;
+} bristle_bed_response;
+
+/** [any] */
+BRISTLE_API bristle_result bristle_init_bed(bristle_bed* bed, size_t struct_size);
+/** `options` may be null: defaults. [alone] */
+BRISTLE_API bristle_result bristle_beds_create(const bristle_batch_options* options, bristle_beds** beds);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_beds_destroy(bristle_beds* beds);
+/** A new bed, out of contact. Refuses what bristle::BedBatch::add refuses. [alone] */
+BRISTLE_API bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bristle_id* id);
+/** [alone] */
+BRISTLE_API bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id);
+/** responses[i] answers motions[i]. `report` may be null. Never allocates. [alone] */
+BRISTLE_API bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
+                                             bristle_bed_response* responses, size_t count,
+                                             bristle_step_report* report);
+/** Responses to trial motions, without changing the state. Never allocates. [alone] */
+BRISTLE_API bristle_result bristle_beds_find_force(bristle_beds* beds, const bristle_bed_motion* motions,
+                                                   bristle_bed_response* responses, size_t count);
+/** Hash of the state of one bed, or of all if the id is 0. [alone] */
+BRISTLE_API uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id);
+/** Bytes that bristle_beds_save_state writes. [alone] */
+BRISTLE_API size_t bristle_beds_state_size(const bristle_beds* beds);
+/** Returns the bytes written, 0 if `size` is too small. [alone] */
+BRISTLE_API size_t bristle_beds_save_state(const bristle_beds* beds, void* to, size_t size);
+/** Into the same beds, added in the same order; else refuses, state unchanged. [alone] */
+BRISTLE_API bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size);
+
 /* ------------------------------------------------------------------------------------ deadline monitor */
 
 /** Step times and periods of a loop against its deadline, in constant memory: bristle::DeadlineMonitor. */

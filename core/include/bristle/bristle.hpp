@@ -2,6 +2,7 @@
 // contact_frame.hpp and haptic_point.hpp, which need Eigen, and bristle.h, the interface for C.
 #pragma once
 
+#include "bristle/bed.hpp"
 #include "bristle/build_check.hpp"
 #include "bristle/config.hpp"
 #include "bristle/deadline_monitor.hpp"

@@ -1,0 +1,361 @@
+#include <algorithm>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "bristle/error.hpp"
+#include "core/beds/bed.hpp"
+#include "core/common/hashing.hpp"
+#include "core/common/little_endian.hpp"
+#include "core/runtime/chosen_kernels.hpp"
+#include "core/runtime/float_mode.hpp"
+#include "core/runtime/sharing.hpp"
+#include "core/runtime/workers.hpp"
+
+namespace bristle {
+
+using namespace detail;
+
+namespace {
+
+constexpr int most_tasks = 256;
+/// What a bed costs beside its bristles, in bristles.
+constexpr std::uint64_t bed_overhead = 64;
+/// Columns that state consists of: the rest follows from them and the size.
+constexpr BedColumn state_columns[] = {bed_tip_x,     bed_tip_y,         bed_slid,     bed_along,
+                                       bed_stiffness, bed_over_pressure, bed_pressure, bed_x,
+                                       bed_y,         bed_kept,          bed_moved};
+constexpr std::uint64_t saved_magic = 0x3144454220425242u;
+
+/// Calls `visit` with each number of a state.
+template <class State, class Visit>
+void for_each_number(State& s, Visit&& visit) {
+  for (auto& x : s.root) visit(x);
+  visit(s.size);
+  visit(s.load);
+  visit(s.pressure_sum);
+  visit(s.limit_of_pressure);
+  for (auto& x : s.rolled) visit(x);
+  for (auto& x : s.along) visit(x);
+  for (auto& x : s.force) visit(x);
+  visit(s.torque);
+  for (auto& x : s.energy) visit(x);
+}
+constexpr std::size_t state_numbers = 18;
+
+std::size_t saved_bytes(const Bed& bed) {
+  return 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t) + state_numbers * sizeof(double) +
+         std::size(state_columns) * bed.count * sizeof(float);
+}
+
+void add_bytes(Hasher& hasher, Span<const std::byte> bytes) {
+  for (const std::byte b : bytes) hasher.add(static_cast<std::uint64_t>(b));
+}
+
+}  // namespace
+
+struct BedBatch::Impl {
+  explicit Impl(const BatchOptions& options)
+      : kernels(*find_bed_kernels(choose_kernels(options.isa).name)),
+        workers(check_threads(options.threads), check_core(options.servo_core)) {}
+
+  const BedKernels& kernels;
+  Workers workers;
+  const Sharing sharing = chosen_sharing();
+  std::vector<Bed> beds;
+  std::vector<std::uint32_t> free_slots;
+  std::vector<std::uint32_t> generations;
+  BedMemory scratch;  ///< as large as the largest bed's columns
+  std::uint32_t scratch_count = 0;
+  std::size_t count = 0;
+  std::uint64_t step_number = 0;
+
+  // A step that is shared.
+  Span<const BedMotion> in;
+  Span<BedResponse> out;
+  std::size_t task_ends[most_tasks + 1];
+
+  Bed* find(BedId id) noexcept {
+    const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
+    if (slot >= beds.size()) return nullptr;
+    Bed& bed = beds[slot];
+    const auto generation = static_cast<std::uint32_t>(id.value >> 32);
+    return generation != 0 && bed.generation == generation ? &bed : nullptr;
+  }
+
+  void run(std::size_t first, std::size_t last) noexcept {
+    const FloatModeScope mode;
+    for (std::size_t i = first; i < last; ++i) {
+      if (i + 2 < last) fetch(in[i + 2].id);
+      if (out[i].status == Status::ok) step_bed(*find(in[i].id), kernels, in[i], out[i]);
+    }
+  }
+
+  /// Asks for the first bristles of a bed that is stepped soon.
+  void fetch(BedId id) noexcept {
+    const Bed* bed = find(id);
+    if (bed == nullptr) return;
+    for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_stiffness, bed_pressure, bed_over_pressure})
+      __builtin_prefetch(bed->column(c));
+  }
+
+  /// Clears a response, and says what is wrong with a motion. Returns its cost in bristles.
+  std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
+    response = BedResponse{};
+    response.id = motion.id;
+    Bed* bed = find(motion.id);
+    if (bed == nullptr) {
+      response.status = Status::unknown_id;
+    } else if (bed->last_step == step_number) {
+      response.status = Status::repeated_id;
+    } else if (bed->last_step = step_number; !accepts(*bed, motion)) {
+      response.status = Status::bad_input;
+    } else {
+      return bed->count + bed_overhead;
+    }
+    return 0;
+  }
+};
+
+BedBatch::BedBatch(const BatchOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+BedBatch::~BedBatch() = default;
+BedBatch::BedBatch(BedBatch&&) noexcept = default;
+BedBatch& BedBatch::operator=(BedBatch&&) noexcept = default;
+
+BedId BedBatch::add(const BedMaterial& material, const BedShape& shape, const BedOptions& options) {
+  const FloatModeScope mode;
+  Impl& impl = *impl_;
+  Bed bed = make_bed(material, shape, options, impl.kernels);
+  if (bed.count > impl.scratch_count) {
+    impl.scratch = make_columns(bed.count);
+    impl.scratch_count = bed.count;
+  }
+  if (impl.free_slots.empty()) {
+    impl.beds.emplace_back();
+    impl.generations.push_back(0);
+    impl.free_slots.reserve(impl.beds.capacity());
+    impl.free_slots.push_back(static_cast<std::uint32_t>(impl.beds.size() - 1));
+  }
+  const std::uint32_t slot = impl.free_slots.back();
+  impl.free_slots.pop_back();
+  bed.generation = ++impl.generations[slot];
+  impl.beds[slot] = std::move(bed);
+  ++impl.count;
+  return {std::uint64_t{impl.generations[slot]} << 32 | (std::uint64_t{slot} + 1)};
+}
+
+void BedBatch::remove(BedId id) {
+  Bed* bed = impl_->find(id);
+  if (bed == nullptr) throw Error("BedBatch::remove: there is no such bed");
+  const auto slot = static_cast<std::uint32_t>(bed - impl_->beds.data());
+  *bed = Bed{};
+  if (impl_->generations[slot] != ~std::uint32_t{0}) impl_->free_slots.push_back(slot);
+  --impl_->count;
+}
+
+StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexcept {
+  Impl& impl = *impl_;
+  StepReport report;
+  if (in.size() != out.size()) {
+    for (BedResponse& response : out) response.status = Status::bad_input;
+    report.status = Status::bad_input;
+    return report;
+  }
+  ++impl.step_number;
+  std::uint64_t cost = 0;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const std::uint64_t its = impl.take(in[i], out[i]);
+    if (its == 0) continue;
+    cost += its;
+    ++report.patches_stepped;
+    report.bristles_visited += its - bed_overhead;
+  }
+  impl.in = in;
+  impl.out = out;
+  report.tasks = report.threads = 1;
+  if (impl.workers.count() == 1 || cost < impl.sharing.parallel_from) {
+    impl.run(0, in.size());
+  } else {
+    const std::uint64_t piece = std::max({cost / (static_cast<std::uint64_t>(impl.workers.count()) * 4),
+                                          cost / (most_tasks - 1) + 1, impl.sharing.smallest_piece / 2});
+    int tasks = 0;
+    std::uint64_t group = 0;
+    impl.task_ends[0] = 0;
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      if (out[i].status == Status::ok) group += impl.find(in[i].id)->count + bed_overhead;
+      if (group < piece && i + 1 < in.size()) continue;
+      impl.task_ends[++tasks] = i + 1;
+      group = 0;
+    }
+    impl.workers.run(
+        tasks,
+        [](void* context, int task) {
+          Impl& self = *static_cast<Impl*>(context);
+          self.run(self.task_ends[task], self.task_ends[task + 1]);
+        },
+        &impl);
+    report.tasks = static_cast<std::uint32_t>(tasks);
+    report.threads = static_cast<std::uint32_t>(std::min(tasks, impl.workers.count()));
+  }
+  for (const BedResponse& response : out) report.status = report.status | response.status;
+  return report;
+}
+
+BedResponse BedBatch::find_force(const BedMotion& motion) noexcept {
+  Impl& impl = *impl_;
+  BedResponse response;
+  ++impl.step_number;
+  if (impl.take(motion, response) == 0) return response;
+  Bed& bed = *impl.find(motion.id);
+  const FloatModeScope mode;
+  const BedState state = bed.state;
+  const std::size_t numbers = std::size_t{bed.count} * std::size(state_columns);
+  std::copy_n(bed.columns.get(), numbers, impl.scratch.get());
+  step_bed(bed, impl.kernels, motion, response);
+  std::copy_n(impl.scratch.get(), numbers, bed.columns.get());
+  bed.state = state;
+  return response;
+}
+
+bool BedBatch::reset(BedId id) noexcept {
+  Bed* bed = impl_->find(id);
+  if (bed == nullptr) return false;
+  const FloatModeScope mode;
+  unbend(*bed, impl_->kernels);
+  return true;
+}
+
+BedInfo BedBatch::info(BedId id) const noexcept {
+  BedInfo info;
+  const Bed* bed = impl_->find(id);
+  if (bed == nullptr) return info;
+  info.bristles = bed->bristles;
+  info.half[0] = bed->half[0] * bed->state.size;
+  info.half[1] = bed->half[1] * (bed->growth == BedGrowth::cube_root ? bed->state.size : 1.0);
+  info.normal_load = bed->state.load;
+  info.stiffness = bed->stiffness * bed->gain[0];
+  info.longest_deflection = bed->deflection;
+  info.memory_bytes = sizeof(Bed) + std::size_t{bed->count} * bed_columns * sizeof(float);
+  return info;
+}
+
+std::size_t BedBatch::read_bristles(BedId id, Span<BedBristle> out) const noexcept {
+  const Bed* bed = impl_->find(id);
+  if (bed == nullptr) return 0;
+  const std::size_t n = std::min<std::size_t>(out.size(), bed->bristles);
+  const BedState& s = bed->state;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto at = [&](BedColumn c) { return static_cast<double>(bed->column(c)[i]); };
+    const double x = at(bed_x), y = at(bed_y);
+    BedBristle& b = out[i];
+    b.position[0] = x * bed->length;
+    b.position[1] = y * bed->length;
+    b.deflection[0] = (s.root[0] - s.root[2] * y - at(bed_tip_x)) * bed->deflection;
+    b.deflection[1] = (s.root[1] + s.root[3] * x - at(bed_tip_y)) * bed->deflection;
+    b.stiffness = at(bed_stiffness) * bed->stiffness;
+    b.limit = at(bed_pressure) * s.limit_of_pressure * bed->deflection;
+  }
+  return n;
+}
+
+std::uint64_t BedBatch::state_hash(BedId id) const noexcept {
+  const Bed* bed = impl_->find(id);
+  if (bed == nullptr) return 0;
+  Hasher hasher;
+  for_each_number(bed->state, [&](double x) { hasher.add(x); });
+  hasher.add(std::uint64_t{bed->state.rolled_last});
+  for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid, bed_along})
+    for (std::uint32_t i = 0; i < bed->bristles; ++i) hasher.add(bed->column(c)[i]);
+  return hasher.value();
+}
+
+std::uint64_t BedBatch::state_hash() const noexcept {
+  Hasher hasher;
+  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
+    const std::uint32_t generation = impl_->beds[slot].generation;
+    if (generation != 0)
+      hasher.add(state_hash({std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)}));
+  }
+  return hasher.value();
+}
+
+std::size_t BedBatch::state_size() const noexcept {
+  std::size_t bytes = 3 * sizeof(std::uint64_t);
+  for (const Bed& bed : impl_->beds)
+    if (bed.generation != 0) bytes += saved_bytes(bed);
+  return bytes;
+}
+
+std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
+  const std::size_t bytes = state_size();
+  if (to.size() < bytes) return 0;
+  constexpr std::size_t head_bytes = 3 * sizeof(std::uint64_t);
+  ByteWriter write(to.data() + head_bytes);
+  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
+    const Bed& bed = impl_->beds[slot];
+    if (bed.generation == 0) continue;
+    write(slot);
+    write(bed.count);
+    write(std::uint64_t{bed.state.rolled_last});
+    for_each_number(bed.state, [&](double x) { write(x); });
+    for (const BedColumn c : state_columns) write.column(bed.column(c), bed.count);
+  }
+  Hasher checksum;
+  add_bytes(checksum, Span<const std::byte>(to.data() + head_bytes, bytes - head_bytes));
+  ByteWriter head(to.data());
+  head(saved_magic);
+  head(static_cast<std::uint64_t>(impl_->count));
+  head(checksum.value());
+  return bytes;
+}
+
+void BedBatch::restore_state(Span<const std::byte> from) {
+  const auto fail = [](const char* what) { throw Error(std::string("BedBatch: the saved state ") + what); };
+  constexpr std::size_t head_bytes = 3 * sizeof(std::uint64_t);
+  const std::size_t bytes = state_size();
+  if (from.size() < head_bytes) fail("is shorter than the state of these beds");
+  std::uint64_t magic = 0, count = 0, checksum = 0;
+  ByteReader head(from.data());
+  head(magic);
+  head(count);
+  head(checksum);
+  if (magic != saved_magic) fail("is not one of beds");
+  if (count != impl_->count || from.size() < bytes) fail("is of other beds");
+  Hasher hasher;
+  add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
+  if (hasher.value() != checksum) fail("is damaged");
+  // Two passes: the first only looks.
+  for (const bool writes : {false, true}) {
+    ByteReader read(from.data() + head_bytes);
+    for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
+      Bed& bed = impl_->beds[slot];
+      if (bed.generation == 0) continue;
+      std::uint32_t its_slot = 0, its_count = 0;
+      std::uint64_t rolled_last = 0;
+      BedState state;
+      read(its_slot);
+      read(its_count);
+      if (its_slot != slot || its_count != bed.count) fail("is of other beds, or added in another order");
+      read(rolled_last);
+      bool good = rolled_last <= 1;
+      for_each_number(state, [&](double& x) {
+        read(x);
+        good = good && x >= -1e300 && x <= 1e300;
+      });
+      if (!good) fail("has a value that no bed can have");
+      if (!writes) {
+        read.skip(std::size(state_columns) * bed.count * sizeof(float));
+        continue;
+      }
+      state.rolled_last = rolled_last != 0;
+      bed.state = state;
+      for (const BedColumn c : state_columns) read.column(bed.column(c), bed.count);
+    }
+  }
+}
+
+std::size_t BedBatch::bed_count() const noexcept { return impl_->count; }
+int BedBatch::threads() const noexcept { return impl_->workers.count(); }
+const char* BedBatch::isa() const noexcept { return impl_->kernels.name; }
+
+}  // namespace bristle

@@ -1,0 +1,281 @@
+// A step of one bed: load and size, rolling in pieces, units in and out.
+#include <algorithm>
+
+#include "core/beds/bed.hpp"
+#include "core/materials/elementary.hpp"
+
+namespace bristle::detail {
+
+namespace {
+
+/// A root that has gone farther, in units of deflection, has the tips written relative to it.
+constexpr double farthest_root = 8.0;
+/// Rolling below this, in half lengths of the contact, waits until it adds up.
+constexpr double least_rolled = 0x1p-13;
+/// Pieces of rolling are no shorter than for a contact of this size.
+constexpr double least_size = 0.05;
+/// Rolling that is cut into pieces, at the beginning and at the end of a longer step, in lengths of the
+/// contact: afterwards a bed is in its steady state.
+constexpr double cut_lengths = 1.5;
+
+double cube_root(double x) noexcept {
+  if (x <= 0.0) return 0.0;
+  if (x == 1.0) return 1.0;
+  return exp(log(x) / 3.0);
+}
+
+/// Size of the contact under a load, in its size at full load.
+double size_under(const Bed& bed, double load) noexcept {
+  const double share = std::min(load / bed.full_load, 1.0);
+  if (bed.growth == BedGrowth::cube_root) return cube_root(share);
+  return bed.growth == BedGrowth::square_root ? square_root(share) : 1.0;
+}
+
+}  // namespace
+
+double place(Bed& bed, const BedKernels& kernels, double rolled) noexcept {
+  const BedState& s = bed.state;
+  BedPlaces places{};
+  places.count = bed.count;
+  places.profile = bed.profile;
+  const double size2 = s.size * s.size;
+  places.size2 = static_cast<float>(size2);
+  places.inverse_size2 = static_cast<float>(size2 > 1e-30 ? 1.0 / size2 : 0.0);
+  if (!bed.rolls) return kernels.place(places, bed.columns.get());
+  places.chords = bed.has_chords;
+  places.edge = static_cast<float>(s.size);
+  const double to_x = bed.half[0] / bed.length, to_y = bed.half[1] / bed.length;
+  places.axes[0] = static_cast<float>(s.along[0] * to_x);
+  places.axes[1] = static_cast<float>(s.along[1] * to_y);
+  places.axes[2] = static_cast<float>(s.along[1] * to_x);
+  places.axes[3] = static_cast<float>(s.along[0] * to_y);
+  for (int k = 0; k < 4; ++k) places.root[k] = static_cast<float>(s.root[k]);
+  places.rolled = static_cast<float>(rolled / bed.half[0]);
+  places.cell = static_cast<float>(bed.cell);
+  return kernels.roll(places, bed.columns.get());
+}
+
+void unbend(Bed& bed, const BedKernels& kernels) noexcept {
+  std::fill_n(bed.column(bed_tip_x), bed.count, 0.0f);
+  std::fill_n(bed.column(bed_tip_y), bed.count, 0.0f);
+  std::fill_n(bed.column(bed_slid), bed.count, 0.0f);
+  const double along[2] = {bed.state.along[0], bed.state.along[1]};
+  bed.state = BedState{};
+  bed.state.along[0] = along[0];
+  bed.state.along[1] = along[1];
+  bed.state.size = size_under(bed, 0.0);
+  place(bed, kernels, 0.0);
+  // Again: bristles of a contact of fixed size are in contact before any load, unbent.
+  bed.state.pressure_sum = place(bed, kernels, 0.0);
+}
+
+bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
+  const auto within = [](double x, double most) { return x >= -most && x <= most; };
+  bool good = motion.normal_load >= 0.0 && motion.normal_load <= 1e15 && within(motion.spin, 3.2);
+  for (int k = 0; k < 2; ++k)
+    good = good && within(motion.displacement[k], 1e5) && within(motion.rolled[k], 1e5);
+  if (!good) return false;
+  if (!bed.rolls) return motion.rolled[0] == 0.0 && motion.rolled[1] == 0.0;
+  return bed.turns_rows || motion.rolled[1] == 0.0;
+}
+
+namespace {
+
+/// A step, or a piece of one.
+struct Piece {
+  double motion[4];  ///< scaled
+  double rolled[2];  ///< m
+  bool carried;
+};
+
+/// Sums of a step, over its pieces.
+struct StepSum {
+  BedSums last;
+  double mean[2] = {0.0, 0.0};
+  double mean_torque = 0.0;
+};
+
+void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums& sums) noexcept {
+  BedState& s = bed.state;
+  BedStep step{};
+  step.count = bed.count;
+  step.limit_of_pressure = static_cast<float>(s.limit_of_pressure);
+  step.pressure_of_limit = s.limit_of_pressure > 1e-30 ? 1.0f / step.limit_of_pressure : 0.0f;
+  step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
+  double after[4];
+  // A bristle that is carried moves by more or less than the root of its new place.
+  bool far = piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
+  for (int k = 0; k < 4; ++k) {
+    step.root[k] = static_cast<float>(s.root[k]);
+    step.motion[k] = static_cast<float>(piece.motion[k]);
+    after[k] = s.root[k] + piece.motion[k];
+    far = far || magnitude(after[k]) > farthest_root;
+  }
+  step.rebase = far;
+  step.torque = bed.resists_spin;
+  for (int k = 0; k < 4; ++k) {
+    s.root[k] = far ? 0.0 : after[k];
+    step.anchor[k] = static_cast<float>(s.root[k]);
+  }
+  const bool spins =
+      piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
+  for (int k = 0; k < 2; ++k) step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
+  const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried ? bed_carried : 0u) |
+                           (bed.all_outputs ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
+  kernels.step[variant](step, bed.columns.get(), sums);
+}
+
+/// Carries the rows by a distance and steps. The mean is the trapezium of the forces before and after.
+void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share,
+                StepSum& sum) noexcept {
+  BedState& s = bed.state;
+  const double distance = piece.rolled[0] * s.along[0] + piece.rolled[1] * s.along[1];
+  const double before[3] = {s.force[0], s.force[1], s.torque};
+  s.pressure_sum = place(bed, kernels, distance);
+  s.rolled_last = true;
+  for (double& r : s.root) r = 0.0;
+  s.limit_of_pressure =
+      s.pressure_sum > 0.0 ? bed.friction * s.load / (bed.stiffness * bed.deflection * s.pressure_sum) : 0.0;
+  run_kernel(bed, kernels, piece, sum.last);
+  s.force[0] = sum.last.force[0];
+  s.force[1] = sum.last.force[1];
+  s.torque = sum.last.torque;
+  for (int k = 0; k < 2; ++k) sum.mean[k] += share * 0.5 * (before[k] + s.force[k]);
+  sum.mean_torque += share * 0.5 * (before[2] + s.torque);
+}
+
+/// Turns the rows of a disc into the direction of rolling, by less than a quarter turn.
+void turn_rows(BedState& s) noexcept {
+  const double length = square_root(square(s.rolled[0]) + square(s.rolled[1]));
+  const double sign = s.rolled[0] * s.along[0] + s.rolled[1] * s.along[1] < 0.0 ? -1.0 : 1.0;
+  for (int k = 0; k < 2; ++k) s.along[k] = sign * s.rolled[k] / length;
+}
+
+/// Rolls by s.rolled, in pieces where the direction of slip may turn, or the mean is asked for.
+void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
+  BedState& s = bed.state;
+  if (bed.turns_rows) turn_rows(s);
+  const double rolled[2] = {s.rolled[0], s.rolled[1]};
+  s.rolled[0] = s.rolled[1] = 0.0;
+  const double distance = square_root(square(rolled[0]) + square(rolled[1]));
+  const bool cuts = bed.all_outputs || motion[2] != 0.0 || motion[3] != 0.0;
+  const double size = std::max(s.size, least_size);
+  const double piece_length = cuts ? bed.longest_piece * size : distance;
+  const double cut = cut_lengths * 2.0 * bed.half[0] * size;
+  const auto go = [&](double share, int times) {
+    Piece piece{};
+    piece.carried = true;
+    share /= times;
+    for (int k = 0; k < 4; ++k) piece.motion[k] = motion[k] * share;
+    for (int k = 0; k < 2; ++k) piece.rolled[k] = rolled[k] * share;
+    for (int i = 0; i < times; ++i) roll_piece(bed, kernels, piece, share, sum);
+  };
+  const auto pieces = [&](double part) { return static_cast<int>(part / piece_length * (1.0 - 1e-9)) + 1; };
+  if (cuts && distance > 2.0 * cut + piece_length) {
+    const double share = cut / distance;
+    go(share, pieces(cut));
+    go(1.0 - 2.0 * share, 1);
+    go(share, pieces(cut));
+  } else {
+    go(1.0, pieces(distance));
+  }
+}
+
+void write_tangent(const Bed& bed, const BedSums& sums, double (&tangent)[3][3]) noexcept {
+  const double k = bed.stiffness, r = bed.length;
+  tangent[0][0] = k * bed.gain[0] * sums.stuck;
+  tangent[1][1] = k * bed.gain[1] * sums.stuck;
+  tangent[0][1] = tangent[1][0] = 0.0;
+  tangent[0][2] = 0.0 - k * r * bed.spin_gain[0] * sums.stuck_y;
+  tangent[1][2] = k * r * bed.spin_gain[1] * sums.stuck_x;
+  tangent[2][0] = 0.0 - k * r * bed.gain[0] * sums.stuck_y;
+  tangent[2][1] = k * r * bed.gain[1] * sums.stuck_x;
+  tangent[2][2] = k * r * r * (bed.spin_gain[0] * sums.stuck_yy + bed.spin_gain[1] * sums.stuck_xx);
+}
+
+}  // namespace
+
+void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept {
+  BedState& s = bed.state;
+  const double unit_force = bed.stiffness * bed.deflection;
+  const double unit_energy = unit_force * bed.deflection;
+  const auto stored = [&] {
+    return 0.5 * unit_energy * (s.energy[0] / bed.gain[0] + s.energy[1] / bed.gain[1]);
+  };
+  const double stored_before = bed.all_outputs ? stored() : 0.0;
+  const double spin = bed.resists_spin ? motion.spin : 0.0;
+  double scaled[4];
+  for (int k = 0; k < 2; ++k) {
+    scaled[k] = bed.per_metre[k] * motion.displacement[k];
+    scaled[2 + k] = bed.per_radian[k] * spin;
+  }
+
+  // Load, and the size that goes with it.
+  bool carried = false;
+  const double limit_before = s.limit_of_pressure;
+  if (motion.normal_load != s.load) {
+    const double size = size_under(bed, motion.normal_load);
+    const bool resized = size != s.size;
+    s.size = size;
+    s.load = motion.normal_load;
+    if (resized || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
+    s.rolled_last = false;
+    s.limit_of_pressure = s.pressure_sum > 0.0 ? bed.friction * s.load / (unit_force * s.pressure_sum) : 0.0;
+    carried = resized || s.limit_of_pressure < limit_before;
+  }
+
+  for (int k = 0; k < 2; ++k) s.rolled[k] += motion.rolled[k];
+  const bool rolls = bed.rolls && square(s.rolled[0]) + square(s.rolled[1]) >=
+                                      square(least_rolled * bed.half[0] * std::max(s.size, least_size));
+  const bool rests = !carried && !rolls && scaled[0] == 0.0 && scaled[1] == 0.0 && scaled[2] == 0.0;
+  StepSum sum;
+  sum.last = BedSums{};
+  if (rests && !bed.all_outputs) {
+    // Nothing has changed: the force stands.
+  } else if (rolls) {
+    if (carried) {  // the load first, at rest
+      Piece piece{};
+      piece.carried = true;
+      run_kernel(bed, kernels, piece, sum.last);
+      s.force[0] = sum.last.force[0];
+      s.force[1] = sum.last.force[1];
+      s.torque = sum.last.torque;
+    }
+    roll(bed, kernels, scaled, sum);
+  } else {
+    Piece piece{};
+    for (int k = 0; k < 4; ++k) piece.motion[k] = scaled[k];
+    piece.carried = carried;
+    run_kernel(bed, kernels, piece, sum.last);
+    s.force[0] = sum.last.force[0];
+    s.force[1] = sum.last.force[1];
+    s.torque = sum.last.torque;
+    if (bed.all_outputs) {
+      for (int k = 0; k < 2; ++k) sum.mean[k] = sum.last.mean[k];
+      sum.mean_torque = sum.last.mean_torque;
+    }
+  }
+
+  out.status = s.load > bed.full_load ? Status::overload : Status::ok;
+  for (int k = 0; k < 2; ++k) out.force[k] = 0.0 - unit_force * s.force[k];
+  out.torque = 0.0 - unit_force * bed.length * s.torque;
+  if (!bed.all_outputs) return;
+  const double energy_before = s.energy[0] + s.energy[1];
+  for (int k = 0; k < 2; ++k) s.energy[k] = sum.last.energy[k];
+  for (int k = 0; k < 2; ++k) out.mean[k] = 0.0 - unit_force * sum.mean[k];
+  out.mean_torque = 0.0 - unit_force * bed.length * sum.mean_torque;
+  out.stored = stored();
+  if (!rolls && bed.isotropic) {
+    const double left = carried ? std::max(energy_before - sum.last.start_energy, 0.0) : 0.0;
+    out.dissipated = unit_energy * (sum.last.dissipated + 0.5 * left);
+  } else {
+    const double work =
+        out.mean[0] * motion.displacement[0] + out.mean[1] * motion.displacement[1] + out.mean_torque * spin;
+    out.dissipated = stored_before - out.stored - work;
+  }
+  const double all = sum.last.slipping + sum.last.stuck;
+  if (all > 0.0) out.slipping_share = sum.last.slipping / all;
+  write_tangent(bed, sum.last, out.tangent);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,305 @@
+// Beds: elastic bodies in contact, which slip from the rim, pivot and roll.
+//
+// Every bristle of a contact patch (patch.hpp) is as stiff per newton as every other, so a patch slips
+// everywhere at once. Under an elastic body stiffness follows the area and the limit of friction follows the
+// pressure: the rim slips first. A bed is a list of bristles at places, each with a stiffness and a limit of
+// its own, which slide at that limit (they do not snap). It answers displacement, spin and rolling with force
+// and torque.
+//
+//   bristle::BedBatch beds;
+//   const auto tip = beds.add(bristle::BedMaterial(0.8).with_presliding(1e-3),
+//                             bristle::BedShape::disc(8e-3, bristle::BedPressure::hertz), {10.0});
+//   beds.step({&motion, 1}, {&response, 1});
+//
+// Axes: those of the contact. x is the direction in which a wheel rolls. Deflections are kept in these axes.
+// Equations, figures and limits: core/beds/BEDS.md. Left out: the half-space itself (places influence each
+// other), lubrication, temperature, plasticity.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "bristle/export.hpp"
+#include "bristle/patch.hpp"
+#include "bristle/patch_batch.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle {
+
+/// Names a bed of one batch, as PatchId names a patch. 0 = none.
+struct BedId {
+  std::uint64_t value = 0;
+  explicit operator bool() const noexcept { return value != 0; }
+  friend bool operator==(BedId a, BedId b) noexcept { return a.value == b.value; }
+  friend bool operator!=(BedId a, BedId b) noexcept { return a.value != b.value; }
+};
+
+/// Pressure over the contact; r = 1 on its edge. On a row and a rectangle r is x over the half length.
+enum class BedPressure : unsigned char {
+  uniform,
+  parabolic,  ///< 1 - r^2: a tyre; the traction bound of Kalker's simplified theory
+  hertz       ///< (1 - r^2)^1/2: smooth elastic bodies
+};
+
+/// How the size follows the load. The size given is that at BedOptions::max_normal_load.
+enum class BedGrowth : unsigned char {
+  fixed,       ///< not at all
+  cube_root,   ///< both half widths: spheres and ellipses (Hertz)
+  square_root  ///< the half length along x only: cylinders (Hertz), tyres
+};
+
+/// A bristle of BedShape::list.
+struct BedCell {
+  double position[2] = {0.0, 0.0};  ///< m, from the centre, 0 to 1e3 in magnitude
+  double stiffness = 1.0;           ///< relative to the other cells, > 0: usually its area
+  double load = 1.0;                ///< share of the normal load, relative to the other cells, >= 0
+};
+
+/// Outline, pressure and grid of a bed: what BedBatch::add takes. The factories fill it; add checks it.
+struct BedShape {
+  enum class Kind : unsigned char { row, ellipse, rectangle, list };
+  Kind kind = Kind::row;
+  BedPressure pressure = BedPressure::parabolic;
+  BedGrowth growth = BedGrowth::fixed;
+  bool rolls = false;           ///< Whether bristles are carried through the contact.
+  double half[2] = {0.0, 0.0};  ///< m, half widths along x and y at full load; 0 = from the material's radius
+  int cells[2] = {0, 0};        ///< rows: bristles along x, rows; an ellipse that does not roll: rings, cells
+                                ///< around
+  std::vector<BedCell> list;    ///< Kind::list
+
+  /// Sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for Cattaneo's
+  /// and Mindlin's contact under any history of load. It does not resist spin and does not roll. `cells`: 2
+  /// to 65536; the error of the force falls with their square, 4e-4 of mu N at 32.
+  static BedShape sphere_row(int cells = 32, double radius_of_contact_m = 0.0) {
+    BedShape shape;
+    shape.growth = BedGrowth::cube_root;
+    shape.half[0] = radius_of_contact_m;
+    shape.cells[0] = cells;
+    shape.cells[1] = 1;
+    return shape;
+  }
+  /// One row of bristles through which a wheel or a roller rolls along x.
+  static BedShape wheel_row(double half_length_m, BedPressure pressure = BedPressure::parabolic,
+                            int cells = 32) {
+    BedShape shape = rectangle(half_length_m, 0.0, pressure, cells, 1);
+    shape.kind = Kind::row;
+    shape.rolls = true;
+    return shape;
+  }
+  /// Cylinder that lies along y and rolls along x: Hertz's pressure, half width by the root of the load.
+  static BedShape cylinder_row(double half_length_m, int cells = 32) {
+    return wheel_row(half_length_m, BedPressure::hertz, cells).grown(BedGrowth::square_root);
+  }
+  /// Disc or ellipse that slides, spins and does not roll. `rings` of `around` cells each (0 = three times
+  /// the rings). Half widths of 0 take Hertz's from the material's radius.
+  static BedShape ellipse(double half_x_m, double half_y_m, BedPressure pressure, int rings = 7,
+                          int around = 0) {
+    BedShape shape;
+    shape.kind = Kind::ellipse;
+    shape.pressure = pressure;
+    shape.half[0] = half_x_m;
+    shape.half[1] = half_y_m;
+    shape.cells[0] = rings;
+    shape.cells[1] = around == 0 ? 3 * rings : around;
+    return shape;
+  }
+  static BedShape disc(double radius_m, BedPressure pressure, int rings = 7, int around = 0) {
+    return ellipse(radius_m, radius_m, pressure, rings, around);
+  }
+  /// Rectangle that slides and spins; .rolling() lets it roll along x. `nx` cells in each of `ny` rows.
+  static BedShape rectangle(double half_x_m, double half_y_m, BedPressure pressure, int nx = 16, int ny = 8) {
+    BedShape shape;
+    shape.kind = Kind::rectangle;
+    shape.pressure = pressure;
+    shape.half[0] = half_x_m;
+    shape.half[1] = half_y_m;
+    shape.cells[0] = nx;
+    shape.cells[1] = ny;
+    return shape;
+  }
+  /// Bristles at given places, which keep their shares under every load.
+  static BedShape from_list(std::vector<BedCell> cells) {
+    BedShape shape;
+    shape.kind = Kind::list;
+    shape.pressure = BedPressure::uniform;
+    shape.list = std::move(cells);
+    return shape;
+  }
+  /// Any outline: the places of an nx by ny grid over the box given where `pressure` (relative, at x and y in
+  /// m) is above 0. A cell at the edge counts by the part of it that 4 x 4 samples find inside. Throws
+  /// bristle::Error if there is none.
+  BRISTLE_API static BedShape from_pressure(double half_x_m, double half_y_m, int nx, int ny,
+                                            const std::function<double(double, double)>& pressure);
+
+  /// Carries the bristles of an ellipse or a rectangle in `rows` of `along` cells. A disc rolls in any
+  /// direction, others along x only.
+  BedShape& rolling(int along, int rows) {
+    rolls = true;
+    cells[0] = along;
+    cells[1] = rows;
+    return *this;
+  }
+  BedShape& grown(BedGrowth law) {
+    growth = law;
+    return *this;
+  }
+};
+
+/// Friction and elasticity of a bed. Exactly one of the elasticities must be given.
+struct BedMaterial {
+  double static_friction = 0.0;   ///< > 0, at most 100, not below the kinetic one
+  double kinetic_friction = 0.0;  ///< > 0. Where static friction is above, a bristle that slides holds the
+                                  ///< kinetic limit, until it has stuck for a whole step
+  /// @name Elastic bodies. Only sphere_row and disc take them.
+  ///@{
+  double normal_modulus = 0.0;  ///< Pa, E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
+  double shear_modulus = 0.0;   ///< Pa, G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
+  double radius = 0.0;          ///< m, 1/R = 1/R1 + 1/R2; 0 where the shape has its size
+  ///@}
+  double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's L1, L2, L3 (x, y, spin) at full load
+  double slip_stiffness[2] = {0.0, 0.0};  ///< N per unit slip at full load, along x and y; a shape that rolls
+  double presliding = 0.0;                ///< m: the displacement at which all of it slides, under full load
+
+  BedMaterial() = default;
+  explicit BedMaterial(double friction) : static_friction(friction), kinetic_friction(friction) {}
+  BedMaterial(double static_mu, double kinetic_mu)
+      : static_friction(static_mu), kinetic_friction(kinetic_mu) {}
+
+  /// One elastic body of shear modulus G and Poisson's ratio nu (0 to 0.5) on a rigid one.
+  BedMaterial& with_elastic(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
+    normal_modulus = 2.0 * shear_modulus_pa / (1.0 - poisson);
+    shear_modulus = 4.0 * shear_modulus_pa / (2.0 - poisson);
+    radius = radius_m;
+    return *this;
+  }
+  /// Two alike elastic bodies.
+  BedMaterial& with_elastic_pair(double shear_modulus_pa, double poisson, double radius_m = 0.0) {
+    with_elastic(0.5 * shear_modulus_pa, poisson, radius_m);
+    return *this;
+  }
+  BedMaterial& with_flexibility(double x, double y, double spin) {
+    flexibility[0] = x;
+    flexibility[1] = y;
+    flexibility[2] = spin;
+    return *this;
+  }
+  BedMaterial& with_slip_stiffness(double x, double y) {
+    slip_stiffness[0] = x;
+    slip_stiffness[1] = y;
+    return *this;
+  }
+  BedMaterial& with_presliding(double metres) {
+    presliding = metres;
+    return *this;
+  }
+};
+
+struct BedOptions {
+  double max_normal_load = 1.0;  ///< N, > 0: full load. Above it limits grow, and the size does not
+  /// Whether a step computes the mean force, the dissipated energy and the tangent as well; else these stay
+  /// 0.
+  bool all_outputs = true;
+  /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut where it
+  /// spins or all outputs are asked for.
+  double longest_piece = 0.0625;
+};
+
+/// Input of one bed for one step. NaN, infinity, a magnitude above 1e5 m or 3.2 rad, a negative load or one
+/// above 1e15 N, and rolling that the bed cannot do set Status::bad_input.
+struct BedMotion {
+  BedId id;
+  double displacement[2] = {0.0, 0.0};  ///< m, of the moving body against the surface, where they touch: for
+                                        ///< a wheel that rolls by w r over the ground by x, x - w r
+  double spin = 0.0;                    ///< rad, of the moving body against the surface about the normal
+  /// m, by which the bristles' surface has been carried through the contact, positive where the contact goes
+  /// to greater x or y on it: of a wheel radius x turn, 0 while it is locked.
+  double rolled[2] = {0.0, 0.0};
+  double normal_load = 0.0;  ///< N
+};
+
+/// Output of one bed for one step, ON the moving body.
+struct BedResponse {
+  BedId id;
+  Status status = Status::ok;
+  std::uint32_t reserved = 0;    ///< no byte is without a value
+  double force[2] = {0.0, 0.0};  ///< N, at the end of the step
+  double torque = 0.0;           ///< N m, about the centre, at the end
+  double mean[2] = {0.0, 0.0};   ///< N, over the step. Without rolling minus mean . displacement minus
+                                 ///< mean_torque spin is the energy put in, exactly; with it by trapezia
+  double mean_torque = 0.0;      ///< N m
+  double dissipated = 0.0;       ///< J, what was put in and is not stored
+  double stored = 0.0;           ///< J, elastic energy at the end
+  double tangent[3][3] = {};     ///< N/m, N, N m: force(d + e) ~ force(d) - tangent e, of what sticks
+  double slipping_share = 0.0;   ///< of the contact, by stiffness, 0 to 1
+};
+
+struct BedInfo {
+  std::uint32_t bristles = 0;
+  double half[2] = {0.0, 0.0};      ///< m, half widths under the last load
+  double normal_load = 0.0;         ///< N, of the last step
+  double stiffness = 0.0;           ///< N/m, of all bristles at full load, along x
+  double longest_deflection = 0.0;  ///< m, largest kinetic limit of a bristle at full load
+  std::uint64_t memory_bytes = 0;
+};
+
+/// One bristle, for pictures. Places in m, deflection and limit in m, stiffness in N/m.
+struct BedBristle {
+  double position[2] = {0.0, 0.0};
+  double deflection[2] = {0.0, 0.0};
+  double stiffness = 0.0;
+  double limit = 0.0;
+};
+
+/// Beds, stepped together. Bits depend neither on the number of threads nor on the instruction set, nor on
+/// which beds share the batch.
+///
+/// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor, add, remove and
+/// restore_state. A step never throws or locks, and waits for its own workers only.
+class BRISTLE_API BedBatch {
+ public:
+  /// As PatchBatch; `eager` has no effect. Throws bristle::Error.
+  explicit BedBatch(const BatchOptions& options = {});
+  ~BedBatch();
+  BedBatch(BedBatch&&) noexcept;
+  BedBatch& operator=(BedBatch&&) noexcept;
+
+  /// A new bed, out of contact. Throws bristle::Error for values out of range, and for a material that gives
+  /// no elasticity, two of them, or one that does not fit the shape.
+  BedId add(const BedMaterial& material, const BedShape& shape, const BedOptions& options = {});
+  void remove(BedId id);  ///< throws bristle::Error if there is none
+
+  /// out[i] is the response to in[i]; `out` must be as long as `in`, otherwise every status is
+  /// Status::bad_input. A bed that no motion names rests.
+  StepReport step(Span<const BedMotion> in, Span<BedResponse> out) noexcept;
+  /// The response that step would give, without changing the state. For implicit solvers.
+  BedResponse find_force(const BedMotion& motion) noexcept;
+  /// Unbends all bristles and takes the bed out of contact. False if there is no such bed.
+  bool reset(BedId id) noexcept;
+
+  BedInfo info(BedId id) const noexcept;  ///< zeros for an unknown id
+  /// Writes as many bristles as fit; returns how many.
+  std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
+  std::uint64_t state_hash(BedId id) const noexcept;  ///< 0 for an unknown id
+  std::uint64_t state_hash() const noexcept;          ///< of all beds in the order of their slots
+
+  std::size_t state_size() const noexcept;
+  /// Returns the bytes written, 0 if `to` is too small.
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  /// Into a batch with the same beds, added in the same order. Throws bristle::Error if the state does not
+  /// fit or is damaged, and leaves the beds unchanged.
+  void restore_state(Span<const std::byte> from);
+
+  std::size_t bed_count() const noexcept;
+  int threads() const noexcept;
+  const char* isa() const noexcept;
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bristle

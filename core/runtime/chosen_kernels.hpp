@@ -1,0 +1,40 @@
+// What the options of a batch choose: an instruction set, threads, a core.
+#pragma once
+
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "bristle/error.hpp"
+#include "core/common/range_check.hpp"
+#include "core/kernel_table.hpp"
+
+namespace bristle::detail {
+
+/// The kernels that `wanted` names, or BRISTLE_ISA, or else the best that this machine runs. Throws Error.
+inline const KernelTable& choose_kernels(const char* wanted) {
+  int count = 0;
+  const KernelEntry* entries = kernel_entries(&count);
+  if (wanted == nullptr || *wanted == 0) wanted = std::getenv("BRISTLE_ISA");
+  const bool any = wanted == nullptr || *wanted == 0;
+  std::string known;
+  for (int i = 0; i < count; ++i) {
+    if (any ? entries[i].usable() : std::strcmp(wanted, entries[i].table->name) == 0) {
+      if (entries[i].usable()) return *entries[i].table;
+      throw Error(std::string("BatchOptions: isa = ") + wanted + "; this machine does not run it");
+    }
+    known += (i ? ", " : "") + std::string(entries[i].table->name);
+  }
+  throw Error(std::string("BatchOptions: isa = ") + (wanted ? wanted : "") + "; this build has " + known);
+}
+
+inline int check_threads(int threads) {
+  if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");
+  return threads;
+}
+inline int check_core(int core) {
+  if (core < -1 || core > 1023) refuse("BatchOptions", "servo_core", core, "0 to 1023, or -1 for none");
+  return core;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,15 @@
+// The kernels of beds for one instruction set. All but the table has internal linkage.
+#include "bed_step.hpp"
+
+#define BRISTLE_JOIN2(a, b) a##b
+#define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
+#define BRISTLE_TEXT2(a) #a
+#define BRISTLE_TEXT(a) BRISTLE_TEXT2(a)
+
+namespace bristle::detail {
+
+extern const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
+const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA) = {
+    BRISTLE_TEXT(BRISTLE_KERNEL_ISA), BRISTLE_BED_STEPS, &place_bed<BedEngine>, &roll_bed<BedEngine>};
+
+}  // namespace bristle::detail

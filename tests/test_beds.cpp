@@ -1,0 +1,903 @@
+// Beds (bed.hpp) against closed forms, the tables of tests/data, and brute force bristle by bristle.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bristle/bed.hpp"
+#include "bristle/bristle.h"
+#include "bristle/error.hpp"
+#include "expect.hpp"
+#include "kernels/slide.hpp"
+#include "reference_table.hpp"
+
+using namespace bristle;
+using bristle_test::number;
+using bristle_test::read_table;
+using bristle_test::Row;
+
+namespace {
+
+constexpr double pi = 3.141592653589793;
+
+/// One bed in a batch of its own.
+struct OneBed {
+  BedBatch batch;
+  BedMotion motion;
+  BedResponse out;
+
+  OneBed(const BedMaterial& material, const BedShape& shape, const BedOptions& options, double load = -1.0,
+         const BatchOptions& how = {})
+      : batch(how) {
+    motion.id = batch.add(material, shape, options);
+    motion.normal_load = load < 0.0 ? options.max_normal_load : load;
+  }
+  const BedResponse& step(double dx, double dy = 0.0, double spin = 0.0, double rolled = 0.0) {
+    motion.displacement[0] = dx;
+    motion.displacement[1] = dy;
+    motion.spin = spin;
+    motion.rolled[0] = rolled;
+    batch.step({&motion, 1}, {&out, 1});
+    return out;
+  }
+};
+
+BedOptions with_load(double newtons, bool all = true, double piece = 0.0625) {
+  BedOptions options;
+  options.max_normal_load = newtons;
+  options.all_outputs = all;
+  options.longest_piece = piece;
+  return options;
+}
+
+double mindlin_error(int cells) {
+  double worst = 0.0, before = 0.0;
+  std::unique_ptr<OneBed> bed;
+  for (const Row& row : read_table("mindlin.csv")) {
+    if (number(row, "point") == 0.0) {
+      bed = std::make_unique<OneBed>(BedMaterial(0.5).with_presliding(1e-3),
+                                     BedShape::sphere_row(cells, 1e-3), with_load(2.0));
+      before = 0.0;
+    }
+    const double at = number(row, "delta_over_delta1");
+    bed->motion.normal_load = 2.0 * number(row, "N_over_N1");
+    bed->step(1e-3 * (at - before));
+    before = at;
+    worst = std::max(worst, std::abs(-bed->out.force[0] / 1.0 - number(row, "F_over_muN1")));
+  }
+  return worst;
+}
+
+/// The definition, in double and in tiny steps: each bristle follows its root and is pulled back to its
+/// limit.
+struct Brute {
+  struct Bristle {
+    double x, y, k, limit, zx = 0.0, zy = 0.0;
+  };
+  std::vector<Bristle> bristles;
+  double force[2], torque, mean[2], mean_torque, dissipated, stored;
+
+  void step(double dx, double dy, double spin, int parts) {
+    mean[0] = mean[1] = mean_torque = dissipated = 0.0;
+    for (int i = 0; i < parts; ++i)
+      for (Bristle& b : bristles) {
+        const double zx = b.zx + (dx - spin * b.y) / parts;
+        const double zy = b.zy + (dy + spin * b.x) / parts;
+        const double norm = std::hypot(zx, zy);
+        const double back = norm > b.limit ? b.limit / norm : 1.0;
+        if (norm > b.limit) dissipated += b.k * b.limit * (norm - b.limit);
+        const double mx = b.k * 0.5 * (b.zx + zx * back) / parts, my = b.k * 0.5 * (b.zy + zy * back) / parts;
+        mean[0] -= mx;
+        mean[1] -= my;
+        mean_torque -= b.x * my - b.y * mx;
+        b.zx = zx * back;
+        b.zy = zy * back;
+      }
+    force[0] = force[1] = torque = stored = 0.0;
+    for (const Bristle& b : bristles) {
+      force[0] -= b.k * b.zx;
+      force[1] -= b.k * b.zy;
+      torque -= b.k * (b.x * b.zy - b.y * b.zx);
+      stored += 0.5 * b.k * (b.zx * b.zx + b.zy * b.zy);
+    }
+  }
+};
+
+/// Motions of many kinds for a bed that may roll.
+BedMotion draw_motion(std::mt19937& random, BedId id, bool rolls, double length, double slip, double load) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  BedMotion m;
+  m.id = id;
+  const double size = slip * std::pow(10.0, -3.0 * uniform(random));
+  m.displacement[0] = size * normal(random);
+  m.displacement[1] = size * normal(random);
+  if (uniform(random) < 0.5) m.spin = std::clamp(size / length * normal(random), -3.0, 3.0);
+  if (rolls && uniform(random) < 0.7)
+    m.rolled[0] = length * std::pow(10.0, 1.0 - 4.0 * uniform(random)) * normal(random);
+  m.normal_load = load * (uniform(random) < 0.1 ? 0.0 : uniform(random));
+  if (uniform(random) < 0.5) m.normal_load = load;
+  return m;
+}
+
+struct Kind {
+  const char* name;
+  BedMaterial material;
+  BedShape shape;
+};
+std::vector<Kind> all_kinds() {
+  const BedMaterial plain = BedMaterial(0.6).with_presliding(1e-4);
+  return {
+      {"sphere", plain, BedShape::sphere_row(20, 1e-3)},
+      {"disc", plain, BedShape::disc(2e-3, BedPressure::uniform, 4, 9)},
+      {"growing ellipse", plain,
+       BedShape::ellipse(2e-3, 1e-3, BedPressure::hertz).grown(BedGrowth::cube_root)},
+      {"list", plain, BedShape::from_list({{{0, 0}, 1, 1}, {{1e-3, 0}, 2, 1}, {{0, -1e-3}, 1, 3}})},
+      {"rectangle", plain, BedShape::rectangle(3e-3, 1e-3, BedPressure::parabolic, 6, 3)},
+      {"wheel", plain, BedShape::wheel_row(1e-3)},
+      {"cylinder", plain, BedShape::cylinder_row(1e-3, 24)},
+      {"rolling ellipse", plain,
+       BedShape::ellipse(2e-3, 1e-3, BedPressure::hertz).rolling(12, 7).grown(BedGrowth::cube_root)},
+      {"ball", plain, BedShape::disc(1e-3, BedPressure::parabolic).rolling(16, 5)},
+      {"with drop", BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::wheel_row(1e-3)},
+      {"tyre", BedMaterial(0.9, 0.8).with_slip_stiffness(9e4, 5e4),
+       BedShape::rectangle(0.1, 0.08, BedPressure::parabolic).rolling(12, 3).grown(BedGrowth::square_root)},
+  };
+}
+
+}  // namespace
+
+TEST_CASE("A sphere's row follows Cattaneo and Mindlin under held, rising and falling load") {
+  CHECK(mindlin_error(32) < 1e-3);
+  CHECK(mindlin_error(16) < 2e-3);
+  CHECK(mindlin_error(128) < 1e-4);  // second order: 32 gives 3.3e-4, four times as many less than a fifth
+}
+
+TEST_CASE("Two elastic spheres shift under a force as Cattaneo's closed form and the program CONTACT say") {
+  // G 200, nu 0.42 in both bodies, a = 1, mu 0.4, N 9.1954 (its example `cattaneo`): at F = 0.875 mu N it
+  // prints a shift of 8.155e-3; the closed form is 8.172e-3.
+  const double load = 9.1954, limit = 0.4 * load;
+  OneBed bed(BedMaterial(0.4).with_elastic_pair(200.0, 0.42), BedShape::sphere_row(64, 1.0), with_load(load));
+  double shift = 0.0;
+  while (-bed.out.force[0] < 0.875 * limit) {
+    bed.step(1e-6);
+    shift += 1e-6;
+  }
+  const double full = 2.0 * 3.0 * limit * (2.0 - 0.42) / (16.0 * 200.0);
+  CHECK(shift == Approx(full * (1.0 - std::pow(0.125, 2.0 / 3.0))).epsilon(1e-3));
+  CHECK(shift == Approx(8.155e-3).epsilon(3e-3));
+}
+
+TEST_CASE("The contact radius of a sphere follows from its moduli and its radius") {
+  // a^3 = 3 N R / (4 E*), stiffness 8 G a / (2 - nu)
+  const double shear = 1e9, poisson = 0.3, radius = 0.02, load = 5.0;
+  OneBed bed(BedMaterial(0.5).with_elastic(shear, poisson, radius), BedShape::sphere_row(), with_load(load));
+  bed.step(1e-9);
+  const double a = std::cbrt(0.75 * load * radius * (1.0 - poisson) / (2.0 * shear));
+  const BedInfo info = bed.batch.info(bed.motion.id);
+  CHECK(info.half[0] == Approx(a).epsilon(1e-12));
+  CHECK(info.stiffness == Approx(8.0 * shear * a / (2.0 - poisson)).epsilon(1e-12));
+  bed.motion.normal_load = load / 8.0;
+  bed.step(0.0);
+  CHECK(bed.batch.info(bed.motion.id).half[0] == Approx(a / 2.0).epsilon(1e-12));
+}
+
+TEST_CASE("A disc that slides and spins lies on the limit surface") {
+  for (const Row& row : read_table("spin_limit.csv"))
+    for (const auto& [rings, around, tolerance] :
+         {std::tuple{7, 0, 0.01}, std::tuple{7, 16, 0.0085}, std::tuple{16, 31, 0.003}}) {
+      const bool uniform = row.at("pressure") == "uniform";
+      const double radius = 0.01, friction = 0.7, load = 3.0;
+      OneBed bed(BedMaterial(friction).with_presliding(1e-8),
+                 BedShape::disc(radius, uniform ? BedPressure::uniform : BedPressure::hertz, rings, around),
+                 with_load(load, false));
+      const double v = number(row, "v_over_omegaR");
+      for (int i = 0; i < 60; ++i) bed.step(v * radius * 1e-6, 0.0, 1e-6);
+      CAPTURE(row.at("pressure"), v, rings, around);
+      const double slack = around == 0 ? 0.011 : tolerance;
+      CHECK(std::abs(-bed.out.force[0] / (friction * load) - number(row, "F_over_muN")) < slack);
+      CHECK(std::abs(-bed.out.torque / (friction * load * radius) - number(row, "T_over_muNR")) < slack);
+    }
+}
+
+TEST_CASE("A disc that spins in place: stiffness while it sticks, 2/3 and 3 pi / 16 when it slides") {
+  for (const bool uniform : {true, false}) {
+    const double radius = 0.01, friction = 0.7, load = 3.0;
+    OneBed bed(BedMaterial(friction).with_presliding(1e-6),
+               BedShape::disc(radius, uniform ? BedPressure::uniform : BedPressure::hertz), with_load(load));
+    bed.step(0.0, 0.0, 1e-9);
+    const double stiffness = bed.batch.info(bed.motion.id).stiffness;
+    CHECK(-bed.out.torque / 1e-9 == Approx(stiffness * radius * radius / 2.0).epsilon(1e-5));
+    CHECK(bed.out.tangent[2][2] == Approx(stiffness * radius * radius / 2.0).epsilon(1e-5));
+    for (int i = 0; i < 100; ++i) bed.step(0.0, 0.0, 1e-5);
+    CHECK(-bed.out.torque / (friction * load * radius) ==
+          Approx(uniform ? 2.0 / 3.0 : 3.0 * pi / 16.0).epsilon(0.005));
+    CHECK(bed.out.slipping_share == Approx(1.0).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("A tyre rolls at the force and moment of the closed form, for steps of any length") {
+  const double a = 0.1, load = 2.0, friction = 0.5;
+  for (const bool all : {false, true})
+    for (const double step : {0.001, 0.013, 0.1, 0.37, 1.7, 10.0})
+      for (const Row& row : read_table("tyre_steady.csv")) {
+        OneBed bed(BedMaterial(friction).with_presliding(1e-3), BedShape::wheel_row(a), with_load(load, all));
+        const double slip = 1e-3 * number(row, "slip_times_2a_over_l0");
+        const double angle = number(row, "direction_deg") * pi / 180.0;
+        for (double rolled = 0.0; rolled < 2.0; rolled += step)
+          bed.step(slip * step * std::cos(angle), slip * step * std::sin(angle), 0.0, step * 2.0 * a);
+        CAPTURE(step, all, row.at("slip_times_2a_over_l0"), row.at("direction_deg"));
+        CHECK(std::abs(-bed.out.force[0] / (friction * load) - number(row, "Fx_over_muN")) < 1e-3);
+        CHECK(std::abs(-bed.out.force[1] / (friction * load) - number(row, "Fy_over_muN")) < 1e-3);
+        CHECK(std::abs(-bed.out.torque / (friction * load * 2.0 * a) - number(row, "Mz_over_muN2a")) < 1e-3);
+        // Backwards the leading edge is the other one.
+        if (!all && step > 0.05) {
+          OneBed back(BedMaterial(friction).with_presliding(1e-3), BedShape::wheel_row(a),
+                      with_load(load, all));
+          for (double rolled = 0.0; rolled < 2.0; rolled += step)
+            back.step(slip * step * std::cos(angle), slip * step * std::sin(angle), 0.0, -step * 2.0 * a);
+          CHECK(std::abs(back.out.force[1] - bed.out.force[1]) < 2e-3 * friction * load);
+          CHECK(std::abs(back.out.torque + bed.out.torque) < 2e-3 * friction * load * 2.0 * a);
+        }
+      }
+}
+
+TEST_CASE("A tyre that begins to slip builds its force up over the distance rolled") {
+  const double a = 0.1, load = 2.0, friction = 0.5;
+  for (const double step : {0.001, 0.01, 0.05, 0.1}) {
+    std::unique_ptr<OneBed> bed;
+    double slip = 0.0, rolled = 0.0;
+    for (const Row& row : read_table("tyre_step.csv")) {
+      if (number(row, "slip_times_2a_over_l0") != slip) {
+        slip = number(row, "slip_times_2a_over_l0");
+        rolled = 0.0;
+        bed = std::make_unique<OneBed>(BedMaterial(friction).with_presliding(1e-3), BedShape::wheel_row(a),
+                                       with_load(load, false));
+        bed->step(0.0, 0.0, 0.0, 0.123);
+      }
+      while (rolled < number(row, "rolled_over_2a") - 1e-9) {
+        const double part = std::min(step, number(row, "rolled_over_2a") - rolled);
+        bed->step(0.0, 1e-3 * slip * part, 0.0, part * 2.0 * a);
+        rolled += part;
+      }
+      CAPTURE(step, slip, rolled);
+      CHECK(std::abs(-bed->out.force[1] / (friction * load) - number(row, "F_over_muN")) < 1e-3);
+    }
+  }
+}
+
+TEST_CASE("The slip stiffness of a tyre is its force at small slip") {
+  for (const bool row : {true, false}) {
+    const BedShape shape =
+        row ? BedShape::wheel_row(0.1) : BedShape::ellipse(0.1, 0.08, BedPressure::parabolic).rolling(32, 8);
+    for (const int axis : {0, 1}) {
+      OneBed bed(BedMaterial(1.0).with_slip_stiffness(8e4, 5e4), shape, with_load(4000.0));
+      for (int i = 0; i < 30; ++i) bed.step(axis == 0 ? 1e-7 : 0.0, axis == 1 ? 1e-7 : 0.0, 0.0, 0.01);
+      CHECK(-bed.out.force[axis] / 1e-5 == Approx(axis == 0 ? 8e4 : 5e4).epsilon(2e-3));
+    }
+  }
+}
+
+TEST_CASE(
+    "A rolling ellipse meets the converged simplified theory of Kalker, and CONTACT's within its error") {
+  const double a = 8e-3, b = 4e-3, load = 82e3, friction = 0.3, limit = friction * load;
+  for (const Row& row : read_table("ellipse_steady.csv")) {
+    const bool parabolic = row.at("traction_bound") == "paraboloid";
+    OneBed bed(
+        BedMaterial(friction).with_flexibility(4.937e-14, 5.152e-14, 4.090e-14),
+        BedShape::ellipse(a, b, parabolic ? BedPressure::parabolic : BedPressure::hertz).rolling(32, 16),
+        with_load(load, false));
+    const double x = number(row, "creep_x"), y = number(row, "creep_y"), spin = number(row, "spin_per_mm");
+    const double step = a / 16.0;
+    for (int i = 0; i < 70; ++i) bed.step(x * step, y * step, 1e3 * spin * step, step);
+    CAPTURE(parabolic, x, y, spin);
+    CHECK(std::abs(bed.out.force[0] / limit - number(row, "Fx_over_muN")) < 3e-3);
+    CHECK(std::abs(bed.out.force[1] / limit - number(row, "Fy_over_muN")) < 3e-3);
+    CHECK(std::abs(bed.out.torque / (limit * std::sqrt(a * b)) - number(row, "Mz_over_muN_sqrt_ab")) < 3e-3);
+    if (y < 0.0) {  // CONTACT's example `fastsim`, 220 x 220 cells, first order in them
+      CHECK(bed.out.force[1] / limit == Approx(parabolic ? -0.6359 : -0.5956).epsilon(0.012));
+      CHECK(bed.out.torque == Approx(parabolic ? -37.98 : -45.30).epsilon(0.02));
+    }
+  }
+}
+
+TEST_CASE("Carter's rolling cylinder: the shape of the creep curve") {
+  // Closed form with the flexibility that gives the slope at small creep: F / mu N = 1 - (1 - c)^2 with
+  // c = creep over the creep of full slip. Simplified theory with Hertz's bound differs; state the figure.
+  OneBed bed(BedMaterial(0.3).with_presliding(1e-5), BedShape::cylinder_row(1e-3, 64), with_load(100.0));
+  for (int i = 0; i < 40; ++i) bed.step(0.0, 1e-9, 0.0, 1e-4);
+  CHECK(-bed.out.force[1] > 0.0);
+  CHECK(bed.batch.info(bed.motion.id).half[0] == Approx(1e-3));
+  bed.motion.normal_load = 25.0;
+  bed.step(0.0);
+  CHECK(bed.batch.info(bed.motion.id).half[0] == Approx(0.5e-3));
+}
+
+TEST_CASE("A bed without rolling steps as its bristles do one by one") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (const bool all : {true, false}) {
+    std::vector<BedCell> cells;
+    for (int i = 0; i < 21; ++i)
+      cells.push_back({{0.01 * uniform(random), 0.01 * uniform(random)},
+                       1.5 + uniform(random),
+                       i == 0 ? 0.0 : 1.1 + uniform(random)});
+    OneBed bed(BedMaterial(0.8).with_presliding(1e-4), BedShape::from_list(cells), with_load(10.0, all));
+    std::vector<BedBristle> shown(cells.size());
+    bed.step(0.0);
+    REQUIRE(bed.batch.read_bristles(bed.motion.id, {shown.data(), shown.size()}) == cells.size());
+    Brute brute;
+    double limit = 0.0;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      CHECK(shown[i].position[0] == Approx(cells[i].position[0]).epsilon(1e-6));
+      CHECK(shown[i].stiffness / cells[i].stiffness == Approx(shown[1].stiffness / cells[1].stiffness));
+      CHECK(shown[i].stiffness * shown[i].limit ==
+            Approx(shown[1].stiffness * shown[1].limit * cells[i].load / cells[1].load).epsilon(1e-5));
+      limit += shown[i].stiffness * shown[i].limit;
+      brute.bristles.push_back(
+          {cells[i].position[0], cells[i].position[1], shown[i].stiffness, shown[i].limit});
+    }
+    CHECK(limit == Approx(8.0).epsilon(1e-5));
+    for (int i = 0; i < 60; ++i) {
+      const double size = std::pow(10.0, -6.0 + 2.5 * (1.0 + uniform(random)) / 2.0);
+      const double dx = size * uniform(random), dy = size * uniform(random);
+      const double spin = i % 3 == 0 ? 0.0 : 100.0 * size * uniform(random);
+      bed.step(dx, dy, spin);
+      brute.step(dx, dy, spin, 4000);
+      CAPTURE(all, i, size);
+      for (const int k : {0, 1}) CHECK(std::abs(bed.out.force[k] - brute.force[k]) < 8.0 * 2e-4);
+      CHECK(std::abs(bed.out.torque - brute.torque) < 0.08 * 2e-4);
+      if (!all) continue;
+      for (const int k : {0, 1}) CHECK(std::abs(bed.out.mean[k] - brute.mean[k]) < 8.0 * 2e-4);
+      CHECK(std::abs(bed.out.mean_torque - brute.mean_torque) < 0.08 * 2e-4);
+      CHECK(bed.out.dissipated == Approx(brute.dissipated).epsilon(2e-3).margin(1e-9));
+      CHECK(bed.out.stored == Approx(brute.stored).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("Mean force and energies of a bed that does not roll balance in every step") {
+  std::mt19937 random(3);
+  for (const Kind& kind : all_kinds()) {
+    OneBed bed(kind.material, kind.shape, with_load(20.0));
+    double stored = 0.0;
+    for (int i = 0; i < 2000; ++i) {
+      BedMotion m = draw_motion(random, bed.motion.id, false, 1e-3, 3e-4, 20.0);
+      bed.motion.normal_load = m.normal_load;
+      bed.step(m.displacement[0], m.displacement[1], m.spin);
+      if (std::string(kind.name) == "sphere") m.spin = 0.0;
+      const double work = -(bed.out.mean[0] * m.displacement[0] + bed.out.mean[1] * m.displacement[1] +
+                            bed.out.mean_torque * m.spin);
+      CAPTURE(kind.name, i);
+      const double scale = bed.out.stored + stored + std::abs(work);
+      CHECK(std::abs(work - (bed.out.stored - stored) - bed.out.dissipated) < 1e-4 * scale + 1e-15);
+      CHECK(bed.out.dissipated >= -1e-6 * scale);
+      stored = bed.out.stored;
+    }
+  }
+}
+
+TEST_CASE("Energy is never made, over a million random steps with spin, rolling and load") {
+  for (const Kind& kind : all_kinds()) {
+    std::mt19937 random(11);
+    const double length = kind.shape.half[0] > 0.05 ? 0.1 : 1e-3;
+    OneBed bed(kind.material, kind.shape, with_load(20.0));
+    double put_in = 0.0, least = 0.0;
+    std::uint32_t wrong = 0;
+    for (int i = 0; i < 90000; ++i) {
+      const BedMotion m = draw_motion(random, bed.motion.id, kind.shape.rolls, length, 3e-4, 20.0);
+      bed.batch.step({&m, 1}, {&bed.out, 1});
+      wrong += bed.out.status != Status::ok;
+      put_in -= bed.out.mean[0] * m.displacement[0] + bed.out.mean[1] * m.displacement[1] +
+                bed.out.mean_torque * m.spin;
+      least = std::min(least, put_in - bed.out.stored);
+    }
+    CAPTURE(kind.name, least, put_in);
+    CHECK(wrong == 0);
+    CHECK(least >= -1e-9 * put_in - 1e-12);
+    CHECK(put_in > 0.0);
+  }
+}
+
+TEST_CASE("Beds have the same bits on every instruction set and number of threads") {
+  std::vector<std::uint64_t> hashes;
+  std::vector<BedResponse> last;
+  for (const IsaInfo& isa : instruction_sets()) {
+    if (!isa.usable) continue;
+    for (const int threads : {1, 2}) {
+      BedBatch batch(BatchOptions().with_isa(isa.name).with_threads(threads));
+      CHECK(std::string(batch.isa()) == isa.name);
+      std::vector<BedId> ids;
+      std::vector<bool> rolls;
+      for (int copy = 0; copy < 40; ++copy)
+        for (const Kind& kind : all_kinds()) {
+          ids.push_back(batch.add(kind.material, kind.shape, with_load(20.0, copy % 2 == 0)));
+          rolls.push_back(kind.shape.rolls);
+        }
+      std::mt19937 random(5);
+      std::vector<BedMotion> in(ids.size());
+      std::vector<BedResponse> out(ids.size());
+      for (int i = 0; i < 25; ++i) {
+        for (std::size_t k = 0; k < ids.size(); ++k)
+          in[k] = draw_motion(random, ids[k], rolls[k], 1e-3, 3e-4, 20.0);
+        const StepReport report = batch.step({in.data(), in.size()}, {out.data(), out.size()});
+        CHECK(report.status == Status::ok);
+        CHECK(report.patches_stepped == ids.size());
+        if (threads == 2) CHECK(report.tasks > 1);
+      }
+      hashes.push_back(batch.state_hash());
+      if (last.empty()) last = out;
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        CHECK(out[k].force[0] == last[k].force[0]);
+        CHECK(out[k].torque == last[k].torque);
+        CHECK(out[k].dissipated == last[k].dissipated);
+        CHECK(out[k].tangent[2][1] == last[k].tangent[2][1]);
+      }
+    }
+  }
+  CHECK(hashes.size() >= 2);
+  for (const std::uint64_t hash : hashes) CHECK(hash == hashes.front());
+}
+
+TEST_CASE("A saved bed goes on with the same bits, and a trial leaves no trace") {
+  std::mt19937 random(9);
+  for (const Kind& kind : all_kinds()) {
+    OneBed bed(kind.material, kind.shape, with_load(20.0)), other(kind.material, kind.shape, with_load(20.0));
+    for (int i = 0; i < 50; ++i) {
+      const BedMotion m = draw_motion(random, bed.motion.id, kind.shape.rolls, 1e-3, 1e-4, 20.0);
+      bed.batch.step({&m, 1}, {&bed.out, 1});
+    }
+    std::vector<std::byte> bytes(bed.batch.state_size());
+    CHECK(bed.batch.save_state({bytes.data(), bytes.size() - 1}) == 0);
+    REQUIRE(bed.batch.save_state({bytes.data(), bytes.size()}) == bytes.size());
+    const std::uint64_t hash = bed.batch.state_hash();
+    CHECK(other.batch.state_hash() != hash);
+    other.batch.restore_state({bytes.data(), bytes.size()});
+    CHECK(other.batch.state_hash() == hash);
+    for (int i = 0; i < 30; ++i) {
+      const BedMotion m = draw_motion(random, bed.motion.id, kind.shape.rolls, 1e-3, 1e-4, 20.0);
+      const BedResponse trial = bed.batch.find_force(m);
+      CHECK(bed.batch.state_hash() == (i == 0 ? hash : other.batch.state_hash()));
+      bed.batch.step({&m, 1}, {&bed.out, 1});
+      other.batch.step({&m, 1}, {&other.out, 1});
+      CHECK(trial.force[0] == bed.out.force[0]);
+      CHECK(trial.dissipated == bed.out.dissipated);
+      CHECK(other.out.force[1] == bed.out.force[1]);
+      CHECK(other.out.stored == bed.out.stored);
+      CHECK(other.batch.state_hash() == bed.batch.state_hash());
+    }
+    const std::uint64_t now = bed.batch.state_hash();
+    bytes[bytes.size() / 2] ^= std::byte{4};
+    CHECK_THROWS_AS(bed.batch.restore_state({bytes.data(), bytes.size()}), Error);
+    CHECK_THROWS_AS(bed.batch.restore_state({bytes.data(), 11}), Error);
+    CHECK(bed.batch.state_hash() == now);
+    const std::uint64_t fresh =
+        OneBed(kind.material, kind.shape, with_load(20.0)).batch.state_hash(bed.motion.id);
+    if (!kind.shape.rolls) {
+      CHECK(bed.batch.reset(bed.motion.id));
+      CHECK(bed.batch.state_hash(bed.motion.id) == fresh);
+    }
+  }
+}
+
+TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
+  // Newton's step on the force balance in every millisecond, as a solver does that looks for rest.
+  const double load = 4000.0, slope = 0.2 * load;
+  const int axis = GENERATE(0, 1);
+  OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
+               with_load(1.1 * load));
+  wheel.motion.normal_load = load;
+  wheel.step(0.0, 0.0, 0.0, 1.0);  // it rolled here
+  double at = 0.0;
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      wheel.motion.normal_load = load * (1.0 + 0.05 * std::sin(0.07 * i));
+      const double d = (slope + wheel.out.force[axis]) / std::max(wheel.out.tangent[axis][axis], 1.0);
+      axis == 0 ? wheel.step(d) : wheel.step(0.0, d);
+      at += d;
+    }
+  };
+  run(20000);  // past the largest swing of the load
+  const double settled = at;
+  run(400000);
+  CHECK(std::abs(wheel.out.force[axis] + slope) < 1e-3);
+  CHECK(std::abs(at - settled) < 1e-9);  // the resolution of a deflection: 6e-8 of 1 mm
+  const double halfway = at;
+  run(400000);
+  CHECK(std::abs(at - halfway) < 1e-10);
+}
+
+TEST_CASE("A rising load does not change the force, and contact lost and found is unbent") {
+  for (const Kind& kind : all_kinds()) {
+    OneBed bed(kind.material, kind.shape, with_load(20.0), 10.0);
+    const double slip = 0.3 * bed.batch.info(bed.motion.id).longest_deflection;
+    bed.step(0.2 * slip, 0.1 * slip);
+    const BedResponse before = bed.out;
+    bed.motion.normal_load = 15.0;
+    bed.step(0.0);
+    CAPTURE(kind.name);
+    for (const int k : {0, 1}) CHECK(bed.out.force[k] == Approx(before.force[k]).epsilon(1e-5));
+    CHECK(bed.out.dissipated >= 0.0);
+    bed.motion.normal_load = 0.0;
+    bed.step(0.0);
+    CHECK(bed.out.force[0] == 0.0);
+    CHECK(bed.out.stored == 0.0);
+    CHECK(bed.out.dissipated > 0.0);
+    bed.step(5.0 * slip, 0.0);
+    bed.motion.normal_load = 20.0;
+    bed.step(0.0);
+    CHECK(bed.out.force[0] == 0.0);
+    CHECK(bed.out.torque == 0.0);
+  }
+}
+
+TEST_CASE("A wheel that starts, stops and reverses has a force without a jump") {
+  OneBed wheel(BedMaterial(0.9).with_slip_stiffness(8e4, 8e4), BedShape::wheel_row(0.07),
+               with_load(4000.0, false));
+  double before = 0.0, largest = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    const double speed = 0.5 * std::sin(1e-3 * i);
+    wheel.step(2e-5 * std::cos(1.7e-3 * i), 1e-5 * std::sin(2.3e-3 * i), 0.0, 1e-3 * speed);
+    largest = std::max(largest, std::abs(wheel.out.force[0] - before));
+    before = wheel.out.force[0];
+    REQUIRE(std::abs(before) <= 0.9 * 4000.0 * (1.0 + 1e-5));
+  }
+  // A step's slip of 2e-5 m bends all bristles by as much at most; what enters and leaves adds its share.
+  const double stiffness = wheel.batch.info(wheel.motion.id).stiffness;
+  CHECK(largest < 1.1 * (2e-5 * stiffness + 5e-4 / 0.14 * 2.0 * 0.9 * 4000.0));
+}
+
+TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
+  OneBed bed(BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::disc(1e-3, BedPressure::uniform),
+             with_load(10.0));
+  double peak = 0.0;
+  for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
+  CHECK(peak == Approx(9.0).epsilon(0.02));
+  CHECK(-bed.out.force[0] == Approx(6.0).epsilon(1e-4));
+  bed.step(0.0);  // sticks for a step: the static limit is back
+  peak = 0.0;
+  for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
+  CHECK(peak == Approx(9.0).epsilon(0.02));
+}
+
+TEST_CASE(
+    "A wheel with static friction: bristles hold the static limit until they slide, afterwards the kinetic "
+    "one") {
+  // Steady rolling, closed: a bristle at the distance t from the leading edge holds slip t up to the static
+  // limit, then the kinetic one: limits of 4 u (1 - u), u = t / 2a.
+  const double load = 2.0, kinetic = 0.5, ratio = 1.4, unit = 1e-3;  // unit: the kinetic limit at the middle
+  for (const double slip : {0.5, 1.0, 2.0, 3.0}) {                   // times 2a, in units of deflection
+    OneBed bed(BedMaterial(ratio * kinetic, kinetic).with_presliding(ratio * unit),
+               BedShape::wheel_row(0.1, BedPressure::parabolic, 64), with_load(load, false));
+    for (int i = 0; i < 400; ++i) bed.step(0.0, slip * unit / 100.0, 0.0, 0.002);
+    double sum = 0.0;
+    const int n = 100000;
+    bool slides = false;
+    for (int i = 0; i < n; ++i) {
+      const double u = (i + 0.5) / n, limit = 4.0 * u * (1.0 - u);
+      slides = slides || slip * u > ratio * limit;
+      sum += (slides ? limit : slip * u) / n;
+    }
+    CHECK(std::abs(-bed.out.force[1] / (kinetic * load) - 1.5 * sum) < 5e-3);
+    for (int i = 0; i < 2; ++i) bed.step(0.0, slip * unit * 10.0, 0.0, 2.0);
+    CHECK(std::abs(-bed.out.force[1] / (kinetic * load) - 1.5 * sum) < 5e-3);
+  }
+}
+
+TEST_CASE("A falling load takes back limits only, also after rolling") {
+  OneBed wheel(BedMaterial(0.9).with_presliding(1e-3), BedShape::wheel_row(0.1), with_load(100.0));
+  wheel.step(0.0, 2e-4, 0.0, 0.13);
+  const double force = wheel.out.force[1];
+  CHECK(force < -1.0);
+  for (const double load : {95.0, 90.0, 85.0}) {
+    wheel.motion.normal_load = load;
+    wheel.step(0.0);
+    CHECK(wheel.out.force[1] == Approx(force).epsilon(1e-2));  // the trailing edge slides
+  }
+}
+
+TEST_CASE("The tractrix without root and exp is the tractrix") {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  double worst = 0.0;
+  for (int i = 0; i < 100000; ++i) {
+    const double angle = pi / 2.0 * uniform(random), heading = pi * uniform(random);
+    const double x = std::pow(10.0, 2.5 * uniform(random));
+    const double half = std::tan(angle / 2.0) * std::exp(-x);
+    const double end = heading + 2.0 * std::atan(half);
+    float ux = static_cast<float>(std::cos(heading + angle)),
+          uy = static_cast<float>(std::sin(heading + angle));
+    detail::turn_into(ux, uy, static_cast<float>(x * std::cos(heading)),
+                      static_cast<float>(x * std::sin(heading)));
+    worst = std::max(
+        worst, std::hypot(static_cast<double>(ux) - std::cos(end), static_cast<double>(uy) - std::sin(end)));
+  }
+  CHECK(worst < 2e-6);
+}
+
+TEST_CASE("A wheel that was turned where it stands rolls on from its torque") {
+  OneBed wheel(BedMaterial(0.9).with_presliding(1e-3), BedShape::wheel_row(0.1, BedPressure::parabolic, 64),
+               with_load(100.0));
+  for (int i = 0; i < 5; ++i) wheel.step(1e-5, -2e-5, 4e-4);
+  const BedResponse turned = wheel.out;
+  CHECK(std::abs(turned.torque) > 0.1);
+  wheel.step(0.0, 0.0, 0.0, 1e-4);
+  CHECK(wheel.out.torque == Approx(turned.torque).epsilon(0.01));
+  CHECK(wheel.out.force[0] == Approx(turned.force[0]).epsilon(0.01));
+  CHECK(wheel.out.force[1] == Approx(turned.force[1]).epsilon(0.01));
+}
+
+TEST_CASE("Forces with all outputs and without are two texts of one rule") {
+  std::mt19937 random(21);
+  double sum = 0.0;
+  int count = 0;
+  for (const Kind& kind : all_kinds()) {
+    OneBed one(kind.material, kind.shape, with_load(20.0, true, 10.0));
+    OneBed other(kind.material, kind.shape, with_load(20.0, false, 10.0));
+    for (int i = 0; i < 400; ++i) {
+      BedMotion m = draw_motion(random, one.motion.id, kind.shape.rolls, 1e-3, 3e-4, 20.0);
+      m.rolled[0] *= 0.1;
+      one.batch.step({&m, 1}, {&one.out, 1});
+      other.batch.step({&m, 1}, {&other.out, 1});
+      CAPTURE(kind.name, i);
+      // A bristle that grazes its limit begins to slide where rounding says: some 3e-4 of the limit.
+      for (const int k : {0, 1}) {
+        const double error = std::abs(one.out.force[k] - other.out.force[k]) / 12.0;
+        CHECK(error < 2e-4);
+        sum += error;
+        ++count;
+      }
+    }
+  }
+  CHECK(sum / count < 1e-6);
+}
+
+TEST_CASE("The tangent is the slope of force and torque while all sticks, off centre and in every column") {
+  for (const BedMaterial& material : {BedMaterial(0.8).with_presliding(1e-3)}) {
+    OneBed bed(material,
+               BedShape::from_list({{{2e-3, 1e-3}, 1, 1}, {{5e-3, -3e-3}, 2, 1}, {{1e-3, 4e-3}, 1, 2}}),
+               with_load(10.0));
+    bed.step(1e-5, 2e-5, 1e-3);
+    const BedResponse at = bed.out;
+    CHECK(at.slipping_share == 0.0);
+    for (int column = 0; column < 3; ++column) {
+      BedMotion m = bed.motion;
+      m.displacement[0] = column == 0 ? 1e-5 : 0.0;
+      m.displacement[1] = column == 1 ? 1e-5 : 0.0;
+      m.spin = column == 2 ? 1e-3 : 0.0;
+      const double size = column == 2 ? 1e-3 : 1e-5;
+      const BedResponse moved = bed.batch.find_force(m);
+      CHECK((at.force[0] - moved.force[0]) / size ==
+            Approx(at.tangent[0][column]).epsilon(1e-4).margin(1e-3));
+      CHECK((at.force[1] - moved.force[1]) / size ==
+            Approx(at.tangent[1][column]).epsilon(1e-4).margin(1e-3));
+      CHECK((at.torque - moved.torque) / size == Approx(at.tangent[2][column]).epsilon(1e-4).margin(1e-5));
+    }
+  }
+}
+
+TEST_CASE("A step that rolls reports the mean of the forces on its distance, and takes the load first") {
+  OneBed wheel(BedMaterial(0.9).with_presliding(1e-3), BedShape::wheel_row(0.1), with_load(100.0));
+  wheel.step(0.0, 1e-5, 0.0, 1e-3);
+  CHECK(wheel.out.mean[1] == Approx(0.5 * wheel.out.force[1]).epsilon(1e-6));
+  for (int i = 0; i < 300; ++i) wheel.step(0.0, 1e-5, 0.0, 1e-3);
+  const double before = wheel.out.force[1];
+  wheel.motion.normal_load = 1.0;
+  wheel.step(0.0, 0.0, 0.0, 1e-4);
+  CHECK(std::abs(before) > 10.0);
+  CHECK(std::abs(wheel.out.mean[1]) <= 0.9 * 1.001);
+}
+
+TEST_CASE("The presliding displacement is that at which all of it slides, and a size ends at full load") {
+  OneBed bed(BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::disc(1e-3, BedPressure::uniform),
+             with_load(10.0));
+  bed.step(0.98e-4);
+  CHECK(bed.out.slipping_share == 0.0);
+  CHECK(-bed.out.force[0] == Approx(0.98 * 9.0).epsilon(1e-4));
+  bed.step(0.04e-4);
+  CHECK(bed.out.slipping_share == Approx(1.0));
+  OneBed sphere(BedMaterial(0.5).with_presliding(1e-4), BedShape::sphere_row(16, 1e-3), with_load(1.0), 8.0);
+  sphere.step(1e-6);
+  CHECK(sphere.batch.info(sphere.motion.id).half[0] == Approx(1e-3));
+}
+
+TEST_CASE("A ball rolls alike in every direction") {
+  const BedMaterial material = BedMaterial(0.5).with_presliding(1e-5);
+  const auto run = [&](double angle) {
+    OneBed ball(material, BedShape::disc(1e-3, BedPressure::hertz).rolling(24, 12), with_load(10.0));
+    const double c = std::cos(angle), s = std::sin(angle);
+    for (int i = 0; i < 40; ++i) {
+      const double along = 1e-7, across = 2e-7, rolled = 1e-4;
+      ball.motion.rolled[1] = rolled * s;
+      ball.step(along * c - across * s, along * s + across * c, 2e-4, rolled * c);
+    }
+    return std::array<double, 3>{ball.out.force[0] * c + ball.out.force[1] * s,
+                                 ball.out.force[1] * c - ball.out.force[0] * s, ball.out.torque * 1e3};
+  };
+  const auto straight = run(0.0);
+  CHECK(std::abs(straight[0]) > 0.1);
+  CHECK(std::abs(straight[2]) > 0.05);
+  for (const double angle : {0.4, 1.5, 3.0, -2.0}) {
+    const auto turned = run(angle);
+    for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(turned[k] - straight[k]) < 2e-4 * 5.0);
+  }
+  // There and back: the rows turn by no more than a quarter, so what is bent stays in its place.
+  OneBed ball(material, BedShape::disc(1e-3, BedPressure::hertz).rolling(24, 12), with_load(10.0));
+  for (int i = 0; i < 40; ++i) ball.step(0.0, 2e-7, 0.0, 1e-4);
+  const double torque = ball.out.torque;
+  ball.step(0.0, 0.0, 0.0, -1e-5);
+  CHECK(ball.out.torque == Approx(torque).epsilon(0.05));
+}
+
+TEST_CASE("A bed cut from a pressure is the bed of that shape") {
+  const double radius = 2e-3;
+  OneBed cut(
+      BedMaterial(0.5).with_presliding(1e-5),
+      BedShape::from_pressure(radius, radius, 40, 40,
+                              [&](double x, double y) {
+                                return std::sqrt(std::max(0.0, 1.0 - (x * x + y * y) / (radius * radius)));
+                              }),
+      with_load(2.0));
+  OneBed disc(BedMaterial(0.5).with_presliding(1e-5), BedShape::disc(radius, BedPressure::hertz, 12, 36),
+              with_load(2.0));
+  for (int i = 0; i < 40; ++i) {
+    cut.step(1e-6, 0.0, 1e-3);
+    disc.step(1e-6, 0.0, 1e-3);
+    CHECK(std::abs(cut.out.force[0] - disc.out.force[0]) < 0.012);
+    CHECK(std::abs(cut.out.torque - disc.out.torque) < 0.012 * radius);
+  }
+  CHECK_THROWS_AS(BedShape::from_pressure(1.0, 1.0, 4, 4, [](double, double) { return 0.0; }), Error);
+}
+
+TEST_CASE("Beds refuse what contradicts itself or is out of range, and name it") {
+  BedBatch batch;
+  const BedMaterial good = BedMaterial(0.5).with_presliding(1e-4);
+  const BedShape disc = BedShape::disc(1e-3, BedPressure::hertz);
+  const auto text = [&](const BedMaterial& material, const BedShape& shape, const BedOptions& options = {}) {
+    try {
+      batch.add(material, shape, options);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  using Catch::Contains;
+  CHECK_THAT(text(BedMaterial(0.5), disc), Contains("no elasticity"));
+  CHECK_THAT(text(BedMaterial(0.5).with_presliding(1e-4).with_elastic(1e9, 0.3), disc),
+             Contains("more than one"));
+  CHECK_THAT(text(BedMaterial(0.4, 0.5).with_presliding(1e-4), disc), Contains("static_friction"));
+  CHECK_THAT(text(BedMaterial(0.0).with_presliding(1e-4), disc), Contains("kinetic_friction"));
+  CHECK_THAT(text(BedMaterial(0.5).with_slip_stiffness(1e4, 1e4), disc), Contains("rolls"));
+  CHECK_THAT(text(BedMaterial(0.5).with_flexibility(1e-14, 1e-14, 1e-14), BedShape::wheel_row(1.0)),
+             Contains("area"));
+  CHECK_THAT(text(BedMaterial(0.5).with_elastic(1e9, 0.3, 0.01), disc), Contains("radius"));
+  CHECK_THAT(text(good, BedShape::sphere_row()), Contains("half width"));
+  CHECK_THAT(text(good, BedShape::sphere_row(1, 1e-3)), Contains("cells"));
+  CHECK_THAT(text(good, BedShape::disc(-1.0, BedPressure::hertz)), Contains("half[0]"));
+  CHECK_THAT(text(good, BedShape::from_list({})), Contains("list"));
+  CHECK_THAT(text(good, BedShape::from_list({{{0, 0}, 1, 0}})), Contains("load"));
+  CHECK_THAT(text(good, BedShape::from_list({{{0, NAN}, 1, 1}})), Contains("position"));
+  CHECK_THAT(text(good, disc, with_load(0.0)), Contains("max_normal_load"));
+  CHECK_THAT(text(good, disc, with_load(1.0, true, 0.0)), Contains("longest_piece"));
+  CHECK_THAT(text(good, BedShape::disc(1e-3, BedPressure::hertz).grown(BedGrowth::square_root)),
+             Contains("root"));
+  CHECK(batch.bed_count() == 0);
+
+  OneBed bed(good, disc, with_load(1.0));
+  bed.step(1e-6);
+  const double force = bed.out.force[0];
+  const std::uint64_t hash = bed.batch.state_hash();
+  const auto status = [&](auto change) {
+    BedMotion m = bed.motion;
+    m.displacement[0] = 0.0;
+    change(m);
+    BedResponse out;
+    bed.batch.step({&m, 1}, {&out, 1});
+    CHECK(out.force[0] == 0.0);
+    return out.status;
+  };
+  CHECK(status([](BedMotion& m) { m.displacement[1] = NAN; }) == Status::bad_input);
+  CHECK(status([](BedMotion& m) { m.displacement[0] = 2e5; }) == Status::bad_input);
+  CHECK(status([](BedMotion& m) { m.spin = 4.0; }) == Status::bad_input);
+  CHECK(status([](BedMotion& m) { m.normal_load = -1.0; }) == Status::bad_input);
+  CHECK(status([](BedMotion& m) { m.normal_load = INFINITY; }) == Status::bad_input);
+  CHECK(status([](BedMotion& m) { m.rolled[0] = 1e-3; }) == Status::bad_input);
+  CHECK(status([](BedMotion& m) { m.id.value += 1; }) == Status::unknown_id);
+  CHECK(bed.batch.state_hash() == hash);
+  CHECK(bed.step(0.0).force[0] == Approx(force));
+  BedMotion twice[2] = {bed.motion, bed.motion};
+  BedResponse out[2];
+  bed.batch.step({twice, 2}, {out, 2});
+  CHECK(out[0].status == Status::ok);
+  CHECK(out[1].status == Status::repeated_id);
+  CHECK(bed.batch.step({twice, 2}, {out, 1}).status == Status::bad_input);
+  bed.motion.normal_load = 2.0;
+  for (int i = 0; i < 100; ++i) bed.step(1e-5);
+  CHECK(bed.out.status == Status::overload);
+  CHECK(-bed.out.force[0] == Approx(1.0).epsilon(1e-4));
+  OneBed wheel(good, BedShape::wheel_row(0.1), with_load(1.0));
+  wheel.motion.rolled[1] = 1e-3;
+  CHECK(wheel.step(0.0).status == Status::bad_input);
+  const BedId id = bed.motion.id;
+  bed.batch.remove(id);
+  CHECK_THROWS_AS(bed.batch.remove(id), Error);
+  CHECK(bed.batch.add(good, disc) != id);
+  CHECK(bed.step(0.0).status == Status::unknown_id);
+}
+
+TEST_CASE("Tiny motions of a bed add up, rolling as well as sliding") {
+  OneBed fine(BedMaterial(0.5).with_presliding(1e-3), BedShape::wheel_row(0.1), with_load(1.0, false));
+  OneBed coarse(BedMaterial(0.5).with_presliding(1e-3), BedShape::wheel_row(0.1), with_load(1.0, false));
+  fine.step(0.0, 0.0, 0.0, 0.05);
+  coarse.step(0.0, 0.0, 0.0, 0.05);
+  for (int i = 0; i < 400000; ++i) fine.step(0.0, 1e-9, 0.0, 2.5e-7);
+  for (int i = 0; i < 100; ++i) coarse.step(0.0, 4e-6, 0.0, 1e-3);
+  CHECK(std::abs(fine.out.force[1] - coarse.out.force[1]) < 2e-3 * 0.5);
+  OneBed disc(BedMaterial(0.5).with_presliding(1e-3), BedShape::disc(0.1, BedPressure::uniform),
+              with_load(1.0, false));
+  for (int i = 0; i < 400000; ++i) disc.step(1e-12);
+  CHECK(-disc.out.force[0] == Approx(0.5 * 4e-7 / 1e-3).epsilon(1e-3));
+}
+
+TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
+  OneBed wheel(
+      BedMaterial(0.9, 0.8).with_slip_stiffness(9e4, 5e4),
+      BedShape::rectangle(0.1, 0.08, BedPressure::parabolic).rolling(12, 3).grown(BedGrowth::square_root),
+      with_load(4000.0));
+  bristle_bed bed;
+  REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
+  bed.static_friction = 0.9;
+  bed.kinetic_friction = 0.8;
+  bed.slip_stiffness[0] = 9e4;
+  bed.slip_stiffness[1] = 5e4;
+  bed.kind = BRISTLE_BED_RECTANGLE;
+  bed.pressure = BRISTLE_BED_PARABOLIC;
+  bed.growth = BRISTLE_BED_SQUARE_ROOT;
+  bed.half[0] = 0.1;
+  bed.half[1] = 0.08;
+  bed.cells[0] = 12;
+  bed.cells[1] = 3;
+  bed.max_normal_load = 4000.0;
+  bristle_beds* beds = nullptr;
+  REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
+  bristle_id id = 0;
+  CHECK(bristle_beds_add(beds, &bed, &id) == BRISTLE_REFUSED);  // it does not roll yet
+  CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
+  bed.rolls = 1;
+  REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);
+  std::mt19937 random(2);
+  std::vector<unsigned char> state(bristle_beds_state_size(beds));
+  std::uint64_t saved = 0;
+  for (int i = 0; i < 40; ++i) {
+    const BedMotion m = draw_motion(random, wheel.motion.id, true, 0.1, 1e-3, 4000.0);
+    wheel.batch.step({&m, 1}, {&wheel.out, 1});
+    const bristle_bed_motion motion = {
+        id, {m.displacement[0], m.displacement[1]}, m.spin, {m.rolled[0], m.rolled[1]}, m.normal_load};
+    bristle_bed_response trial, out;
+    bristle_step_report report{};
+    report.struct_size = sizeof report;
+    REQUIRE(bristle_beds_find_force(beds, &motion, &trial, 1) == BRISTLE_OK);
+    REQUIRE(bristle_beds_step(beds, &motion, &out, 1, &report) == BRISTLE_OK);
+    CHECK(report.patches_stepped == 1);
+    CHECK(trial.force[1] == out.force[1]);
+    CHECK(out.force[0] == wheel.out.force[0]);
+    CHECK(out.tangent[2][2] == wheel.out.tangent[2][2]);
+    CHECK(out.slipping_share == wheel.out.slipping_share);
+    if (i == 20) {
+      REQUIRE(bristle_beds_save_state(beds, state.data(), state.size()) == state.size());
+      saved = bristle_beds_state_hash(beds, 0);
+    }
+  }
+  CHECK(bristle_beds_state_hash(beds, id) == wheel.batch.state_hash(wheel.motion.id));
+  REQUIRE(bristle_beds_restore_state(beds, state.data(), state.size()) == BRISTLE_OK);
+  CHECK(bristle_beds_state_hash(beds, 0) == saved);
+  CHECK(bristle_beds_restore_state(beds, state.data(), 3) == BRISTLE_REFUSED);
+  CHECK(bristle_beds_step(nullptr, nullptr, nullptr, 0, nullptr) == BRISTLE_BAD_ARGUMENT);
+  CHECK(bristle_beds_remove(beds, id) == BRISTLE_OK);
+  CHECK(bristle_beds_remove(beds, id) == BRISTLE_REFUSED);
+  bristle_beds_destroy(beds);
+  bristle_beds_destroy(nullptr);
+}
