@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/contacts/turn.hpp"
+#include "core/materials/turn.hpp"
 
 namespace bristle::detail {
 

@@ -4,8 +4,8 @@
 #include <cstddef>
 
 #include "core/common/range_check.hpp"
-#include "core/materials/turn.hpp"
 #include "core/contacts/gauss.hpp"
+#include "core/materials/turn.hpp"
 
 namespace bristle {
 
