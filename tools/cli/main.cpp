@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <new>
 #include <span>
@@ -44,6 +45,17 @@ namespace {
 constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
+
+/// Does a command and returns the exit code. It owns the options that the command line fills.
+using Action = std::function<int()>;
+
+template <class Options>
+Action action_of(const std::shared_ptr<Options>& options, void (*command)(const Options&)) {
+  return [=] {
+    command(*options);
+    return exit_done;
+  };
+}
 
 int complain(const std::string& message, int code) {
   cli::print_note("bristle: " + cli::one_line(message) + '\n');
@@ -177,6 +189,20 @@ double parse_within(const std::string& text, std::span<const cli::Unit> units, c
       fmt::format("{} is '{}'; allowed: {} to {} {}", option, text, low, high, units.front().name));
 }
 
+/// Adds an option that names a file, or several.
+template <class Value>
+CLI::Option* add_file(CLI::App* command, const char* option, Value& value, const std::string& description) {
+  return command->add_option(option, value, description)->type_name(cli::file_value);
+}
+
+void add_report_file(CLI::App* command, std::string& file) {
+  add_file(command, "--json", file, "Write the report to this JSON file (- for stdout)");
+}
+
+void add_isa(CLI::App* command, std::string& isa) {
+  command->add_option("--isa", isa, "Instruction set: see bristle --version")->type_name("NAME");
+}
+
 /// What the data of a fit do not say themselves.
 void add_reading(CLI::App* app, cli::FitOptions& options) {
   const auto quantity = [app](const char* option, std::span<const cli::Unit> units, double low, double high,
@@ -255,9 +281,9 @@ void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::st
 }
 
 // One subcommand per experiment, so that `experiment NAME --help` shows its parameters.
-void add_experiments(CLI::App& app, cli::ExperimentOptions& options) {
-  CLI::App* all =
-      app.add_subcommand("experiment", "Repeat a classic friction experiment, the brush beside its rivals");
+Action add_experiments(CLI::App* all) {
+  const auto kept = std::make_shared<cli::ExperimentOptions>();
+  cli::ExperimentOptions& options = *kept;
   all->require_subcommand(1);
   all->footer("bristle experiment list shows all parameters; bristle experiment NAME --help those of one.");
   const auto add = [&](const std::string& name, const std::string& title) {
@@ -270,35 +296,36 @@ void add_experiments(CLI::App& app, cli::ExperimentOptions& options) {
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false)
         ->trigger_on_parse(false);
-    command->add_option("--config", options.config, "Parameters from a TOML file (tools/README.md)")
-        ->type_name(cli::file_value);
+    add_file(command, "--config", options.config, "Parameters from a TOML file (tools/README.md)");
     command->add_option("--models", options.models, "Only these models, e.g. lugre,brush_redraw")
         ->type_name("NAMES")
         ->delimiter(',');
-    command
-        ->add_option("--json", options.json, "Write parameters and findings to this JSON file (- for stdout)")
-        ->type_name(cli::file_value);
+    add_file(command, "--json", options.json,
+             "Write parameters and findings to this JSON file (- for stdout)");
   };
   for (const cli::Experiment& experiment : cli::experiments()) {
     CLI::App* command = add(experiment.name, experiment.title);
     add_common(command);
-    command->add_option("--csv", options.csv, "Write the curves to this CSV file (- for stdout)")
-        ->type_name(cli::file_value);
-    command->add_option("--plot", options.plot, "Draw them into this PNG file, by gnuplot")
-        ->type_name(cli::file_value);
+    add_file(command, "--csv", options.csv, "Write the curves to this CSV file (- for stdout)");
+    add_file(command, "--plot", options.plot, "Draw them into this PNG file, by gnuplot");
     command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
   }
   CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
   add_common(every);
-  every
-      ->add_option("--markdown", options.markdown,
-                   "Write the table with its reasons to this page (- for stdout)")
-      ->type_name(cli::file_value);
+  add_file(every, "--markdown", options.markdown,
+           "Write the table with its reasons to this page (- for stdout)");
   every->add_flag("--no-cost", options.no_cost, "Leave out the time of a step");
   add("list", "List experiments, models and parameters");
+  return action_of(kept, cli::experiment_command);
 }
 
-// `run --realtime` and what belongs to it.
+/// Options of `run --realtime`, and whether it was given.
+struct RealtimeWish {
+  bool wanted = false;
+  cli::RealtimeOptions options;
+};
+
+/// Adds `--realtime` and the options that need it.
 void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options) {
   CLI::Option* realtime = run_app->add_flag(
       "--realtime", wanted,
@@ -326,18 +353,18 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->needs(realtime);
   run_app->add_flag("--mlock", options.thread.lock_memory, "Lock the process in memory, if permitted")
       ->needs(realtime);
-  run_app
-      ->add_option("--histograms", options.histograms,
-                   "Write histograms of step time and jitter to this CSV file (- for stdout)")
-      ->type_name(cli::file_value)
+  add_file(run_app, "--histograms", options.histograms,
+           "Write histograms of step time and jitter to this CSV file (- for stdout)")
       ->needs(realtime);
 }
 
 // `sweep`, and within it `merge`.
-CLI::App* add_sweep(CLI::App& app, cli::SweepOptions& options, cli::MergeOptions& merge) {
-  CLI::App* sweep = app.add_subcommand("sweep", "A scene over a grid or sample of parameters, as one table");
-  sweep->add_option("SCENE", options.study.scene, "Scene file, TOML (tools/README.md)")
-      ->type_name(cli::file_value);
+Action add_sweep(CLI::App* sweep) {
+  const auto kept = std::make_shared<cli::SweepOptions>();
+  const auto kept_merge = std::make_shared<cli::MergeOptions>();
+  cli::SweepOptions& options = *kept;
+  cli::MergeOptions& merge = *kept_merge;
+  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/README.md)");
   const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* value,
                             const char* description) {
     return sweep->add_option(option, list, description)
@@ -392,12 +419,9 @@ CLI::App* add_sweep(CLI::App& app, cli::SweepOptions& options, cli::MergeOptions
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
   add_list("--out", options.out, cli::file_value,
            "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated");
-  sweep
-      ->add_option("--journal", options.journal,
-                   "Rows as they are done (default: beside the table), kept at the end")
-      ->type_name(cli::file_value);
-  sweep->add_option("--json", options.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
+  add_file(sweep, "--journal", options.journal,
+           "Rows as they are done (default: beside the table), kept at the end");
+  add_report_file(sweep, options.json);
   sweep->add_option("--threads", options.threads, "Rows at a time; 0 = one per core")
       ->check(CLI::Range(0, 1024));
   sweep->add_option("--shard", options.shard, "i/N: only this part of the rows, i from 1; then sweep merge")
@@ -406,35 +430,28 @@ CLI::App* add_sweep(CLI::App& app, cli::SweepOptions& options, cli::MergeOptions
       ->add_option("--dask", options.dask,
                    "Address of a Dask scheduler that has the rows run, e.g. tcp://host:8786")
       ->type_name("ADDRESS");
-  sweep->add_option("--isa", options.isa, "Instruction set: see bristle --version")->type_name("NAME");
+  add_isa(sweep, options.isa);
   sweep->add_option("--row", options.row,
                     "Run nothing: write the scene of this row (--out SCENE.toml, else stdout)");
   sweep->footer(
       "A sweep that was stopped or killed is resumed by the same command. bristle sweep merge --help: "
       "shards.");
   CLI::App* merge_app = sweep->add_subcommand("merge", "One table of the journals of all shards");
-  merge_app->add_option("JOURNAL", merge.journals, "Journals of one study, in any order")
-      ->type_name(cli::file_value)
-      ->required();
-  merge_app
-      ->add_option("--out", merge.out,
-                   "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated")
-      ->type_name(cli::file_value)
+  add_file(merge_app, "JOURNAL", merge.journals, "Journals of one study, in any order")->required();
+  add_file(merge_app, "--out", merge.out,
+           "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated")
       ->allow_extra_args(false)
       ->trigger_on_parse(false);
-  merge_app->add_option("--json", merge.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
+  add_report_file(merge_app, merge.json);
   merge_app->add_flag("--partial", merge.partial, "Write what there is, though rows are missing");
-  return sweep;
-}
-
-int run_sweep(const CLI::App& sweep, const cli::SweepOptions& options, const cli::MergeOptions& merge) {
-  if (!sweep.get_subcommands().empty()) {
-    cli::merge_command(merge);
-    return exit_done;
-  }
-  if (options.study.scene.empty()) throw cli::UserError("sweep: SCENE is missing (see bristle sweep --help)");
-  return cli::sweep_command(options);
+  return [kept, kept_merge, merge_app] {
+    if (merge_app->parsed()) {
+      cli::merge_command(*kept_merge);
+      return exit_done;
+    }
+    if (kept->study.scene.empty()) throw cli::UserError("sweep: SCENE is missing (see bristle sweep --help)");
+    return cli::sweep_command(*kept);
+  };
 }
 
 /// Of a command that prints figures, and of what is below it.
@@ -452,6 +469,225 @@ std::string names_of_commands(const CLI::App& app) {
   return names;
 }
 
+Action add_run(CLI::App* command) {
+  const auto kept = std::make_shared<cli::RunOptions>();
+  const auto realtime = std::make_shared<RealtimeWish>();
+  cli::RunOptions& options = *kept;
+  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/README.md)")->required();
+  add_file(command, "--trace", options.trace, "Motion file, CSV t,x,y,load, in place of the scene's motion");
+  command
+      ->add_option("--clip-load", options.clip_load,
+                   "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
+      ->check(cli::within(0.0, 1e9));
+  add_file(command, "--out", options.out, "Write forces to this CSV file (- for stdout)");
+  add_report_file(command, options.json);
+  command->add_option("--threads", options.threads, "Threads that step; 0 = one per core")
+      ->check(CLI::Range(0, 1024));
+  add_isa(command, options.isa);
+  command
+      ->add_option("--budget", options.overload.budget_us,
+                   "Time for a step, us: a step that takes longer leaves out bristles, which come back later")
+      ->check(cli::within(1e-3, 1e9));
+  add_file(command, "--record-decisions", options.overload.record,
+           "Write what was left out and when to this CSV file");
+  add_file(command, "--replay-decisions", options.overload.replay,
+           "Leave out what such a file lists, whatever the clock says: the same bits");
+  command->add_option("--steps", options.steps, "Steps, instead of the scene's duration")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
+  command
+      ->add_option("--bristles", options.bristles,
+                   "Representative bristles of each patch, instead of the scene's")
+      ->check(CLI::Range(std::uint32_t{1}, bristle::max_bristles_per_patch));
+  add_realtime(command, realtime->wanted, realtime->options);
+  command
+      ->add_option_function<std::string>(
+          "--memory", [&](const std::string& size) { options.limits.bytes = parse_memory(size); },
+          "What the scene may take, e.g. 16G, in place of what is free; lifts the limits of bristles, "
+          "patches "
+          "and "
+          "materials")
+      ->type_name("SIZE");
+  add_file(command, "--restore-state", options.restore_state,
+           "Continue from this state file, written by a run of the same scene");
+  add_file(command, "--save-state", options.save_state, "Write where the run ended to this state file");
+  return [kept, realtime] {
+    if (realtime->wanted) kept->realtime = realtime->options;
+    cli::run_command(*kept);
+    return exit_done;
+  };
+}
+
+Action add_capacity(CLI::App* command) {
+  const auto kept = std::make_shared<cli::CapacityOptions>();
+  const auto deadline = std::make_shared<std::string>("1ms");
+  cli::CapacityOptions& options = *kept;
+  command->add_option("--deadline", *deadline, "Time for a step, e.g. 1ms or 250us")
+      ->type_name("TIME")
+      ->capture_default_str();
+  command->add_flag("--quick", options.quick, "Fewer rows, shorter runs");
+  command->add_flag("--targets", options.targets, "Only the library's speed targets");
+  command->add_flag("--features", options.features, "Only what each feature of a kernel costs");
+  command
+      ->add_option_function<std::string>(
+          "--threads", [&](const std::string& text) { options.threads = parse_threads(text); },
+          "Thread counts, e.g. 1,2")
+      ->type_name("COUNTS");
+  add_isa(command, options.isa);
+  add_report_file(command, options.json);
+  add_file(command, "--csv", options.csv, "Write step time against bristles to this CSV file");
+  return [kept, deadline] {
+    kept->deadline_s = parse_time(*deadline);
+    cli::capacity_command(*kept);
+    return exit_done;
+  };
+}
+
+Action add_fit(CLI::App* command) {
+  const auto kept = std::make_shared<cli::FitOptions>();
+  cli::FitOptions& options = *kept;
+  add_file(command, "DATA", options.data,
+           "Measured friction, CSV t,x,load,force (tools/README.md); several files are one record")
+      ->required();
+  add_reading(command, options);
+  add_choice(
+      command, "--sign",
+      {{"auto", cli::ForceSign::automatic}, {"on", cli::ForceSign::on_body}, {"by", cli::ForceSign::by_body}},
+      options.sign,
+      "Whose force: on the body (opposes the motion) or by the body; default: found from the data");
+  add_choice(command, "--law",
+             {{"lognormal", bristle::SnapLaw::lognormal},
+              {"normal", bristle::SnapLaw::normal},
+              {"uniform", bristle::SnapLaw::uniform},
+              {"exponential", bristle::SnapLaw::exponential}},
+             options.law, "Family of snap lengths (default lognormal)");
+  add_choice(command, "--rule", {{"redraw", bristle::SnapRule::redraw}, {"keep", bristle::SnapRule::keep}},
+             options.rule, "What a bristle does after a snap (default redraw)");
+  add_choice(
+      command, "--decay",
+      {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
+      options.decay, "Decay of the damper with speed (default exponential)");
+  command
+      ->add_option("--residual", options.residual,
+                   "Hold the residual at this share of the presliding length (default: fitted)")
+      ->check(cli::within(0.0, cli::widest_residual));
+  command->add_option("--renewal", options.renewal, "Hold the shared renewal (default: fitted)")
+      ->check(cli::within(0.0, cli::most_renewed));
+  command->add_flag(
+      "--rivals", options.rivals,
+      "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the "
+      "rest");
+  command
+      ->add_option(
+          "--fit-until", options.fit_until,
+          "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
+      ->check(cli::within(1e-9, 1e9));
+  add_file(command, "--write", options.write, "Write the material, in a scene that replays the data, TOML");
+  add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
+  add_file(command, "--html", options.html,
+           "Write a page to read to this HTML file: what was read, fit, residuals (- for stdout)");
+  add_report_file(command, options.json);
+  add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
+  return action_of(kept, cli::fit_command);
+}
+
+Action add_stability(CLI::App* command) {
+  const auto kept = std::make_shared<cli::StabilityOptions>();
+  cli::StabilityOptions& options = *kept;
+  command->add_flag("--quick", options.quick, "A coarser map, shorter runs");
+  command->add_option("--threads", options.threads, "Threads that simulate; 0 = one per core")
+      ->check(CLI::Range(0, 1024));
+  add_choice(command, "--population",
+             {{"representatives", bristle::Population::representatives},
+              {"infinite", bristle::Population::infinite}},
+             options.population, "What stands for the bristles of the maps and the slope");
+  add_report_file(command, options.json);
+  add_file(command, "--csv", options.csv, "Write the map to this CSV file (- for stdout)");
+  return action_of(kept, cli::stability_command);
+}
+
+Action add_accuracy(CLI::App* command) {
+  const auto kept = std::make_shared<cli::AccuracyOptions>();
+  const auto error = std::make_shared<std::string>();
+  cli::AccuracyOptions& options = *kept;
+  add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/README.md)")->required();
+  command->add_option("--error", *error, "Wanted error of the force, rms, e.g. 1%")->type_name("SHARE");
+  add_file(command, "--write", options.write,
+           "Write the scene with the recommended setting to this TOML file");
+  command->add_flag("--quick", options.quick, "Fewer settings, less than a minute");
+  command->add_option("--seconds", options.seconds, "Time to spend, about")->check(cli::within(0.5, 1e5));
+  add_isa(command, options.isa);
+  add_report_file(command, options.json);
+  add_file(command, "--csv", options.csv, "Write the settings to this CSV file (- for stdout)");
+  return [kept, error] {
+    if (!error->empty()) kept->error = parse_share(*error);
+    cli::accuracy_command(*kept);
+    return exit_done;
+  };
+}
+
+Action add_report(CLI::App* command) {
+  const auto kept = std::make_shared<cli::ReportOptions>();
+  cli::ReportOptions& options = *kept;
+  add_file(command, "FILE", options.files,
+           "JSON reports, and pictures (PNG, SVG): capacity.png belongs to capacity.json")
+      ->required();
+  add_file(command, "--out", options.out, "Write the page to this file (- for stdout)")
+      ->capture_default_str();
+  return action_of(kept, cli::report_command);
+}
+
+Action add_completion(CLI::App* command) {
+  const auto shell = std::make_shared<std::string>();
+  command->add_option("SHELL", *shell, "Shell that the script is for")
+      ->type_name("bash|zsh|fish")
+      ->required();
+  command->footer(
+      "For this session: source <(bristle completion bash), or bristle completion fish | source. The "
+      "packages "
+      "install all three.");
+  return [shell, command] {
+    cli::print_text(cli::completion_script(*command->get_parent(), *shell));
+    return exit_done;
+  };
+}
+
+Action add_manual(CLI::App* command) {
+  const auto page = std::make_shared<std::string>();
+  const auto folder = std::make_shared<std::string>();
+  command->add_option("COMMAND", *page, "Command (default: the program itself)")
+      ->type_name(names_of_commands(*command->get_parent()))
+      ->option_text("NAME");  // all names would be a long line of --help
+  command->add_option("--out", *folder, "Write all pages into this folder")->type_name("FILE");
+  return [page, folder, command] {
+    cli::manual_command(*command->get_parent(), *page, *folder);
+    return exit_done;
+  };
+}
+
+/// A command of the program: its line in --help and the function that adds its options.
+struct CommandEntry {
+  const char* name;
+  const char* description;
+  Action (*add)(CLI::App* command);
+  bool prints_figures = true;  ///< Whether it takes --wide.
+};
+
+/// All commands in the order of --help. The manual comes last: it lists the names of the others.
+constexpr CommandEntry entries[] = {
+    {"run", "Step a scene and report forces, step times and the state hash", add_run},
+    {"capacity", "How many bristles fit in a deadline on this machine", add_capacity},
+    {"experiment", "Repeat a classic friction experiment, the brush beside its rivals", add_experiments},
+    {"fit", "A material from measured friction", add_fit},
+    {"stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory",
+     add_stability},
+    {"sweep", "A scene over a grid or sample of parameters, as one table", add_sweep},
+    {"accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out",
+     add_accuracy},
+    {"report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures",
+     add_report},
+    {"completion", "Print what a shell needs to complete words of this command line", add_completion, false},
+    {"manual", "Print a page of the manual: bristle manual run | man -l -", add_manual, false}};
+
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.formatter(std::make_shared<cli::HelpText>());  // subcommands take it over
@@ -466,218 +702,13 @@ int run(int argc, char** argv) {
       },
       "Version, commit, and the instruction sets of this build");
 
-  cli::RunOptions run_options;
-  CLI::App* run_app =
-      app.add_subcommand("run", "Step a scene and report forces, step times and the state hash");
-  run_app->add_option("SCENE", run_options.scene, "Scene file, TOML (tools/README.md)")
-      ->type_name(cli::file_value)
-      ->required();
-  run_app
-      ->add_option("--trace", run_options.trace,
-                   "Motion file, CSV t,x,y,load, in place of the scene's motion")
-      ->type_name(cli::file_value);
-  run_app
-      ->add_option("--clip-load", run_options.clip_load,
-                   "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
-      ->check(cli::within(0.0, 1e9));
-  run_app->add_option("--out", run_options.out, "Write forces to this CSV file (- for stdout)")
-      ->type_name(cli::file_value);
-  run_app->add_option("--json", run_options.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
-  run_app->add_option("--threads", run_options.threads, "Threads that step; 0 = one per core")
-      ->check(CLI::Range(0, 1024));
-  run_app->add_option("--isa", run_options.isa, "Instruction set: see bristle --version")->type_name("NAME");
-  run_app
-      ->add_option("--budget", run_options.overload.budget_us,
-                   "Time for a step, us: a step that takes longer leaves out bristles, which come back later")
-      ->check(cli::within(1e-3, 1e9));
-  run_app
-      ->add_option("--record-decisions", run_options.overload.record,
-                   "Write what was left out and when to this CSV file")
-      ->type_name(cli::file_value);
-  run_app
-      ->add_option("--replay-decisions", run_options.overload.replay,
-                   "Leave out what such a file lists, whatever the clock says: the same bits")
-      ->type_name(cli::file_value);
-  run_app->add_option("--steps", run_options.steps, "Steps, instead of the scene's duration")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
-  run_app
-      ->add_option("--bristles", run_options.bristles,
-                   "Representative bristles of each patch, instead of the scene's")
-      ->check(CLI::Range(std::uint32_t{1}, bristle::max_bristles_per_patch));
-  cli::RealtimeOptions realtime_options;
-  bool realtime = false;
-  add_realtime(run_app, realtime, realtime_options);
-  run_app
-      ->add_option_function<std::string>(
-          "--memory", [&](const std::string& size) { run_options.limits.bytes = parse_memory(size); },
-          "What the scene may take, e.g. 16G, in place of what is free; lifts the limits of bristles, "
-          "patches "
-          "and "
-          "materials")
-      ->type_name("SIZE");
-  run_app
-      ->add_option("--restore-state", run_options.restore_state,
-                   "Continue from this state file, written by a run of the same scene")
-      ->type_name(cli::file_value);
-  run_app->add_option("--save-state", run_options.save_state, "Write where the run ended to this state file")
-      ->type_name(cli::file_value);
-
-  cli::CapacityOptions capacity_options;
-  std::string deadline = "1ms";
-  CLI::App* capacity_app =
-      app.add_subcommand("capacity", "How many bristles fit in a deadline on this machine");
-  capacity_app->add_option("--deadline", deadline, "Time for a step, e.g. 1ms or 250us")
-      ->type_name("TIME")
-      ->capture_default_str();
-  capacity_app->add_flag("--quick", capacity_options.quick, "Fewer rows, shorter runs");
-  capacity_app->add_flag("--targets", capacity_options.targets, "Only the library's speed targets");
-  capacity_app->add_flag("--features", capacity_options.features, "Only what each feature of a kernel costs");
-  capacity_app
-      ->add_option_function<std::string>(
-          "--threads", [&](const std::string& text) { capacity_options.threads = parse_threads(text); },
-          "Thread counts, e.g. 1,2")
-      ->type_name("COUNTS");
-  capacity_app->add_option("--isa", capacity_options.isa, "Instruction set: see bristle --version")
-      ->type_name("NAME");
-  capacity_app
-      ->add_option("--json", capacity_options.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
-  capacity_app->add_option("--csv", capacity_options.csv, "Write step time against bristles to this CSV file")
-      ->type_name(cli::file_value);
-
-  cli::ExperimentOptions experiment_options;
-  add_experiments(app, experiment_options);
-
-  cli::FitOptions fit_options;
-  CLI::App* fit_app = app.add_subcommand("fit", "A material from measured friction");
-  fit_app
-      ->add_option("DATA", fit_options.data,
-                   "Measured friction, CSV t,x,load,force (tools/README.md); several files are one record")
-      ->type_name(cli::file_value)
-      ->required();
-  add_reading(fit_app, fit_options);
-  add_choice(
-      fit_app, "--sign",
-      {{"auto", cli::ForceSign::automatic}, {"on", cli::ForceSign::on_body}, {"by", cli::ForceSign::by_body}},
-      fit_options.sign,
-      "Whose force: on the body (opposes the motion) or by the body; default: found from the data");
-  add_choice(fit_app, "--law",
-             {{"lognormal", bristle::SnapLaw::lognormal},
-              {"normal", bristle::SnapLaw::normal},
-              {"uniform", bristle::SnapLaw::uniform},
-              {"exponential", bristle::SnapLaw::exponential}},
-             fit_options.law, "Family of snap lengths (default lognormal)");
-  add_choice(fit_app, "--rule", {{"redraw", bristle::SnapRule::redraw}, {"keep", bristle::SnapRule::keep}},
-             fit_options.rule, "What a bristle does after a snap (default redraw)");
-  add_choice(
-      fit_app, "--decay",
-      {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
-      fit_options.decay, "Decay of the damper with speed (default exponential)");
-  fit_app
-      ->add_option("--residual", fit_options.residual,
-                   "Hold the residual at this share of the presliding length (default: fitted)")
-      ->check(cli::within(0.0, cli::widest_residual));
-  fit_app->add_option("--renewal", fit_options.renewal, "Hold the shared renewal (default: fitted)")
-      ->check(cli::within(0.0, cli::most_renewed));
-  fit_app->add_flag(
-      "--rivals", fit_options.rivals,
-      "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the "
-      "rest");
-  fit_app
-      ->add_option(
-          "--fit-until", fit_options.fit_until,
-          "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
-      ->check(cli::within(1e-9, 1e9));
-  fit_app
-      ->add_option("--write", fit_options.write, "Write the material, in a scene that replays the data, TOML")
-      ->type_name(cli::file_value);
-  fit_app->add_option("--plot", fit_options.plot, "Draw the fit over the data, PNG (needs gnuplot)")
-      ->type_name(cli::file_value);
-  fit_app
-      ->add_option("--html", fit_options.html,
-                   "Write a page to read to this HTML file: what was read, fit, residuals (- for stdout)")
-      ->type_name(cli::file_value);
-  fit_app->add_option("--json", fit_options.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
-  fit_app
-      ->add_option("--csv", fit_options.csv, "Write data, fit and residuals to this CSV file (- for stdout)")
-      ->type_name(cli::file_value);
-  cli::StabilityOptions stability_options;
-  CLI::App* stability_app = app.add_subcommand(
-      "stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory");
-  stability_app->add_flag("--quick", stability_options.quick, "A coarser map, shorter runs");
-  stability_app->add_option("--threads", stability_options.threads, "Threads that simulate; 0 = one per core")
-      ->check(CLI::Range(0, 1024));
-  add_choice(stability_app, "--population",
-             {{"representatives", bristle::Population::representatives},
-              {"infinite", bristle::Population::infinite}},
-             stability_options.population, "What stands for the bristles of the maps and the slope");
-  stability_app
-      ->add_option("--json", stability_options.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
-  stability_app->add_option("--csv", stability_options.csv, "Write the map to this CSV file (- for stdout)")
-      ->type_name(cli::file_value);
-  cli::SweepOptions sweep_options;
-  cli::MergeOptions merge_options;
-  const CLI::App* sweep_app = add_sweep(app, sweep_options, merge_options);
-  cli::AccuracyOptions accuracy_options;
-  std::string wanted_error;
-  CLI::App* accuracy_app = app.add_subcommand(
-      "accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out");
-  accuracy_app->add_option("SCENE", accuracy_options.scene, "Scene file, TOML (tools/README.md)")
-      ->type_name(cli::file_value)
-      ->required();
-  accuracy_app->add_option("--error", wanted_error, "Wanted error of the force, rms, e.g. 1%")
-      ->type_name("SHARE");
-  accuracy_app
-      ->add_option("--write", accuracy_options.write,
-                   "Write the scene with the recommended setting to this TOML file")
-      ->type_name(cli::file_value);
-  accuracy_app->add_flag("--quick", accuracy_options.quick, "Fewer settings, less than a minute");
-  accuracy_app->add_option("--seconds", accuracy_options.seconds, "Time to spend, about")
-      ->check(cli::within(0.5, 1e5));
-  accuracy_app->add_option("--isa", accuracy_options.isa, "Instruction set: see bristle --version")
-      ->type_name("NAME");
-  accuracy_app
-      ->add_option("--json", accuracy_options.json, "Write the report to this JSON file (- for stdout)")
-      ->type_name(cli::file_value);
-  accuracy_app
-      ->add_option("--csv", accuracy_options.csv, "Write the settings to this CSV file (- for stdout)")
-      ->type_name(cli::file_value);
-  cli::ReportOptions report_options;
-  CLI::App* report_app = app.add_subcommand(
-      "report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures");
-  report_app
-      ->add_option("FILE", report_options.files,
-                   "JSON reports, and pictures (PNG, SVG): capacity.png belongs to capacity.json")
-      ->type_name(cli::file_value)
-      ->required();
-  report_app->add_option("--out", report_options.out, "Write the page to this file (- for stdout)")
-      ->type_name(cli::file_value)
-      ->capture_default_str();
-
   bool wide = false;
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    add_wide(*command, wide);
-  std::string shell;
-  CLI::App* completion_app =
-      app.add_subcommand("completion", "Print what a shell needs to complete words of this command line");
-  completion_app->add_option("SHELL", shell, "Shell that the script is for")
-      ->type_name("bash|zsh|fish")
-      ->required();
-  completion_app->footer(
-      "For this session: source <(bristle completion bash), or bristle completion fish | source. The "
-      "packages "
-      "install all three.");
-  std::string manual_of, manual_folder;
-  CLI::App* manual_app =
-      app.add_subcommand("manual", "Print a page of the manual: bristle manual run | man -l -");
-  manual_app->add_option("COMMAND", manual_of, "Command (default: the program itself)")
-      ->type_name(names_of_commands(app))
-      ->option_text("NAME");  // all names would be a long line of --help
-  manual_app->add_option("--out", manual_folder, "Write all pages into this folder")->type_name("FILE");
-
+  std::vector<std::pair<const CLI::App*, Action>> actions;
+  for (const CommandEntry& entry : entries) {
+    CLI::App* command = app.add_subcommand(entry.name, entry.description);
+    actions.emplace_back(command, entry.add(command));
+    if (entry.prints_figures) add_wide(*command, wide);
+  }
   cli::refuse_empty_files(app, cli::file_value);
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
@@ -699,25 +730,8 @@ int run(int argc, char** argv) {
     return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
   }
   cli::set_text_layout(wide);
-  if (completion_app->parsed()) cli::print_text(cli::completion_script(app, shell));
-  if (manual_app->parsed()) cli::manual_command(app, manual_of, manual_folder);
-  if (run_app->parsed()) {
-    if (realtime) run_options.realtime = realtime_options;
-    cli::run_command(run_options);
-  }
-  if (!experiment_options.name.empty()) cli::experiment_command(experiment_options);
-  if (accuracy_app->parsed()) {
-    if (!wanted_error.empty()) accuracy_options.error = parse_share(wanted_error);
-    cli::accuracy_command(accuracy_options);
-  }
-  if (capacity_app->parsed()) {
-    capacity_options.deadline_s = parse_time(deadline);
-    cli::capacity_command(capacity_options);
-  }
-  if (fit_app->parsed()) cli::fit_command(fit_options);
-  if (report_app->parsed()) cli::report_command(report_options);
-  if (stability_app->parsed()) cli::stability_command(stability_options);
-  if (sweep_app->parsed()) return run_sweep(*sweep_app, sweep_options, merge_options);
+  for (const auto& [command, act] : actions)
+    if (command->parsed()) return act();
   return exit_done;
 }
 
