@@ -393,3 +393,32 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
   CHECK_THROWS_WITH(Material(wide).with_stribeck_velocity(-1.0).validate_for_representatives(),
                     Catch::Contains("stribeck_velocity"));
 }
+
+TEST_CASE("A refusal clears what a response held from an earlier step", "[bad-input]") {
+  // Energies and mean force where the patch has them or nobody knows; others are not written.
+  Trio trio;
+  Response used;
+  used.mean[0] = used.mean[1] = used.end[0] = used.elastic[1] = used.damper[0] = 7.0;
+  used.stiffness = used.damping = used.force_limit = 7.0;
+  used.dissipated = used.contact_loss = used.damper_work = 7.0;
+  used.snaps = 7;
+  const auto refused = [&](const std::function<void(Motion&)>& spoil, double dt, Status status) {
+    Motion motion = trio.good()[1];
+    spoil(motion);
+    Response r = used;
+    trio.batch.step(dt, {&motion, 1}, {&r, 1});
+    CHECK(r.status == status);
+    check_no_force(r);
+    CHECK(r.stiffness == 0.0);
+    CHECK(r.damping == 0.0);
+    CHECK(r.force_limit == 0.0);
+  };
+  refused([](Motion& m) { m.displacement[0] = nan_value; }, tick, Status::bad_input);
+  refused([](Motion& m) { m.id = PatchId{}; }, tick, Status::unknown_id);
+  refused([](Motion&) {}, 0.0, Status::bad_input);
+  const std::vector<Motion> twice{trio.good()[1], trio.good()[1]};
+  std::vector<Response> two{used, used};
+  trio.batch.step(tick, twice, two);
+  CHECK(two[1].status == Status::repeated_id);
+  check_no_force(two[1]);
+}

@@ -449,3 +449,75 @@ TEST_CASE("What a patch is can be asked where the caller's inexact results trap"
   ::fedisableexcept(FE_INEXACT);
   CHECK(info.bristles == 7);
 }
+
+TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {
+  // More than the slots of a new batch: the queue of move is made anew.
+  PatchBatch batch;
+  const Material material = plain_material(uniform, SnapRule::redraw);
+  const PatchOptions options = plain_options(20);
+  const std::vector<PatchId> ids = add_patches(batch, 3, material, options);
+  for (std::size_t i = 0; i < 3; ++i)
+    batch.move(ids[i], 0.1 * dbar * static_cast<double>(i + 1), -0.05 * dbar, 20.0);
+  const std::vector<PatchId> more = add_patches(batch, 1000, material, options);
+  batch.move(more.back(), 0.2 * dbar, 0.0, 10.0);
+  const auto report = batch.step(tick);
+  CHECK(report.status == Status::ok);
+  CHECK(report.patches_stepped == 4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Response r = batch.force(ids[i]);
+    CHECK(r.status == Status::ok);
+    CHECK(r.elastic[0] == Approx(-20.0 * 0.1 * dbar * static_cast<double>(i + 1)));  // all stick
+    CHECK(r.elastic[1] == Approx(20.0 * 0.05 * dbar));
+  }
+  CHECK(batch.force(more.back()).elastic[0] == Approx(-10.0 * 0.2 * dbar));
+}
+
+TEST_CASE("A step reports the overload of a patch that threads share, and a refusal beside it",
+          "[batch][threads]") {
+  constexpr std::uint32_t many = 400000;
+  const Material material = plain_material(uniform, SnapRule::redraw);
+  PatchBatch batch(BatchOptions{}.with_threads(2));
+  const PatchId id = batch.add(material, plain_options(many));
+  batch.warm_up();
+  bool shared = false;
+  // A step that found the workers busy is followed by some that are not shared.
+  for (int k = 0; k < 20000 && !shared; ++k) {
+    Motion motion;
+    motion.id = id;
+    motion.displacement[0] = 0.3 * dbar;
+    motion.normal_load = 2.0 * many;
+    Response response;
+    const auto report = batch.step(tick, {&motion, 1}, {&response, 1});
+    CHECK(response.status == Status::overload);
+    CHECK(report.status == Status::overload);
+    CHECK(report.patches_stepped == 1);
+    shared = report.tasks > 1;
+  }
+  CHECK(shared);
+}
+
+TEST_CASE("A patch that was reset has forgotten the creep that no position holds", "[batch][creep]") {
+  // 0.3 of a position's unit (2^-44 mean lengths) a step: what is left over is carried to the next.
+  constexpr double unit = 0x1p-44;
+  for (const int axis : {0, 1}) {
+    OnePatch used(plain_material(uniform, SnapRule::redraw), plain_options(20));
+    OnePatch fresh(plain_material(uniform, SnapRule::redraw), plain_options(20));
+    const auto creep = [&](OnePatch& patch) {
+      const double d = 0.3 * unit * dbar;
+      return patch.step(axis == 0 ? d : 0.0, axis == 1 ? d : 0.0, 20.0);
+    };
+    used.step(0.0, 0.0, 20.0);
+    for (int k = 0; k < 2; ++k) creep(used);
+    REQUIRE(used.batch.reset(used.id));
+    used.step(0.0, 0.0, 20.0);
+    fresh.step(0.0, 0.0, 20.0);
+    int moved = 0;
+    for (int k = 0; k < 12; ++k) {
+      const Response a = creep(used), b = creep(fresh);
+      CHECK(first_difference(a, b) == "");
+      moved += b.elastic[axis] != 0.0;
+    }
+    CHECK(moved > 6);
+    CHECK(moved < 12);  // nothing moves at first
+  }
+}

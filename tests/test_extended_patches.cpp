@@ -12,6 +12,10 @@
 #include <string>
 #include <vector>
 
+#if __has_include(<malloc.h>)
+#include <malloc.h>
+#endif
+
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "reference_table.hpp"
@@ -867,4 +871,176 @@ TEST_CASE("Cells that need no look at their bristles are stepped with the bits o
     CHECK(light.state_hash() == asked.state_hash());
     CHECK(unseen > 100);
   }
+}
+
+namespace {
+
+/// Outlines that are stepped lightly where they can be: nothing damps, and the end force is all.
+PatchOptions light_options() { return infinite_options(4.0).with_outputs(Outputs::end); }
+
+ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
+  ExtendedMotion motion;
+  motion.id = id;
+  motion.displacement[0] = dx;
+  motion.displacement[2] = spin;
+  motion.normal_load = load;
+  return motion;
+}
+
+/// With plain_material an outline in contact has its load, in newtons, as stiffness in N/m.
+ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx = 0.01 * dbar) {
+  const ExtendedMotion motion = motion_of(id, dx, 0.0, load);
+  ExtendedResponse response;
+  pads.step(tick, {&motion, 1}, {&response, 1});
+  return response;
+}
+
+/// Bytes that were allocated and not freed; 0 where the C library does not say.
+double bytes_in_use() {
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+  const auto info = mallinfo2();
+  return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
+#else
+  return 0.0;
+#endif
+}
+
+}  // namespace
+
+TEST_CASE("An outline has the stiffness of its material, load and contact from the first step that has them",
+          "[extended]") {
+  // Twice the stiffness, half the load, no contact: whatever was answered in the step before.
+  const Material soft = plain_material(smooth, SnapRule::redraw);
+  const Material stiff = Material(soft).with_bristle_stiffness(2.0);
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const PatchId pad = pads.add(soft, light_options(), Outline::disc(1e-3, Pressure::uniform, 2));
+  for (int i = 0; i < 3; ++i) CHECK(stick(pads, pad, load_n).stiffness[0][0] == Approx(load_n));
+  const double limit = stick(pads, pad, load_n).force_limit;
+
+  pads.set_material(pad, stiff);
+  const ExtendedResponse changed = stick(pads, pad, load_n);
+  CHECK(changed.stiffness[0][0] == Approx(2.0 * load_n));
+  CHECK(changed.stiffness[1][1] == Approx(2.0 * load_n));
+  CHECK(changed.stiffness[2][2] == Approx(2.0 * load_n * 0.5e-6));  // a uniform disc: R^2 / 2
+  CHECK(changed.force_limit == Approx(2.0 * limit));
+  CHECK(changed.torque_limit > 0.0);
+  pads.set_material(pad, soft);
+  CHECK(stick(pads, pad, load_n).stiffness[0][0] == Approx(load_n));
+
+  std::vector<std::byte> state(pads.state_size());
+  REQUIRE(pads.save_state(state) == state.size());
+  for (int i = 0; i < 3; ++i) CHECK(stick(pads, pad, 0.5 * load_n).stiffness[0][0] == Approx(0.5 * load_n));
+  pads.restore_state(state);
+  CHECK(pads.info(pad).normal_load == load_n);
+  const ExtendedResponse restored = stick(pads, pad, load_n);
+  CHECK(restored.stiffness[0][0] == Approx(load_n));
+  CHECK(restored.force_limit == Approx(limit));
+
+  // A motion that is refused, with a velocity: all cells are asked.
+  ExtendedMotion nowhere = motion_of(pad, INFINITY, 0.0, load_n);
+  nowhere.has_velocity = 1;
+  ExtendedResponse refused;
+  pads.step(tick, {&nowhere, 1}, {&refused, 1});
+  CHECK(refused.status == Status::bad_input);
+  CHECK(refused.stiffness[0][0] == 0.0);
+  const ExtendedResponse next = stick(pads, pad, load_n);
+  CHECK(next.status == Status::ok);
+  CHECK(next.stiffness[0][0] == Approx(load_n));
+
+  for (int i = 0; i < 3; ++i) stick(pads, pad, load_n);
+  REQUIRE(pads.reset(pad));
+  CHECK(pads.info(pad).normal_load == 0.0);
+  const ExtendedResponse lifted = stick(pads, pad, 0.0);
+  CHECK(lifted.stiffness[0][0] == 0.0);
+  CHECK(lifted.force_limit == 0.0);
+  CHECK(lifted.torque_limit == 0.0);
+}
+
+TEST_CASE("An outline that grows with its load has no size after a reset", "[extended]") {
+  Outline outline = Outline::disc(1e-3, Pressure::hertz, 2);
+  outline.full_size_load = load_n;
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), outline);
+  stick(pads, pad, 8.0 * load_n);
+  CHECK(pads.info(pad).scale == Approx(2.0));  // the cube root
+  REQUIRE(pads.reset(pad));
+  CHECK(pads.info(pad).scale == 0.0);
+  CHECK(pads.info(pad).along[0] == 1.0);
+}
+
+TEST_CASE("What is refused of one outline says nothing of those beside it in a step", "[extended]") {
+  for (const bool first_is_bad : {false, true})
+    for (const std::size_t cells : {std::size_t{1}, std::size_t{3}}) {
+      PatchBatch batch;
+      ExtendedPatches pads(batch);
+      std::array<PatchId, 3> ids{};
+      Outline row;  // beside the centre: its cells turn with it
+      row.cells.clear();
+      for (std::size_t k = 0; k < cells; ++k) {
+        PatchCell cell;
+        cell.position[0] = 1e-4 * static_cast<double>(k + 1);
+        cell.weight = 1.0 / static_cast<double>(cells);
+        row.cells.push_back(cell);
+      }
+      for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), row);
+      // The second step knows stiffness and limits; in the third one outline goes nowhere that is.
+      const std::size_t bad = first_is_bad ? 0 : 1;
+      std::array<ExtendedResponse, 3> out;
+      for (int k = 0; k < 3; ++k) {
+        std::array<ExtendedMotion, 3> in;
+        for (std::size_t i = 0; i < 3; ++i)
+          in[i] = motion_of(ids[i], k == 2 && i == bad ? INFINITY : 0.01 * dbar, 1e-3, load_n);
+        const auto report = pads.step(tick, in, out);
+        CHECK(report.patches_stepped == (k == 2 ? 2u : 3u));
+      }
+      for (std::size_t i = 0; i < 3; ++i) {
+        INFO("outline " << i << " of " << cells << " cells, bad is " << bad);
+        CHECK(out[i].status == (i == bad ? Status::bad_input : Status::ok));
+        // Stuck: load x way, over two or three steps; turned as often as it was stepped.
+        const double steps = i == bad ? 2.0 : 3.0;
+        CHECK(out[i].end[0] == Approx(i == bad ? 0.0 : -load_n * steps * 0.01 * dbar).epsilon(0.05));
+        CHECK(out[i].stiffness[0][0] == Approx(i == bad ? 0.0 : load_n));
+        CHECK(pads.info(ids[i]).along[1] == Approx(std::sin(1e-3 * steps)).epsilon(1e-12));
+      }
+    }
+}
+
+TEST_CASE("A state of other outlines is refused by that name, and changes nothing", "[extended][state]") {
+  // As many outlines and cells in each batch, but in another order.
+  PatchBatch first_batch, second_batch;
+  ExtendedPatches first(first_batch), second(second_batch);
+  const Outline disc = Outline::disc(1e-3, Pressure::uniform, 2);
+  const Outline point = Outline::disc(0.0, Pressure::uniform, 1);
+  REQUIRE(disc.cells.size() > point.cells.size());
+  const Material material = plain_material(smooth, SnapRule::redraw);
+  first.add(material, light_options(), disc);
+  first.add(material, light_options(), point);
+  second.add(material, light_options(), point);
+  const PatchId pad = second.add(material, light_options(), disc);
+  stick(second, pad, load_n);
+  std::vector<std::byte> state(first.state_size());
+  REQUIRE(first.save_state(state) == state.size());
+  const std::uint64_t before = second.state_hash();
+  CHECK(names(message_of([&] { second.restore_state(state); }), {"ExtendedPatches", "other outlines"}));
+  CHECK(second.state_hash() == before);
+}
+
+TEST_CASE("Outlines added and removed again and again need no more room", "[extended]") {
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  const Outline disc = Outline::disc(1e-3, Pressure::uniform, 6);
+  const Material material = plain_material(smooth, SnapRule::redraw);
+  const auto again = [&](int times) {
+    for (int i = 0; i < times; ++i) {
+      const PatchId pad = pads.add(material, light_options(), disc);
+      stick(pads, pad, load_n);
+      pads.remove(pad);
+      pads.step(tick, {}, {});
+    }
+    return bytes_in_use();
+  };
+  const double bytes = again(20);
+  CHECK(again(200) < bytes + 1e6);  // room for the cells of 200 discs is 6 MB
 }
