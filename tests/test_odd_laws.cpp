@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <random>
 #include <string>
@@ -111,5 +112,19 @@ TEST_CASE("Infinite brushes of laws at random end a slide at their kinetic force
     const SnapLength law = law_of(groups);
     if (law.cv() < 0.05) continue;
     check_kinetic(law, k % 2, 600.0, 4e-3);
+  }
+}
+
+TEST_CASE("A first loading of any length is known at once where it has settled", "[material]") {
+  const SnapLength law = law_of({{0.5, 0.1, 0.9}, {0.5, 1.2, 1.6}});
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
+    Material material = plain_material(law, rule);
+    material.shared_renewal = 1.0;
+    const auto begun = std::chrono::steady_clock::now();
+    const double expected = rule == SnapRule::redraw ? steady_deflection(law, 1.0) * dbar / law.mean()
+                                                     : material.kinetic_coefficient() / law.mean();
+    for (const double x : {1e4, 1e5, 1e6})
+      CHECK(bristle::virgin_deflection(material, x) == Approx(expected).epsilon(1e-5));
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(3));
   }
 }

@@ -18,9 +18,12 @@
 #include <cmath>
 #include <vector>
 
+#include "bristle/config.hpp"
 #include "core/materials/elementary.hpp"
 #include "core/materials/law_at.hpp"
+#include "core/materials/slow_wave.hpp"
 #include "core/materials/steady_sliding.hpp"
+#include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
 
@@ -858,11 +861,22 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   return peak;
 }
 
+/// Whether the waves of redrawn lengths have died over this path, in mean lengths, to the last digit.
+bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
+#if BRISTLE_MINIMAL
+  return false;
+#else
+  const SurvivalTable table = make_survival_table(law, 1.0 / law.mean());
+  return x * find_slow_wave(table.cells, table.mean).decay > 40.0;
+#endif
+}
+
 double renewed_deflection(const SnapLength& law, SnapRule rule, double renewal, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   const RenewedCurve curve(law, rule, renewal);
   const double settled = 40.0 + 1.0 / square(law.cv()) + 40.0 / curve.steady.growth;
-  if (law.law() != SnapLaw::table && x > settled) return curve.steady.deflection;
+  if (x > settled && (law.law() != SnapLaw::table || rule == SnapRule::keep || has_forgotten(law, x)))
+    return curve.steady.deflection;
   constexpr double most_work = 2e9;
   const double reach = rule == SnapRule::keep ? x : std::min(law.longest() / law.mean(), x);
   double step = std::max(curve.usual_step(), square_root(x * reach / most_work));
