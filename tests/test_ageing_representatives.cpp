@@ -712,3 +712,48 @@ TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
   });
   CHECK(names(message, {"ageing_strength", "0.2", "StepRule::exact"}));
 }
+
+TEST_CASE("the rest of a patch that ages is over after a slide in any direction", "[ageing]") {
+  // No bristle follows farther than twice its length, 1.5 lengths x g: after 18 lengths the oldest has held
+  // for less than 0.05 s, and the limit of the force says so.
+  const Material material =
+      plain_material(uniform, SnapRule::redraw).with_ageing(bristle::Ageing::logarithmic(0.1, 1.0));
+  const double first = plain_material(uniform, SnapRule::redraw).peak_coefficient() * 200.0;
+  const double half = std::sqrt(0.5);
+  for (const PatchOptions& options :
+       {plain_options(200),
+        PatchOptions{}.with_population(bristle::Population::infinite).with_max_normal_load(200.0)})
+    for (const auto& way : {std::array{1.0, 0.0}, std::array{0.0, 1.0}, std::array{0.0, -1.0},
+                            std::array{half, -half}, std::array{-half, half}, std::array{0.6, 0.8}}) {
+      OnePatch patch(material, options);
+      patch.step(0.0, 0.0, 200.0, 100.0);
+      const Response rested = patch.step(0.0, 0.0, 200.0, tick);
+      CHECK(rested.force_limit == Approx(first * (1.0 + 0.1 * std::log1p(100.0 + tick))).epsilon(1e-6));
+      Response r;
+      for (int k = 0; k < 60; ++k) r = patch.step(0.3 * dbar * way[0], 0.3 * dbar * way[1], 200.0);
+      INFO("direction " << way[0] << ", " << way[1]);
+      CHECK(r.force_limit >= first);
+      CHECK(r.force_limit < first * (1.0 + 0.1 * std::log1p(0.05)));
+    }
+}
+
+TEST_CASE("a material changed after a rest begins the count of the slide that ends the rest", "[ageing]") {
+  // Half of the way that ends a rest, the rest, a new material, the whole way: bristles are as old as the
+  // change at most.
+  const bristle::Ageing ageing = bristle::Ageing::saturating(0.5, 1000.0);
+  const Material material = plain_material(uniform, SnapRule::redraw).with_ageing(ageing);
+  const double first = plain_material(uniform, SnapRule::redraw).peak_coefficient() * 200.0;
+  for (const PatchOptions& options :
+       {plain_options(200),
+        PatchOptions{}.with_population(bristle::Population::infinite).with_max_normal_load(200.0)}) {
+    OnePatch patch(material, options);
+    patch.step(0.0, 0.0, 200.0, tick);
+    patch.step(1.5 * dbar, 0.0, 200.0, 1.0);
+    patch.step(0.0, 0.0, 200.0, 1000.0);
+    patch.batch.set_material(patch.id, Material(material).with_viscous_friction(1e-9));
+    patch.step(2.0 * dbar, 0.0, 200.0, 1.0);
+    patch.step(2.5 * dbar, 0.0, 200.0, 1.0);
+    const Response r = patch.step(0.0, 0.0, 200.0, 1.0);
+    CHECK(r.force_limit == Approx(first * (1.0 + 0.5 * (1.0 - std::exp(-3.0 / 1000.0)))).epsilon(1e-6));
+  }
+}

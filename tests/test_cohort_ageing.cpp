@@ -764,3 +764,55 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   CHECK(read(brush.patch, 1).delta[0] ==
         Approx(before * (1.0 + 0.1 * std::log(101.0)) / (1.0 + 0.1 * std::log(1.4))).epsilon(1e-9));
 }
+
+TEST_CASE("Cohorts that a falling load empties take no age from those that stay", "[cohorts][ageing][load]") {
+  // Layers of other ages and places; what the load leaves was there, bristle by bristle: bent as far, of the
+  // same length x g.
+  const Material material = aged(lognormal, 0.3);
+  constexpr std::size_t shown = 20000;
+  const auto bristles_of = [&](const AgedBrush& b) { return read(b.patch, shown); };
+  for (const double kept : {0.3, 0.5, 0.75, 0.9}) {
+    AgedBrush brush(material);
+    double load = 0.2;
+    for (int k = 0; k < 8; ++k) {
+      brush.load = load * load_n;
+      load = std::min(load + 0.1, 1.0);
+      brush.hold(std::pow(10.0, 3.0 - k));
+      brush.slide(0.25, 100.0, 0.05);
+    }
+    const Bristles before = bristles_of(brush);
+    brush.load = kept * load_n * brush.load / load_n;
+    brush.step(0.0, 0.0, 1e-12);
+    const Bristles after = bristles_of(brush);
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < shown; i += 37) {
+      double nearest = 1e300;
+      for (std::size_t j = 0; j < shown; ++j)
+        nearest = std::min(nearest, std::abs(after.zx[i] - before.zx[j]) +
+                                        std::abs(after.delta[i] - before.delta[j]));
+      farthest = std::max(farthest, nearest / dbar);
+    }
+    INFO("share of the load " << kept);
+    CHECK(farthest < 1e-6);
+  }
+}
+
+TEST_CASE("Steps after a rest do not feel the base from which ages count", "[cohorts][ageing]") {
+  // It follows once 2^20 of the ageing time have passed since contact: rests just shorter and just longer.
+  constexpr double time = 1e-3;
+  const Material material = aged(lognormal, Ageing::logarithmic(0.3, time));
+  for (const double long_step : {0.0, 2.0, 4.0, 8.0, 16.0}) {
+    double force[2];
+    for (const int longer : {0, 1}) {
+      AgedBrush brush(material);
+      brush.hold(0x1p20 * time * (longer ? 1.001 : 0.999));
+      brush.slide(0.1, 1.0, 0.05);
+      brush.step(0.9, 0.9);
+      if (long_step > 0.0) brush.step(long_step, long_step);
+      force[longer] = brush.slide(0.2, 1.0, 0.05);
+    }
+    // 0.3 ln(1.001 / 0.999) of the strength, at most as much of the force.
+    INFO("a step of " << long_step);
+    CHECK(force[1] == Approx(force[0]).margin(1e-3));
+  }
+}

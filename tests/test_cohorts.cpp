@@ -535,3 +535,73 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
     CHECK(percent < 0.3 + 120.0 / std::sqrt(static_cast<double>(n)));
   }
 }
+
+TEST_CASE("A load that wavers along a path does the same along either axis", "[cohorts][load]") {
+  // What is born at one place and what comes into contact at another are told apart by distance, whichever
+  // way it lies.
+  Brush along_x(SnapLength::lognormal(dbar, 0.3)), along_y(SnapLength::lognormal(dbar, 0.3));
+  for (int k = 0; k < 400; ++k) {
+    const double load = load_n * (0.3 + 0.6 * std::abs(std::sin(0.37 * k)));
+    along_x.load = along_y.load = load;
+    const double way = k % 40 < 30 ? 0.05 : -0.03;
+    along_x.step(way, 0.0);
+    along_y.step(0.0, way);
+    expect_near(along_y.y(), along_x.x(), 1e-9, "mean deflection");
+    expect_near(along_y.patch.energy(), along_x.patch.energy(), 1e-9 * load_n * dbar * dbar, "energy");
+  }
+  CHECK(along_y.x() == 0.0);
+}
+
+TEST_CASE("An overload at rest divides deflections, and their energy, by itself", "[cohorts][load][energy]") {
+  // The bristles in contact carry twice the load: half as far, each twice as stiff, and no force changes.
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  for (const std::uint32_t cohorts : {8u, 0u}) {
+    Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(8.0, cohorts));
+    for (int k = 0; k < 300; ++k) {
+      brush.load = load_n * (k % 10 == 9 ? 1.0 : 0.75 + 0.25 * flat(generator));
+      brush.step(0.2 * flat(generator), 0.2 * flat(generator));
+      if (k % 10 != 9) continue;
+      const double energy = brush.patch.energy();
+      const Response before = brush.response;
+      brush.load = 2.0 * load_n;
+      brush.step(0.0, 0.0);
+      CHECK(brush.response.elastic[0] == Approx(before.elastic[0]).epsilon(1e-9));
+      CHECK(brush.response.elastic[1] == Approx(before.elastic[1]).epsilon(1e-9));
+      CHECK(brush.patch.energy() == Approx(0.5 * energy).epsilon(1e-9));
+      CHECK(brush.response.contact_loss == Approx(0.5 * energy).epsilon(1e-9));
+    }
+  }
+}
+
+namespace {
+
+/// Leaves numbers on the stack where the next call has its own.
+[[gnu::noinline]] double fill_stack(double with) {
+  volatile double numbers[40000];
+  for (volatile double& x : numbers) x = with;
+  return numbers[39999];
+}
+
+}  // namespace
+
+TEST_CASE("A trial that bears many cohorts answers what the step does, whatever the stack held",
+          "[cohorts]") {
+  for (const double left : {1.0, 0x1p40, -3.0, static_cast<double>(NAN)})
+    for (const double length : {0.9, 1.4, 2.2, 3.0})
+      for (const int before : {0, 1, 3}) {
+        OnePatch patch(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
+                       infinite_options());
+        patch.step(0.0, 0.0, load_n);
+        for (int k = 0; k < before; ++k) patch.step(0.3 * dbar, 0.0, load_n);
+        Motion motion;
+        motion.id = patch.id;
+        motion.displacement[0] = length * dbar;
+        motion.normal_load = load_n;
+        CHECK_FALSE(fill_stack(left) == 0.5);
+        const Response trial = patch.batch.find_force(tick, motion);
+        const Response done = patch.step(motion);
+        INFO("stack of " << left << ", " << length << " lengths after " << before << " steps");
+        CHECK(first_difference(trial, done) == "");
+      }
+}

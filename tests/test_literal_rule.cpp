@@ -120,3 +120,35 @@ TEST_CASE("The literal rule has no friction left when a step exceeds every snap 
     CHECK(r.snaps == 500);
   }
 }
+
+TEST_CASE("A step of the literal rule beyond every length is one along either axis", "[step]") {
+  // All bristles begin again at the end of it: the next step bends them straight along its own direction.
+  const std::uint32_t n = 50;
+  for (const double length : {1e4, 1e6, 3e6, 1e9, 1e290}) {
+    for (const Precision precision : precisions()) {
+      const PatchOptions options =
+          plain_options(n, 2, precision, Outputs::all).with_step_rule(StepRule::literal);
+      OnePatch along_x(plain_material(uniform, SnapRule::keep), options);
+      OnePatch along_y(plain_material(uniform, SnapRule::keep), options);
+      Response x, y;
+      const auto both = [&](double along, double across) {
+        x = along_x.step(along * dbar, across * dbar, n);
+        y = along_y.step(across * dbar, along * dbar, n);
+        for (int axis = 0; axis < 2; ++axis) {
+          CHECK(x.end[axis] == Approx(y.end[1 - axis]).margin(1e-9 * n * dbar));
+          CHECK(x.mean[axis] == Approx(y.mean[1 - axis]).margin(1e-9 * n * dbar));
+        }
+        CHECK(x.dissipated == Approx(y.dissipated).epsilon(1e-9));
+        CHECK(x.snaps == y.snaps);
+      };
+      both(0.2, 0.1);
+      both(1e-3, -length);
+      CHECK(x.snaps == n);
+      CHECK(x.end[0] == 0.0);
+      CHECK(x.end[1] == 0.0);
+      both(0.1, 0.3);
+      CHECK(x.end[0] == Approx(-0.1 * n * dbar));
+      CHECK(x.end[1] == Approx(-0.3 * n * dbar));
+    }
+  }
+}

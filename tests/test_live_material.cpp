@@ -162,3 +162,33 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
     CHECK(alike < 25);                                                // of 1500, 3 by chance
   }
 }
+
+TEST_CASE("What a new material snaps is booked by the next step, of a patch that was restored too",
+          "[load][energy]") {
+  const std::uint32_t n = 200;
+  const Material longer = plain_material(uniform, SnapRule::redraw);
+  const Material shorter =
+      plain_material(SnapLength::uniform(0.25 * dbar, 0.75 * dbar), SnapRule::redraw);
+  OnePatch patch(longer, plain_options(n));
+  patch.step(0.45 * dbar, 0.0, n);
+  const double before = patch.energy();
+  CHECK(before == Approx(0.5 * n * 0.45 * 0.45 * dbar * dbar));
+  patch.batch.set_material(patch.id, shorter);
+  const double after = patch.energy();
+  std::vector<std::byte> state(patch.batch.state_size());
+  REQUIRE(patch.batch.save_state(state) == state.size());
+  // At rest, at once; then after steps that hold, from the saved state.
+  for (int times = 0; times < 3; ++times) {
+    const Response r = patch.step(0.0, 0.0, n);
+    CHECK(r.snaps > n / 5);  // two in five are shorter than 0.45
+    CHECK(r.snaps < n / 5 * 3);
+    CHECK(r.dissipated + r.contact_loss == Approx(before - after));
+    CHECK(before - after > 0.1 * before);
+    for (int k = 0; k < 3; ++k) {
+      const Response held = patch.step(k == 1 ? 1e-4 * dbar : 0.0, 0.0, n);
+      CHECK(held.snaps == 0);
+      CHECK(held.dissipated == 0.0);
+    }
+    patch.batch.restore_state(state);
+  }
+}

@@ -387,3 +387,36 @@ TEST_CASE("An infinite brush that ages and changes its detail goes on as its res
     CHECK(first_difference(a, b) == "");
   }
 }
+
+TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state][cohorts]") {
+  // Two layers of half the load each, bent apart: 2^45 units of mass, in the rows of both, with
+  // a rest below a unit.
+  OnePatch patch(redrawn(), infinite_options());
+  patch.step(0.0, 0.0, 0.5);
+  patch.step(0.2 * dbar, 0.0, 0.5);
+  patch.step(0.0, 0.0, 1.0);
+  const std::vector<std::byte> good = saved(patch.batch);
+  const std::uint64_t before = patch.hash();
+  constexpr double half = 0x1p45;
+  int found = 0, refused = 0;
+  for (std::size_t at = 0; at + sizeof half <= good.size(); at += 4) {
+    double word = 0.0;
+    std::memcpy(&word, good.data() + at, sizeof word);
+    if (!(word >= half && word < half + 1.0)) continue;
+    ++found;
+    for (const double forged : {0.5 * word, word - 1.0, word + 1.0}) {
+      std::vector<std::byte> bad = good;
+      std::memcpy(bad.data() + at, &forged, sizeof forged);
+      bristle::detail::seal_batch({bad.size(), 1}, bad);
+      try {
+        patch.batch.restore_state(bad);
+      } catch (const bristle::Error& error) {
+        if (std::string(error.what()).find("(mass)") != std::string::npos) ++refused;
+      }
+      patch.batch.restore_state(good);
+      CHECK(patch.hash() == before);
+    }
+  }
+  CHECK(found >= 2);
+  CHECK(refused == 3 * 2);  // a mass in each row; the rest are ranks
+}
