@@ -1044,3 +1044,34 @@ TEST_CASE("Outlines added and removed again and again need no more room", "[exte
   const double bytes = again(20);
   CHECK(again(200) < bytes + 1e6);  // room for the cells of 200 discs is 6 MB
 }
+
+TEST_CASE("An outline that was given another seed keeps it when it is reset", "[extended]") {
+  const PatchOptions bristles =
+      PatchOptions{}.with_max_normal_load(1.0).with_bristles(64).with_outputs(Outputs::all);
+  const auto slide = [](Pad& pad) {
+    double last = 0.0;
+    for (int k = 0; k < 40; ++k) last = pad.step(0.3 * dbar, 0.0, 0.0).end[0];
+    return last;
+  };
+  Pad pad(Material{}, bristles, Outline::disc(1e-3, Pressure::uniform, 1), 1.0);
+  const double first = slide(pad);
+  REQUIRE(pad.pads.reset(pad.id, 77, 5));
+  const double other = slide(pad);
+  CHECK(other != first);
+  REQUIRE(pad.pads.reset(pad.id));
+  CHECK(slide(pad) == other);
+}
+
+TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[extended]") {
+  Pad pad(Material{}, PatchOptions{}.with_max_normal_load(1.0), Outline::disc(1e-3, Pressure::uniform, 1),
+          1.0);
+  ExtendedMotion motion;
+  motion.id = pad.id;
+  motion.displacement[0] = dbar;
+  motion.normal_load = 1.0;
+  std::vector<Motion> cells(10);
+  for (Motion& cell : cells) cell.id = PatchId{1};
+  const std::size_t written = pad.pads.write_motions({&motion, 1}, {cells.data(), cells.size()});
+  REQUIRE(written == 4);
+  for (std::size_t k = written; k < cells.size(); ++k) CHECK_FALSE(cells[k].id);
+}

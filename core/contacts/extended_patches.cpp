@@ -626,6 +626,8 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
     write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
     at += p->cells.size();
   }
+  // What is left of a longer buffer names no patch: a motion of an earlier step must not move one again.
+  for (std::size_t k = at; k < cells.size(); ++k) cells[k] = Motion{};
   return at;
 }
 
@@ -660,6 +662,8 @@ bool ExtendedPatches::reset(PatchId id, std::uint32_t seed, std::uint64_t key) n
   if (p == nullptr) return false;
   for (std::size_t k = 0; k < p->patches.size(); ++k)
     impl_->batch->reset(p->patches[k], seed_of_cell(*p, seed, k), key);
+  p->seed = seed;
+  p->key = key;
   p->pose = Pose{};
   p->normal_load = 0.0;
   p->common.known = false;

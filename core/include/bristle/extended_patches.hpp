@@ -117,7 +117,7 @@ class BRISTLE_API ExtendedPatches {
   /// fit: position in m, share of the load. Returns the number written.
   std::size_t read_cells(PatchId id, double spin, double normal_load_n, Span<PatchCell> out) const noexcept;
   /// Motions of the cells of all patches named, one after the other, as many as fit. An unknown id has none.
-  /// Returns the number written.
+  /// The rest of a longer list names no patch. Returns the number written.
   std::size_t write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept;
   /// After PatchBatch::step of the motions that write_motions wrote for the same `in`: sums up the cells'
   /// responses, and turns the outlines. Returns all flags together.
