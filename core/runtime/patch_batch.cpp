@@ -224,8 +224,11 @@ struct PatchBatch::Impl {
   }
 
   PatchId add(const Patch& made) {
+    const auto give_back = [](PatchRecord* record) { release(record); };
+    std::unique_ptr<PatchRecord, decltype(give_back)> owner(made.record, give_back);
     auto command = std::make_unique<Command>();
     command->patch = made;
+    owner.release();  // the command's from here on
     attach_scratch(*command);
     return add_to(slots.take(), std::move(command));
   }
