@@ -178,14 +178,14 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   std::vector<std::byte> state(patch.batch.state_size());
   REQUIRE(patch.batch.save_state(state) == state.size());
   // At rest, at once; then after steps that hold, from the saved state.
-  for (int times = 0; times < 3; ++times) {
+  for (int times = 3; times >= 0; --times) {
     const Response r = patch.step(0.0, 0.0, n);
     CHECK(r.snaps > n / 5);  // two in five are shorter than 0.45
     CHECK(r.snaps < n / 5 * 3);
     CHECK(r.dissipated + r.contact_loss == Approx(before - after));
     CHECK(before - after > 0.1 * before);
     for (int k = 0; k < 3; ++k) {
-      const Response held = patch.step(k == 1 ? 1e-4 * dbar : 0.0, 0.0, n);
+      const Response held = patch.step(k == times ? 1e-4 * dbar : 0.0, 0.0, n);
       CHECK(held.snaps == 0);
       CHECK(held.dissipated == 0.0);
     }

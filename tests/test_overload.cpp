@@ -636,3 +636,23 @@ TEST_CASE("A load shedder takes any id and no more record than it can keep", "[o
   CHECK_THROWS_WITH(bristle::LoadShedder(bristle::LoadShedderOptions{}.with_record(~std::size_t{0})),
                     Catch::Contains("record"));
 }
+
+TEST_CASE("Quick steps lower the time per bristle by a 256th of the difference, slow ones raise it at once",
+          "[overload][shedder]") {
+  LoadShedder shedder(LoadShedderOptions{}.with_budget(1e-3).with_rate(1e-6));
+  PatchBatch batch;
+  StepReport report;
+  report.bristles_visited = 1000;  // and no patch with what it costs beside them
+  const auto step = [&](double per_bristle) {
+    shedder.after_step(batch, {}, per_bristle * 1000.0, report);
+    return shedder.report(batch).rate_s;
+  };
+  double rate = 1e-6;
+  CHECK(step(1e-6) == Approx(rate));
+  for (int k = 0; k < 600; ++k) {
+    rate += (0.5e-6 - rate) / 256.0;
+    CHECK(step(0.5e-6) == Approx(rate).epsilon(1e-12));
+  }
+  CHECK(step(0.9e-6) == Approx(rate).epsilon(0.01));  // one says nothing
+  CHECK(step(0.8e-6) == Approx(0.8e-6));              // two show the less of both
+}

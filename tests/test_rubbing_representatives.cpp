@@ -609,3 +609,64 @@ TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") 
     expect(b.zx[i] > 0.399 * dbar && b.zx[i] < (b.delta[i] + 0.401 * dbar), "bent by the residual at least");
   }
 }
+
+TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubbing]") {
+  // No length is drawn: what tells the patches apart is who was renewed.
+  const std::uint32_t n = 2000;
+  const auto bristles_of = [&](std::uint32_t seed, std::uint64_t key) {
+    OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 0.0, 1.0),
+                   plain_options(n).with_seed(seed).with_key(key));
+    patch.step(0.0, 0.0, n);
+    for (int k = 0; k < 30; ++k) patch.step(0.11 * dbar, 0.0, n);
+    return read(patch, n).zx;
+  };
+  const std::vector<double> first = bristles_of(1, 1);
+  CHECK(bristles_of(1, 1) == first);
+  for (const auto& [seed, key] : {std::pair{1u, 2u}, std::pair{2u, 1u}, std::pair{1u, 0u}}) {
+    const std::vector<double> other = bristles_of(seed, key);
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < n; ++i) apart += std::abs(other[i] - first[i]) > 0.01 * dbar;
+    INFO("seed " << seed << ", key " << key << ": " << apart << " of " << n << " bristles");
+    CHECK(apart > n / 4);
+  }
+}
+
+TEST_CASE("A slide on another line than the last begins anew, however long the last one was", "[rubbing]") {
+  // Back, aside and on, without a snap: then bristles lean across the slide, until it has forgotten that.
+  const std::uint32_t n = 20000;
+  const Material material = rubbed(uniform, SnapRule::redraw, 0.0, 1.0);
+  for (const double length : {10.0, 30.0, 200.0}) {
+    OnePatch patch(material, plain_options(n));
+    for (int k = 0; k < 200; ++k) patch.step(0.1 * dbar, 0.0, n);
+    const double steady = -patch.step(0.1 * dbar, 0.0, n).elastic[0] / n / dbar;
+    CHECK(patch.step(-0.3 * dbar, 0.0, n).snaps == 0);
+    const Response aside = patch.step(0.0, 0.35 * dbar, n);
+    CHECK(aside.snaps == 0);
+    CHECK(-aside.elastic[1] / n / dbar == Approx(0.35).epsilon(0.1));
+    const Response on = patch.step(length * dbar, 0.0, n);
+    INFO("a step of " << length);
+    CHECK(-on.elastic[0] / n / dbar == Approx(steady).epsilon(0.03));
+    CHECK(-on.elastic[1] / n / dbar == Approx(0.0).margin(0.01));
+  }
+}
+
+TEST_CASE("A bristle that counts in part is renewed alike on one thread and on several", "[rubbing]") {
+  // Many bristles for the threads to share; two of them, one in part, are a block of their own, which others
+  // renew where they do not snap.
+  const std::uint32_t n = 300000;
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);
+    OnePatch one(material, plain_options(n), BatchOptions{}.with_threads(1));
+    OnePatch two(material, plain_options(n), BatchOptions{}.with_threads(2));
+    int wrong = 0, shared = 0;
+    for (int k = 0; k < 120; ++k) {
+      const double load = 256.0 * 1171.0 + 1.37 + 0.2 * (k / 40);
+      const Response a = one.step(0.2 * dbar, 0.05 * dbar, load), b = two.step(0.2 * dbar, 0.05 * dbar, load);
+      wrong += !first_difference(a, b).empty();
+      shared += two.report.tasks > 1;
+    }
+    CHECK(wrong == 0);
+    CHECK(shared > 0);
+    CHECK(one.hash() == two.hash());
+  }
+}
