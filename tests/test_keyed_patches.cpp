@@ -498,7 +498,7 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
 
 TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
   // As many keys as a table of that size has places, were it no larger than the pool.
-  for (const std::size_t capacity : {16u, 32u, 64u}) {
+  for (const std::uint32_t capacity : {16u, 32u, 64u}) {
     PatchBatch batch;
     KeyedPatches pool(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(capacity));
     for (std::uint64_t key = 1; key <= capacity; ++key) CHECK(static_cast<bool>(pool.find_or_add(key)));
