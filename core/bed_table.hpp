@@ -34,7 +34,7 @@ enum BedColumn : std::uint32_t {
 
 enum class BedProfile : std::uint32_t { uniform, parabolic, hertz };
 
-/// How a bed lies under its load, and what has rolled since.
+/// Size of a bed's contact under its load, and the motion of its roots.
 struct BedPlaces {
   std::uint32_t count;
   BedProfile profile;
@@ -65,7 +65,7 @@ struct BedStep {
 /// Sums over a bed, in its units.
 struct BedSums {
   double force[2], torque;  ///< stiffness x deflection at the end
-  // Of kernels with all outputs:
+  // Filled by kernels with all outputs:
   double slipping;  ///< stiffness that slid
   double mean[2], mean_torque;
   double energy[2];                                    ///< stiffness x z^2 at the end, by axis

@@ -62,13 +62,14 @@ struct CohortLaw {
   double residual;        ///< l_r, scaled: what a snap leaves; R counts from it
   double renewal;         ///< kappa: bristles renewed by a snap
   double snap_rate;       ///< snaps of a bristle per scaled length of steady sliding
-  /// Of a patch that fluctuates as n bristles: the mass of one (0 = it does not), and the key of its draws.
+  /// For a patch that fluctuates as n bristles: the mass of one bristle (0 = no noise), and the key of its
+  /// draws.
   double bristle;
   std::uint64_t draw_key;
 };
 
-/// Of a patch that ages: bristles snap at l_r + delta g(age), and R is (deflection - l_r) / g. Times in s,
-/// from the patch's base of time. For kernels that age; null and 0 for the others.
+/// Times of a patch that ages. Bristles snap at l_r + delta g(age), and R is (deflection - l_r) / g. In s,
+/// from the patch's base of time. Null and 0 for kernels without ageing.
 struct CohortTimes {
   double* births;      ///< by cohort: when its bristles were last straight
   double now;          ///< at the end of a move or a piece of it
@@ -80,7 +81,7 @@ struct CohortTimes {
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
-/// What changes in a patch beside its rows.
+/// State of a patch beside its rows.
 struct CohortState {
   std::int64_t base[2] = {0, 0};     ///< from which places count: whole scaled lengths
   double mass = 0.0;                 ///< of all cohorts, whole units
@@ -101,7 +102,8 @@ struct CohortState {
   /// Passes of random draws so far, and the renewals that are still to be drawn for: less than one.
   std::uint64_t draws = 0;
   double draws_due = 0.0;
-  /// What a move tells: bristles snap no nearer than this to its middle; below 0 = not known. No state.
+  /// Result of a move: no bristle snaps within this distance of the middle of the bound; below 0 = unknown.
+  /// Not part of the saved state.
   double slack = -1.0;
 };
 
@@ -128,8 +130,8 @@ struct CohortKernels {
   /// Advances a patch along a move, cut in pieces; index: axes - 1, and 2 more for laws with residual or
   /// renewal, 4 more for laws that age. Changes rows, births and state but for base, direction and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// How far all cohorts are from being bent farther than ever at a place, scaled; below 0 = one is. Without
-  /// ageing.
+  /// Smallest distance, over all cohorts, by which the deflection at a place stays below its farthest so far;
+  /// scaled. Below 0: a cohort is bent farther than ever. Without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the cheapest pairs, so that at least one more cohort has room. Returns twice the energy lost.
   /// Index: 1 for laws that age.

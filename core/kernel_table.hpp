@@ -156,7 +156,8 @@ struct Renewal {
   std::uint32_t ageing_form;
 };
 
-/// What they changed, in the blocks of a range. Integers, as in Totals: blocks may be shared out.
+/// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
+/// blocks.
 struct RenewalTotals {
   Int128 stored[2];          ///< of the sum of Block::stored over full blocks
   Int128 twice_integral[2];  ///< what the kernels will leave out of twice the integral of weight x

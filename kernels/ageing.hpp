@@ -138,13 +138,13 @@ inline double age_per_length(const A& step) {
   return least(span / step.length, oldest);
 }
 
-/// Of a step or a renewal.
+/// Law of ageing of a step or a renewal.
 template <class T, class A>
 inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
 }
 
-/// What the bristles of a block that was rewritten at `since` have aged.
+/// Age gained by `time` in a block that was rewritten at `since`.
 template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);

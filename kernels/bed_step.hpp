@@ -179,7 +179,8 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
         const V n2 = end_x * end_x + end_y * end_y;
         const auto beyond = n2 > bound * bound * V(1.000001f);
         if (any_lane(beyond)) {
-          // What is pulled back has slid: it holds no more than the kinetic limit.
+          // Reduces a deflection beyond its limit to the limit. Such a bristle has slid and holds no more
+          // than the kinetic limit.
           const V n = root(n2);
           const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
           end_x = end_x * back;

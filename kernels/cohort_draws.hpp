@@ -1,5 +1,5 @@
-// What leaves a cohort of a patch that fluctuates as n bristles do: each bristle by itself, so the number is
-// binomial. Plain arithmetic, one draw a cohort.
+// Losses of a cohort of a patch that fluctuates as n bristles do: each bristle leaves by itself, so the
+// number is binomial. Plain arithmetic, one draw a cohort.
 #pragma once
 
 #include "core/cohort_table.hpp"

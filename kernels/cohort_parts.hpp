@@ -40,7 +40,7 @@ inline Survival survival_at(const CohortLaw& law, double x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
 }
 
-/// The same for what may well be too short for the weakest: those who ask need not wait for the table.
+/// As survival_at(), without the table look-up where x is too short for any bristle to snap.
 inline Survival young_survival_at(const CohortLaw& law, double x) {
   return x <= law.sure ? Survival{1.0, 0.0} : survival_at(law, x);
 }
@@ -149,7 +149,7 @@ struct CohortBits {
   }
 };
 
-/// Those without mass, the last first: what takes its place has mass.
+/// Removes cohorts without mass, the last first, so that the cohort moved into each place has mass.
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
@@ -324,8 +324,8 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
-/// What a pass over all cohorts sums for the piece of path that it ends: over the mass that snapped, with gap
-/// the path left after the snap and z the deflection that there would be at the end without it.
+/// Sums of a pass over all cohorts at the end of a piece of path. They run over the mass that snapped; gap is
+/// the path left after the snap, z the deflection at the end that there would be without it.
 struct PieceSums {
   double lost;          ///< mass
   double gap;           ///< mass x gap
@@ -339,9 +339,9 @@ struct PieceSums {
   CohortBits emptied;  ///< cohorts that lost all of their mass
 };
 
-/// How often each bristle that can be renewed is drawn for it along a piece: kappa times the snaps of the
-/// piece over all bristles. Those that would have snapped are drawn first half as often (competing risks),
-/// and what starts anew may snap again within the piece.
+/// Hazard with which each eligible bristle is selected for renewal along a piece: kappa times the snaps of
+/// the piece over all bristles. Half of it applies before the snaps of the first pass (competing risks), and
+/// newborn bristles may snap again within the piece.
 struct Draws {
   double hazard;
   double snapped;  ///< mass, without second snaps
@@ -358,7 +358,7 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// What was renewed starts anew with what snapped.
+/// Adds the sums of renewed bristles to those of snapped ones: both start again as one newborn.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -385,7 +385,7 @@ template <bool rubs, bool ages>
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // What one cohort lost is summed with one gap. It snapped along the piece, evenly about that.
+  // A cohort's losses are summed with one gap, though they spread evenly along the piece about it.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
@@ -408,7 +408,8 @@ template <bool rubs, bool ages>
     gap_gap_left -= again * (gap * gap - left * left);
   }
   if (rubs && renewed_rate > 0.0) {
-    // What started anew is drawn like the rest: the longer it was there the likelier, halfway on average.
+    // Newborn bristles are renewed too, in proportion to the path since their birth, halfway along it on
+    // average.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     const double path = least(p.gap_gap / most(p.gap, 1e-300), piece);
     const double half = 0.5 * path;
@@ -449,7 +450,7 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // What is left near the end is cut evenly. A fifth more is no reason for two pieces.
+  // Cuts the rest near the end evenly. A fifth more than a piece is no reason for two.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
 }
@@ -500,7 +501,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // Those of different age are not alike. (Once the mean snap length instead of twice: a fifth worse.)
+  // Cohorts of different age differ: their g enters the cost, times twice the mean snap length (once gives a
+  // fifth more error).
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
@@ -540,9 +542,10 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 /// Advances a patch along a straight move. Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
-  // Deflections are convex along a line: what is not beyond its reach at the end never was.
+  // Deflections are convex along a line: a cohort within its reach at the end was within it all along.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
-  // So they are over g, and what is within its reach stays so however long the patch waits.
+  // With ageing, deflection over g is quasi-convex too and falls as g grows, so waiting carries no cohort
+  // past its reach.
   CohortTimes times{};
   if (ages) {
     times = a.times;

@@ -51,7 +51,7 @@ double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
 
-/// What an infinite brush loses: the mean.
+/// Losses of an infinite brush without noise: the mean.
 struct MeanLosses {
   double kept_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
   double renewed_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
@@ -228,7 +228,7 @@ struct Reference {
   }
 };
 
-/// The same with losses drawn.
+/// As Reference, with losses drawn.
 struct DrawnReference : Reference {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,

@@ -111,8 +111,8 @@ inline std::uint32_t noise_key(const std::uint32_t* draw) {
   return key;
 }
 
-/// What a block's sum of delta^2 differs from its mean, given the sum's mean and variance: drawn once per
-/// block, lognormal, so that both agree and the sum stays positive however few bristles there are.
+/// Returns the deviation of a block's sum of delta^2 from its mean, drawn once per block from a lognormal law
+/// with the given mean and variance. The sum stays positive, however few bristles there are.
 inline double jump_noise(double sum, double variance, std::uint32_t key) {
   if (!(variance > 0.0 && sum > 0.0)) return 0.0;
   const double s2 = natural_log<double>(1.0 + variance / sum / sum);
@@ -138,7 +138,7 @@ struct FarLanes {
   alignas(64) double snaps[lane_count] = {};
 };
 
-/// What does not change over a block.
+/// Constants of a step over a block.
 struct FarMotion {
   double ex, ey, length, inverse;  ///< inverse: of the length
   double residual;

@@ -1,4 +1,4 @@
-// What holds whenever core calls a kernel, checked where asserts are on.
+// Preconditions of the calls from core to kernels, checked where asserts are on.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -16,7 +16,7 @@ inline bool is_near(double displacement_since) {
   return displacement_since > -farthest_displacement && displacement_since < farthest_displacement;
 }
 
-/// Of a step over the blocks [first, last).
+/// Checks a step over the blocks [first, last).
 template <class T>
 inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                         std::uint32_t last, int axes, bool redraw) {

@@ -29,7 +29,7 @@ struct Walk {
   alignas(64) T squares[size];   ///< sum of delta^2 over the snaps after the first
   alignas(64) T count[size];     ///< of these
   alignas(64) T variance[size];  ///< of the squares, where a jump knows them in the mean only
-  // Of ways that are not ended vector by vector:
+  // Working memory of paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left; negative: arrived
   alignas(64) T length[size];  ///< snap length of the bristle it ends on
   alignas(64) std::uint32_t state[size];
@@ -44,7 +44,8 @@ struct Walk {
   }
 };
 
-/// Of bristles that age: `length` is the fresh snap length, `squares` those of the ways from snap to snap.
+/// As Walk, for bristles that age: `length` is the fresh snap length, `squares` sums the squared paths from
+/// snap to snap.
 template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
@@ -249,8 +250,8 @@ struct UniformLengths {
       : low(static_cast<T>(law.location)), span(static_cast<T>(law.scale)) {}
   Lanes<T> length(Lanes<T> share) const { return low + span * share; }
 };
-/// Of normal and lognormal laws: those of all vectors before the first is used, out of line. A look-up is
-/// long, and its loads go on while others wait.
+/// Lengths of normal and lognormal laws. Looks up all vectors out of line before the first is used, so that
+/// the latencies of the loads overlap.
 template <class T>
 struct CellLengths {
   static constexpr bool ahead = true;

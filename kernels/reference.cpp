@@ -25,7 +25,7 @@ struct LaneSum {
   }
 };
 
-/// What one bristle does after its first snap.
+/// Motion of one bristle after its first snap.
 template <class T>
 struct AfterSnaps {
   T deflection = 0;  ///< r
@@ -44,7 +44,7 @@ AfterSnaps<T> after_keep(T rest, T delta) {
   return after;
 }
 
-/// What ageing adds to a walk.
+/// Ageing of a walk.
 template <class T>
 struct Aged {
   AgeingLaw<T> ageing;
@@ -382,7 +382,7 @@ struct StepOf {
   }
 };
 
-/// How many bristles the step will carry beyond their length.
+/// Counts the bristles that the step will carry beyond their length.
 template <class T, int axes, bool redraw, bool ages>
 struct ForeseeOf {
   static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,

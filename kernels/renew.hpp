@@ -73,7 +73,7 @@ class Renewer {
     double way[2 * draws_together];
     std::uint32_t count = 0;
   };
-  /// What draws add to the totals; 0 of one that is spent.
+  /// Contributions of draws to the totals; 0 for a spent draw.
   struct Gains {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
@@ -105,7 +105,7 @@ class Renewer {
     double aside2;   ///< square of how far it is bent aside of the motion
     double to_snap;  ///< with ageing: way to its snap, if that comes before the place where it was drawn
   };
-  /// What it does up to the place where it was drawn.
+  /// Energy and path integral of a bristle up to the place of its draw.
   struct Passed {
     double bent2 = 0.0;    ///< |z|^2 there
     double squares = 0.0;  ///< of what slipped in snaps
@@ -129,7 +129,7 @@ class Renewer {
     }
   }
 
-  /// Those of the range, in their order.
+  /// Makes the draws of the range, in their order.
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
@@ -310,7 +310,7 @@ class Renewer {
     }
   }
 
-  /// What `slip` does with a bristle that does not snap, in vectors.
+  /// As slip(), in vectors, for bristles that do not snap.
   void bend_all(const Draws& draws, Columns& columns, Gains& gains) const {
     const double e[2] = {renewal.direction[0], renewal.direction[1]};
     const double residual = left;

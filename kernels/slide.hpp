@@ -1,5 +1,5 @@
 // The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. For a vector
-// of bristles or for one, with a direction and a length for each (core/MODEL.md, section 19, with the
+// of bristles or for one, with a direction and a length for each (core/MODEL.md, section 30, with the
 // symbols).
 //
 // A step moves the root of a bristle by `length` along the unit vector e. The tip sticks over the distance

@@ -23,7 +23,8 @@ struct FirstPass {
   Mask<T> snaps;
 };
 
-/// What a snap leaves, for all bristles. `limit` is what the column `delta` holds: residual + snap length.
+/// Deflection and energy that a snap leaves, for all bristles. `limit` is an entry of the column `delta`:
+/// residual + snap length.
 template <class T, bool has_residual>
 struct Residual {
   explicit Residual(Lanes<T>) {}
@@ -43,7 +44,7 @@ struct Residual<T, true> {
   Lanes<T> limit_of(Lanes<T> length) const { return left + length; }
   /// Twice the energy of a snap, over the stiffness.
   Lanes<T> squares_of(Lanes<T> limit) const { return (limit - left) * (limit + left); }
-  /// The same of many snaps from the sum of delta^2 and that of delta.
+  /// Twice the energy of many snaps over the stiffness, from the sums of delta^2 and of delta.
   Lanes<T> squares_over(Lanes<T> squares, Lanes<T> lengths) const {
     return squares + (left + left) * lengths;
   }
@@ -51,8 +52,8 @@ struct Residual<T, true> {
   Lanes<T> passed_over(Lanes<T> integral, Lanes<T> path) const { return integral + (left + left) * path; }
 };
 
-/// What all bristles of a block share in a step: columns, direction, and displacement since the block's
-/// last rewrite at the start (p0) and the end (p1) of the step. A local copy, so that it stays in registers.
+/// Data that all bristles of a block share in a step: columns, direction, and displacement since the block's
+/// last rewrite at the start (p0) and the end (p1) of the step. A local copy stays in registers.
 template <class T, int axes, bool has_residual>
 struct BlockMotion {
   T* zx;
@@ -191,7 +192,7 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  // Of bristles that did not snap no path is left, and r is 0.
+  // Bristles that did not snap have no path left, and r is 0.
   const Lanes<T> left = motion.length - path;
   if constexpr (mean)
     weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));

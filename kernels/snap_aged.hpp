@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// What all bristles of a block share in a step.
+/// As BlockMotion, with ages.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
@@ -17,11 +17,11 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
-  /// How far bristles bend before they snap.
+  /// Deflection at which bristles snap.
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
-  /// Those at i at the end of the step.
+  /// Limits of the bristles at i at the end of the step.
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
   /// Which of the bristles at i are beyond their limit at the end of the step: not without being beyond the

@@ -68,8 +68,8 @@ class Stepper {
   /// Redraw: below this share of bristles that snap in a step most vectors are left out.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // The same for lengths that are looked up, by the length of the step in mean snap lengths; up to where
-  // jumps begin. With vectors narrower than a row it pays to leave out those in which none snaps.
+  // Thresholds for lengths that are looked up, by the length of the step in mean snap lengths, up to where
+  // jumps begin. With vectors narrower than a row, vectors without a snap are left out.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
   static constexpr double two_looked_up = 1.0;  ///< from here two draws, else one, are made in any case
@@ -423,7 +423,7 @@ class Stepper {
     }
   }
 
-  /// What jumps leave open of the sum of squares of a block, drawn.
+  /// Draws the deviation of a block's sum of squares that jumps know in the mean only.
   static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
     Row<T> squares, variance;
     for (std::uint32_t part = 0; part < parts; ++part)

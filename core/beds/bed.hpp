@@ -17,7 +17,7 @@ using BedMemory = std::unique_ptr<float[], FreeColumns>;
 /// Columns of `count` bristles, all zero. Throws std::bad_alloc.
 BedMemory make_columns(std::uint32_t count);
 
-/// What changes in a bed beside its columns. Plain data; scaled as in bed_table.hpp unless a unit is named.
+/// State of a bed beside its columns. Plain data; scaled as in bed_table.hpp unless a unit is named.
 struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
   double size = 0.0;               ///< of the contact, in its size at full load

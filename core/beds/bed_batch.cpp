@@ -19,7 +19,7 @@ using namespace detail;
 namespace {
 
 constexpr int most_tasks = 256;
-/// What a bed costs beside its bristles, in bristles.
+/// Fixed cost of a bed, in bristles.
 constexpr std::uint64_t bed_overhead = 64;
 /// Columns that state consists of: the rest follows from them and the size.
 constexpr BedColumn state_columns[] = {bed_tip_x,     bed_tip_y,         bed_slid,     bed_along,

@@ -303,7 +303,7 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.columns = make_columns(bed.count);
   double area = 0.0;
   for (const Cell& cell : cells) area += cell.area;
-  // Of n cells of a ring that rolls, n - 1 are in contact.
+  // n - 1 of the n cells of a rolling ring are in contact.
   if (shape.rolls) area *= (shape.cells[0] - 1.0) / shape.cells[0];
   const double x_unit = is_list ? 1.0 : shape.half[0] / bed.length;
   const double y_unit = is_list ? 1.0 : shape.half[1] / bed.length;

@@ -318,7 +318,7 @@ std::string size_range(const char* type) {
          ": give sizeof(" + type + ")";
 }
 
-/// How much of the caller's struct there is to read or write.
+/// Bytes of the caller's struct that may be read or written.
 template <class Struct>
 std::size_t size_of(const Struct& s, const char* name) {
   if (s.struct_size < sizeof(std::size_t) || s.struct_size > largest_struct)
@@ -430,7 +430,7 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
   return cpp;
 }
 
-/// What the caller gave, defaults for fields that its struct lacks. `name` is that of the caller's argument.
+/// Copies the caller's struct; fields it lacks get their defaults. `name`: the caller's argument, for errors.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   const typename Mirror<C>::Cpp defaults;
@@ -438,7 +438,7 @@ typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   read_struct(from, c, name);
   return to_cpp(c);
 }
-/// The same of options, of which null is the defaults.
+/// As read_cpp(); null gives the default options.
 template <class C>
 typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
@@ -450,7 +450,7 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
-/// Those of a program whose header had no rubbing mean the law of then: nothing is left, nobody is renewed.
+/// Copies coefficients. A struct from a header without rubbing gets no residual and no shared renewal.
 Coefficients read_coefficients(const bristle_coefficients* from) {
   Coefficients c = read_cpp(from, "coefficients");
   if (from->struct_size <= offsetof(bristle_coefficients, residual_share))

@@ -1,4 +1,4 @@
-// How many fields a plain struct has: a list of them that is too short is found when it is compiled.
+// Counts the fields of a plain struct, so that the compiler refuses a field list that is too short.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ constexpr bool takes(std::index_sequence<i...>) {
   return requires { Struct{(static_cast<void>(i), Anything{})...}; };
 }
 
-/// Of an aggregate without arrays and base classes.
+/// Number of fields of an aggregate without arrays and base classes.
 template <class Struct, std::size_t count = 0>
 constexpr std::size_t count_fields() {
   if constexpr (takes<Struct>(std::make_index_sequence<count + 1>{}))

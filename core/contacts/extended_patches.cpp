@@ -60,7 +60,7 @@ struct Force {
   double newtons[2];
 };
 
-/// What the answers of the cells have in common while load and material stay.
+/// Stiffnesses and limits of the cells' responses, valid while load and material stay.
 struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
@@ -88,7 +88,7 @@ struct ExtendedPatch {
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
   }
-  /// Of the outline as given: Hertz's law if asked.
+  /// Size of the outline under a load, as a factor of its size as given: Hertz's law if asked.
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
@@ -102,7 +102,7 @@ std::uint32_t seed_of_cell(const ExtendedPatch& p, std::uint32_t seed, std::size
   return p.is_point() ? seed : static_cast<std::uint32_t>(mix_key(mix_key(seed) + cell));
 }
 
-/// What the step of one patch does to its outline.
+/// Rotation and size of a patch's outline in one step.
 struct Course {
   Turn midway, after;        ///< of the outline's axes
   double chord = 0.0;        ///< 2 sin(spin / 2): the way of a point at distance 1 from the centre
@@ -114,7 +114,8 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// What no cell sees: its share of a load that is too high may be one that is not.
+/// Whether spin and total load are allowed. Cells cannot check that: a share of a forbidden load may be
+/// allowed.
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
@@ -232,7 +233,7 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// The same from elastic forces alone, where nothing damps and load and material are those of `common`.
+/// As sum_up(), from elastic forces alone, where nothing damps and load and material are those of `common`.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const Course& course, const Force* elastic,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
@@ -357,7 +358,7 @@ struct ExtendedPatches::Impl {
     return status;
   }
 
-  /// The same of a step that is light. `status`: of the cells that the batch has stepped.
+  /// As finish(), after a light step. `status`: that of the cells stepped by the batch.
   static Status finish_lightly(ExtendedPatch& p, const ExtendedMotion& motion, Status status,
                                const Force* elastic, ExtendedResponse& out) noexcept {
     const Course course = course_of(p, motion);
@@ -435,7 +436,7 @@ struct ExtendedPatches::Impl {
   std::size_t cells = 0;
   std::uint64_t step_number = 0;
 
-  // Of a step, with room for all cells.
+  // Working memory of a step, with room for all cells.
   std::vector<Force> elastic;      ///< of the cells of light steps
   std::vector<char> stepped;       ///< cells whose bristles were not asked
   std::vector<Motion> motions;     ///< of the others, one after the other
@@ -626,7 +627,7 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
     write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
     at += p->cells.size();
   }
-  // What is left of a longer buffer names no patch: a motion of an earlier step must not move one again.
+  // Clears the rest of a longer buffer, so that no motion of an earlier step is repeated.
   for (std::size_t k = at; k < cells.size(); ++k) cells[k] = Motion{};
   return at;
 }

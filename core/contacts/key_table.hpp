@@ -47,7 +47,7 @@ class KeyTable {
     std::size_t hole = place_of(key);
     if (slots_[hole].value == none) return;
     for (std::size_t at = next(hole); slots_[at].value != none; at = next(at)) {
-      // What lies between its home and its place may not have a hole: it moves into one that does.
+      // A hole between an entry's home and its place would hide the entry, so it moves into the hole.
       const std::size_t home = home_of(slots_[at].key);
       if (((at - home) & mask_) < ((at - hole) & mask_)) continue;
       slots_[hole] = slots_[at];

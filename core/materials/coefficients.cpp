@@ -12,12 +12,12 @@ namespace bristle {
 
 namespace {
 
-/// Of the presliding length: a bristle stays one whose snaps can be told from none.
+/// Largest residual share of the presliding length. Beyond it snaps could not be told from none.
 constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
 
-/// What ageing must do, lengths in mean snap lengths. Its strength follows from it and the law.
+/// Effect that ageing must have, lengths in mean snap lengths. Its strength follows from it and the law.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
   double fall = 0.0;    ///< of the kinetic friction per e-fold of speed, or
@@ -83,7 +83,7 @@ struct Family {
     }
   }
 
-  /// What the wish is of, with ageing of this strength.
+  /// Returns the wished-for effect (fall or growth) that ageing of this strength has.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -208,7 +208,8 @@ double solve_spread(const Family& family, double widest, double wanted) {
   return low_excess < -high_excess ? low : high;
 }
 
-/// The same in a third of the steps, with other last bits: the false position, halved at an end that stays.
+/// As the solver above, in a third of the steps and with other last bits: false position, halved at an end
+/// that stays.
 double solve_spread_fast(const Family& family, double widest, double wanted) {
   double low = 0.0, high = widest;
   double low_excess = family.ratio(low) - wanted, high_excess = family.ratio(high) - wanted;
@@ -237,7 +238,7 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   return high;
 }
 
-/// What the ratio is named with in errors.
+/// Names law and rule, and residual and renewal if any, for errors about the ratio.
 std::string describe(const Family& family, double residual_share) {
   std::string text = std::string("law ") + to_string(family.law) + ", rule " + rule_name(family.rule);
   if (family.residual == 0.0 && family.renewal == 0.0) return text;

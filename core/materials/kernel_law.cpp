@@ -19,7 +19,7 @@ constexpr double negligible_cv = 1e-6;
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40: keeps floats and divisions sane
 constexpr int biased_knots = 1024;
-// Of a bristle per mean snap length. Beyond, a step would draw without end.
+// Most renewals of a bristle per mean snap length. Beyond, a step would draw without end.
 constexpr double most_renewals = 1000.0;
 
 /// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
@@ -152,7 +152,7 @@ class CellTable {
       lines[half + cell].a += more[w < outer * step ? 0 : 1];
     }
   }
-  /// Of the upper half.
+  /// Length at the distance w from the upper end of (0, 1).
   double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // [1/2, 1)
@@ -207,7 +207,7 @@ void make_zeros_positive(Material& m) noexcept {
     *x += 0.0;
 }
 
-/// Of a material whose zeros are positive; its law may still hold negative ones.
+/// Hashes a material whose own zeros are positive; its law may still hold negative ones.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :

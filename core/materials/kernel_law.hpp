@@ -34,8 +34,8 @@ struct CompiledMaterial {
   mutable std::vector<double> table, biased_table;
   std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
 
-  /// What representatives that redraw need to draw their lengths; the infinite brush does not, and it costs
-  /// milliseconds. Once, on any thread that adds patches.
+  /// Makes the tables from which representatives with redraw sample their lengths. Takes milliseconds, and
+  /// the infinite brush does not need it. Once, on any thread that adds patches.
   void make_draws() const;
   /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
   const SurvivalTable& survival() const;
@@ -69,7 +69,7 @@ double spread_weight(int k) noexcept;
 
 /// Constants of jumps over many renewals, from the moments of the way from one to the next; moment[0] = 1.
 void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
-/// The same of k renewals at once, for a way of little spread; also where such jumps begin and end.
+/// Fills the constants for jumping k renewals at once under a narrow law, and the range of such jumps.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
 /// Throws bristle::Error when the material is out of range.

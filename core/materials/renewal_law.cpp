@@ -93,8 +93,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// What find_forget looks at, and what it found. It takes milliseconds, and many materials differ in nothing
-/// but their springs.
+/// Inputs and result of find_forget, kept because it takes milliseconds and many materials differ in their
+/// springs alone.
 struct Known {
   SnapLaw law;
   SnapRule rule;

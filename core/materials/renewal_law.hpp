@@ -1,5 +1,5 @@
-// What representatives need to know of shared renewal: the path after which a slide is steady, and how many
-// of those that begin anew snap again soon. Steady sliding itself: steady_sliding.hpp.
+// Constants of shared renewal for representatives: the path after which a slide is steady, and the share of
+// newborn bristles that snap again soon. Steady sliding itself: steady_sliding.hpp.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -12,8 +12,8 @@ struct RenewalLaw {
 
   static constexpr int again_knots = 16;
   static constexpr double again_reach = 0.25;
-  /// Of bristles that begin anew somewhere within a short path, spread evenly: the share that snaps before
-  /// its end. At paths of k again_reach / again_knots.
+  /// Share of the bristles renewed evenly along a short path that snap before its end, at paths of k
+  /// again_reach / again_knots.
   double again[again_knots + 1] = {};
 };
 

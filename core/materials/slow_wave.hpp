@@ -1,4 +1,4 @@
-// How fast the slowest wave of a renewing population dies.
+// Decay rate of the slowest wave of a renewing population.
 #pragma once
 
 #include <vector>

@@ -109,7 +109,7 @@ std::vector<Node> spread_nodes(const SnapLength& law) {
   return nodes;
 }
 
-/// Of a function of where the bristles snap.
+/// Expectation of a function of the length at which a bristle snaps.
 template <class Function>
 double expectation(Span<const Node> nodes, const Function& f) {
   double sum = 0.0;

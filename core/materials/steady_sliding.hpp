@@ -30,7 +30,7 @@ WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 /// The deflection beyond the residual at which a bristle that was drawn this length snaps: l = length g(l).
 double aged_length(double length, const WayAgeing& ageing) noexcept;
 
-/// Of l, in mean snap lengths as drawn.
+/// Mean and spread of l, the length at which a bristle snaps that ages, in mean snap lengths as drawn.
 struct AgedMoments {
   double mean, cv;
 };
@@ -51,7 +51,7 @@ struct SteadySliding {
 /// `shared_renewal` >= 0. Some ten microseconds, with ageing some thirty; more for long tables.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
-/// The same of a law given by its nodes, and the mean length at which they snap, in their unit of length.
+/// As above, for a law given by its nodes, and the mean length at which they snap, in their unit of length.
 /// Allocates nothing.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;

@@ -41,11 +41,12 @@ double find_tail(const SurvivalTable& table, double share) {
   return 0.0;
 }
 
-/// Waves of the renewal equation: the path after which they have died, and the pieces that they want.
+/// Waves of the renewal equation: the path after which they have decayed, and the longest piece that resolves
+/// them.
 ///
-/// Those of lognormal, normal and exponential laws die as exp(-2 pi^2 cv^2 x / mean) or faster, within 7 %:
-/// they are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may keep
-/// waves far longer, and shorter ones, than its spread says: its slowest is found, and followed to 6e-6.
+/// Waves of lognormal, normal and exponential laws decay as exp(-2 pi^2 cv^2 x / mean) or faster, within 7 %,
+/// and are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may have slower
+/// and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
 struct Waves {
   double path;
   double finest;  ///< SurvivalTable::finest

@@ -44,7 +44,7 @@ struct UnitLaw {
   }
   /// f(x) as long as no bristle has snapped twice, for both rules; the limit from the left at an atom.
   double first_pass(double x) const { return x - partial_moment(1, x); }
-  /// The same with shared renewal.
+  /// first_pass(x) with shared renewal.
   double first_pass(double x, double renewal) const {
     if (renewal == 0.0) return first_pass(x);
     const double snapped = partial_moment(0, x);
@@ -252,7 +252,7 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// What the integral over a law makes of a function that is linear between nodes, exact over each cell. Times
+/// Weights of the integral over a law of a function that is linear between nodes, exact over each cell. Times
 /// `factor`; `damping` = exp(-lambda x) at the nodes for a function so damped, or empty.
 struct RenewalKernel {
   std::vector<double> weight;  ///< all that node j gives

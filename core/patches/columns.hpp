@@ -12,8 +12,8 @@
 
 namespace bristle::detail {
 
-/// What an entry is: what it reads as out of contact, and with that what a reset, a save or another material
-/// makes of it.
+/// Kind of a column's entries: the value of a bristle out of contact, and the effect of reset, save and
+/// another material.
 enum class Filler : unsigned char {
   zero,          ///< 0. State: saved; a length in the units of the material
   age,           ///< 0. State: saved; a time in the units of the material's ageing

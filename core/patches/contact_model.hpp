@@ -39,8 +39,8 @@ struct ContactModel {
   /// A whole step that moves, on one thread: the sums, and the state after it when it is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  // The same in three parts, for a patch that several threads share. `prepare` gives the number of ranges;
-  // each is run once, on any thread, and adds to Totals of its own; `finish` takes the sum of all.
+  // `advance` in three parts, for a patch that several threads share. `prepare` gives the number of ranges;
+  // `run` is called once for each, on any thread, with Totals of its own; `finish` takes the sum of all.
   std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
   void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
   void (*finish)(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;
@@ -50,14 +50,15 @@ struct ContactModel {
   /// Moves the state of `from` into `to`, made for another material with the same options; books the snaps
   /// that this causes.
   void (*take_over)(Patch& to, Patch& from) noexcept;
-  /// How many representatives stand for the patch, 1 to PatchRecord::options.bristles. The force stays.
+  /// Sets the number of representatives that stand for the patch, 1 to PatchRecord::options.bristles, without
+  /// a change of force.
   Status (*set_detail)(Patch&, std::uint32_t bristles) noexcept;
   /// A copy in memory of at least PatchRecord::bytes, aligned to 64: for trial loads. Owns nothing.
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
 
   // --- reading
   double (*stored_energy)(const Patch&) noexcept;  ///< J, of the bristles in contact
-  /// Of what the patch's future depends on: no cache, no sums, no padding.
+  /// Hashes all that the patch's future depends on: no cache, no sums, no padding.
   std::uint64_t (*hash)(const Patch&) noexcept;
   void (*describe)(const Patch&, PatchInfo&) noexcept;
   /// Deflections and snap lengths of the first `count` bristles, m; empty spans are left out.
@@ -68,8 +69,8 @@ struct ContactModel {
   std::uint64_t (*signature)(const Patch&) noexcept;  ///< of options and material: what must agree
   std::size_t (*saved_size)(const Patch&) noexcept;   ///< a function of options and material alone
   void (*save)(const Patch&, ByteWriter&) noexcept;
-  /// What is wrong with these bytes, under the contact that the shared part says: null, or the name of a
-  /// value that no patch can have.
+  /// Checks bytes against the contact in the shared part. Returns null, or the name of a value that no patch
+  /// can have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
   /// `from` was found without fault; the shared part is restored already.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;

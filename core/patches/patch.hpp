@@ -1,4 +1,4 @@
-// What every contact patch has, whatever computes its friction: one slot of the pool, four cache lines.
+// The part of a patch that all contact models share: one slot of the pool, four cache lines.
 //
 // A step of a patch that rests reads and writes the first line. A step that stays within the patch's bound
 // (sticking) needs all four and nothing else. Only a step in which something may snap asks the contact model
@@ -20,7 +20,7 @@ struct ContactModel;
 constexpr double highest_load = 1e15;     ///< N, of a motion
 constexpr double highest_energy = 1e300;  ///< J: what overflows reads as this; sums of a few stay finite
 
-/// What a patch is, fixed when it is made but for seed and key. The base of every model's record.
+/// Properties of a patch, fixed when it is made except seed and key. The base of every model's record.
 struct PatchRecord {
   PatchOptions options;
   const CompiledMaterial* material = nullptr;  ///< owned by the record's memory (record_memory.hpp)
@@ -30,13 +30,13 @@ struct PatchRecord {
   double full_weight =
       0.0;                ///< physical bristles per representative when all are in use; a material keeps it
   std::size_t bytes = 0;  ///< of the record and its columns
-  /// Of displacements of few position units (find_way): what rounding left over, in units. Not of others.
+  /// Rounding remainder of displacements of few position units (find_way), in units; longer ones leave none.
   double remainder[2] = {0.0, 0.0};
   /// The batch's clock, which runs on in every step; null = it stands still at 0. A patch that ages counts
   /// time from `epoch`. Both in clock units.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
-  /// Of a patch that ages: no bristle has held since before `oldest`. Times as time_of, s.
+  /// Holding times of a patch that ages: no bristle has held since before `oldest`. Times as time_of, s.
   struct Hold {
     double oldest = 0.0;
     double since = 0.0;            ///< when the patch was last near its anchor: the next `oldest`

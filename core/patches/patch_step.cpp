@@ -22,14 +22,14 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
 }
 
-/// How much longer than fresh ones the snap lengths of a patch that ages can be at the end of a step.
+/// Largest ratio of aged to fresh snap lengths in a patch at the end of a step.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Of a patch that ages: no bristle follows the patch farther than twice its snap length. Left out are those
-/// few that are longer than the mean and four deviations: of the force, 0.5 % with a lognormal law of 0.3, 6
-/// % of 1.
+/// Notes how long bristles of a patch that ages may have held: no bristle follows the patch farther than
+/// twice its snap length. Ignores bristles longer than the mean plus four standard deviations. They carry
+/// 0.5 % of the force at cv 0.3 (lognormal) and 6 % at cv 1.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
@@ -290,7 +290,7 @@ void carry_to(Patch& p, const std::int64_t (&to)[2], double (&end)[2], double (&
   }
 }
 
-/// What write_response notes of a step in which nothing damps or ages.
+/// As the notes of write_response, for a step in which nothing damps or ages.
 void note_light_step(Patch& p, bool held, const double (&end)[2]) noexcept {
   p.held = held;
   p.rests = true;
@@ -343,8 +343,8 @@ bool stick_on(Patch& p, const double (&displacement)[2], Response& out) noexcept
   return true;
 }
 
-/// What most steps are: under the load that it has, a plain patch sticks on, or glides on if it is asked for
-/// the end force alone. Returns false if it is another step: nothing has changed.
+/// Steps a plain patch that goes on sticking under an unchanged load, or gliding if the end force alone is
+/// asked for. Returns false, with nothing changed, for any other step.
 bool step_quickly(Patch& p, const Motion& motion, Response& out) noexcept {
   if (motion.normal_load != p.normal_load) return false;
   if (p.bound.reach != light_reach || !can_step_lightly(p))

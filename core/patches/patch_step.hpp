@@ -7,7 +7,7 @@
 
 namespace bristle::detail {
 
-/// What so many sums of times up to `end` may be off, and the end itself, s.
+/// Largest rounding error of `sums` sums of times up to `end`, and of `end` itself, s.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
 /// s: a clock that has run for this long stands still, and no step of a patch that ages takes longer.
@@ -31,7 +31,7 @@ struct PatchStep {
   const Crew* crew = nullptr;       ///< threads for what has to be done before the last ranges; null: none
 };
 
-/// What a step did to the contact.
+/// Result of a step for the contact.
 struct StepSums {
   double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
   double twice_mean[2] = {0.0, 0.0};  ///< twice its mean over the step (Outputs::mean)
@@ -102,7 +102,7 @@ bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 /// Numbers of the shared part that follow from load and material. Call after either changed.
 void note_contact(Patch& patch) noexcept;
 
-/// Of a patch whose material changes: what it holds stays as old as it is.
+/// Copies holding times to a patch with another material: its bristles keep their age.
 void take_hold_over(Patch& to, const Patch& from) noexcept;
 
 /// Zero force and the given status.

@@ -15,7 +15,7 @@ constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
 constexpr std::uint32_t saved_version = 4;
 constexpr std::size_t checksum_at = 32;
 
-/// What a patch's head and contact hold, in this order: the one list for writing and for reading.
+/// Lists the fields of a patch's head and contact, in order, for writing and for reading.
 template <class Io, class Head>
 void head_fields(Io& io, Head& head) noexcept {
   io(head.slot);

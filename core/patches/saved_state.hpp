@@ -43,8 +43,8 @@ std::uint64_t signature_of(const Patch& patch) noexcept;
 std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;
-/// What is wrong with saved_size_of(patch) bytes: null, or the name of a value that no patch like this can
-/// have. A checksum is no proof of who wrote them.
+/// Checks saved_size_of(patch) bytes. Returns null, or the name of a value that no patch like this can have.
+/// A checksum does not prove who wrote the bytes.
 const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
 /// `from` was found without fault.
 void restore_patch(Patch& patch, const std::byte* from) noexcept;

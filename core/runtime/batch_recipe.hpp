@@ -17,7 +17,7 @@ struct PatchRecipe {
   double full_weight = 0.0;  ///< physical bristles per representative, of the material that it was added with
 };
 
-/// What makes a batch with the same ids, those given in future included.
+/// Data from which a batch with the same ids, present and future, can be made.
 struct BatchRecipe {
   std::vector<std::uint32_t> generations;  ///< of each slot, the last one given
   std::vector<std::uint32_t> free_slots;   ///< in the order in which they were given back
@@ -30,7 +30,8 @@ BRISTLE_API BatchRecipe find_recipe(const PatchBatch& batch);
 /// Adds the patches of a recipe to a new batch, out of contact: a saved state of the batch that the recipe is
 /// of can then be restored. Throws bristle::Error where it is none of a batch.
 BRISTLE_API void fill_batch(PatchBatch& empty, const BatchRecipe& recipe);
-/// What the steps of a patch compute; Outputs::end where there is no such patch. For the stepping thread.
+/// Outputs that the steps of a patch compute; Outputs::end where there is no such patch. For the stepping
+/// thread.
 BRISTLE_API Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept;
 
 }  // namespace bristle

@@ -1,4 +1,4 @@
-// What the options of a batch choose: an instruction set, threads, a core.
+// Instruction set, threads and core that the options of a batch choose.
 #pragma once
 
 #include <cstdlib>

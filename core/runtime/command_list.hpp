@@ -25,7 +25,7 @@ struct Scratch {
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow };
-  // What every command needs, in one cache line.
+  // Fields of every command, in one cache line.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
   std::uint64_t number = 0;  ///< set by push

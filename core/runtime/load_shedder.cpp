@@ -23,7 +23,7 @@ constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
 /// A gift that has to be taken back within so many waits was a mistake.
 constexpr std::uint64_t regret_waits = 4;
-/// So many without one, and the wait halves: more than it takes to come back to where the last one was made.
+/// Waits without such a mistake after which the wait halves. Fewer would let the same mistake recur at once.
 constexpr std::uint64_t calm_waits = 16;
 constexpr std::uint64_t longest_wait = 64;  ///< in terms of the first
 
@@ -61,7 +61,7 @@ struct LoadShedder::Impl {
     return entry.id == id ? &entry : nullptr;
   }
 
-  /// Of the entries from `first` on, which moved.
+  /// Renews the index of the entries from `first` on, which moved.
   void index_entries(std::size_t first) noexcept {
     for (std::size_t i = first; i < entries.size(); ++i)
       entry_of_slot.find(static_cast<std::uint32_t>(entries[i].id.value))->second = i;
@@ -138,7 +138,7 @@ struct LoadShedder::Impl {
   int shed(PatchBatch& batch, double excess) noexcept {
     for (std::size_t first = 0, last = 0; first < entries.size() && excess > 0.0; first = last) {
       while (last < entries.size() && entries[last].priority == entries[first].priority) ++last;
-      // Those at their least leave the rest to the others.
+      // Repeats, because entries at their minimum leave the rest to the others.
       for (int round = 0; round < 8 && excess > 0.5; ++round) {
         double can = 0.0;
         for (std::size_t i = first; i < last; ++i)
@@ -187,7 +187,7 @@ struct LoadShedder::Impl {
         chosen = &entry;
     }
     if (chosen == nullptr) return 0;
-    // What they cost in every step, and their coming back in this one.
+    // Room for restored bristles: each costs `rate` in every step and `change_s` once, in this step.
     const double room = options.restore_to * options.budget_s - rate * units;
     const double most = room / (rate + options.change_s) / chosen->active * chosen->detail;
     const double lacking = chosen->bristles - chosen->detail;

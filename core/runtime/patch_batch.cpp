@@ -118,7 +118,7 @@ struct PatchBatch::Impl {
     std::uint32_t first = 0, last = 0;
     int next_split = 0;  ///< of motions: the first of the splits that may lie among them
   };
-  /// What became of a range of motions.
+  /// Result of stepping a range of motions.
   struct Outcome {
     std::uint64_t visited = 0;
     std::uint32_t stepped = 0;
@@ -298,8 +298,8 @@ struct PatchBatch::Impl {
     return p;
   }
 
-  /// Asks for the memory that motions soon to come will need, those before `last`: patches out of cache cost
-  /// half of it less (core/MODEL.md, section 20).
+  /// Requests the memory of the next motions before `last`. Patches out of cache then take half the time
+  /// (core/decisions/007-memory-and-threads.md).
   [[gnu::always_inline]] void fetch_ahead(std::size_t i, std::size_t last) const noexcept {
     if (i + slots_ahead < last) {
       const std::uint32_t slot = slot_of(in[i + slots_ahead].id);
@@ -384,7 +384,7 @@ struct PatchBatch::Impl {
     task.end = DeadlineMonitor::wall_now();
   }
 
-  /// How long the calling thread worked in what it shared in a step, and then waited for others, s.
+  /// Time that the calling thread worked in a shared step, and then waited for others, s.
   struct Held {
     double worked = 0.0, waited = 0.0;
   };
@@ -428,7 +428,7 @@ struct PatchBatch::Impl {
     return works ? sharing.patch_overhead + outlook.bristles : 0;
   }
 
-  /// What all motions will cost; 0 where a slot is named twice: such a step is not worth sharing.
+  /// Estimated cost of all motions; 0 where a slot is named twice, because such a step is not worth sharing.
   std::uint64_t count_cost() noexcept {
     std::uint64_t cost = 0;
     const auto mark = static_cast<std::uint32_t>(step_number);

@@ -22,20 +22,20 @@ constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
 }
 
-/// What a slot keeps when its patch is made anew or gets another material.
+/// Copies the fields that a slot keeps when its patch is rebuilt or gets another material.
 inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.generation = before.generation;
   made.last_step = before.last_step;
   made.skips = before.skips;
 }
 
-/// What move(), step(dt) and force() keep of a slot, apart from what a step reads.
+/// Fields of a slot for move(), step(dt) and force(), apart from the data that a step reads.
 struct SlotNote {
   std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set
   Response last;             ///< what force() reads
 };
 
-/// What is known of a slot's next step without a look at its patch: an estimate, by which work is shared out.
+/// Estimate of a slot's next step, made without reading its patch; work is shared out by it.
 struct Outlook {
   double normal_load = -1.0;   ///< N, of the last step
   std::uint32_t bristles = 0;  ///< in contact

@@ -19,7 +19,7 @@ const cpu_set_t cores_at_load = cores_of_this_thread();
 std::atomic<std::uint32_t> batches_on[CPU_SETSIZE];  ///< how many batches have this servo core
 std::atomic<std::uint32_t> changes{0};               ///< of the above
 
-/// What a worker knows of how it is bound.
+/// Record of the cores to which a worker is bound.
 struct Binding {
   std::uint64_t batch = 0;   ///< the last it worked for; 0 = none
   std::uint32_t change = 0;  ///< value of `changes` when `servo_cores` was read

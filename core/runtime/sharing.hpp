@@ -12,14 +12,15 @@ struct Sharing {
   /// A step with fewer bristles to visit than this stays on the calling thread. Steps back to back: a worker
   /// that has just worked comes in a microsecond (measured break-even below 20,000 bristles).
   std::uint64_t parallel_from = 20000;
-  /// The same after a pause, as between the ticks of a servo loop: a worker that sleeps comes after 30 us,
-  /// in which the calling thread steps some 100,000 bristles alone (measured break-even 200,000).
+  /// Bristles from which a step is shared after a pause, as between the ticks of a servo loop: a sleeping
+  /// worker comes after 30 us, in which the calling thread steps some 100,000 bristles alone (measured
+  /// break-even 200,000).
   std::uint64_t parallel_from_paused = 200000;
   /// Workers are taken to sleep this long after the last step, s. They spin for some ten microseconds.
   double awake = 20e-6;
   /// A piece of work is no smaller than this, in bristles.
   std::uint64_t smallest_piece = 8192;
-  /// What a patch costs beside its bristles, in bristles.
+  /// Fixed cost of a patch, in bristles.
   std::uint64_t patch_overhead = 280;
 };
 

@@ -44,7 +44,7 @@ enum class BedPressure : unsigned char {
   hertz       ///< (1 - r^2)^1/2: smooth elastic bodies
 };
 
-/// How the size follows the load. The size given is that at BedOptions::max_normal_load.
+/// Law by which the size follows the load. The given size is that at BedOptions::max_normal_load.
 enum class BedGrowth : unsigned char {
   fixed,       ///< not at all
   cube_root,   ///< both half widths: spheres and ellipses (Hertz)

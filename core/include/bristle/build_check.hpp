@@ -15,7 +15,7 @@
 
 namespace bristle {
 
-/// What headers and library must agree on: major and minor version, options, sizes in bytes.
+/// Properties that headers and library must share: major and minor version, options, sizes in bytes.
 struct BuildSignature {
   std::uint32_t signature_bytes;
   std::uint32_t version;  ///< BRISTLE_VERSION_NUMBER

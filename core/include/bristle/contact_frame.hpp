@@ -11,7 +11,7 @@
 //   batch.step(dt, {&motion, 1}, {&response, 1});
 //   wrench_on_a += frame.wrench(frame.force(response.end), contact_point - centre_of_a);
 //
-// How the axes move:
+// Motion of the axes:
 // - The normal changes: the axes follow by the smallest rotation that takes the old normal to the new one
 //   (parallel transport). On a curved surface they return turned by the solid angle that the normal
 //   encircled; that is geometry, not an error.
@@ -116,12 +116,13 @@ class ContactFrame {
   bool carry(const Eigen::Vector3d& normal) noexcept {
     return carry(normal, Quaternion::Identity(), Quaternion::Identity());
   }
-  /// The same for bodies that turned by the vectors `turn_a` and `turn_b` (rad) in this step, world axes.
+  /// Carries the axes for bodies that turned by the vectors `turn_a` and `turn_b` (rad, world axes) in this
+  /// step. Returns false, and keeps the axes, if the normal is zero or an argument is not finite.
   bool carry(const Eigen::Vector3d& normal, const Eigen::Vector3d& turn_a,
              const Eigen::Vector3d& turn_b) noexcept {
     return carry(normal, detail::rotation_by(turn_a), detail::rotation_by(turn_b));
   }
-  /// The same from rotations (unit quaternions, new orientation times inverse of the old one).
+  /// Carries the axes, with rotations as unit quaternions: new orientation times inverse of the old one.
   bool carry(const Eigen::Vector3d& normal, const Quaternion& turn_a, const Quaternion& turn_b) noexcept {
     midway_ = now_;
     Eigen::Vector3d n;
@@ -135,7 +136,7 @@ class ContactFrame {
     return true;
   }
 
-  /// The same for an extended patch: the axes ride on body B, which turned by `turn_b` (rad).
+  /// Carries the axes of an extended patch: they ride on body B, which turned by `turn_b` (rad).
   bool carry_with_surface(const Eigen::Vector3d& normal, const Eigen::Vector3d& turn_b) noexcept {
     return carry(normal, turn_b, turn_b);
   }
@@ -150,7 +151,7 @@ class ContactFrame {
     motion.displacement[0] = midway_.along.dot(relative);
     motion.displacement[1] = midway_.aside.dot(relative);
   }
-  /// Of an extended patch: also the spin, from the turn of A relative to B in this step (rad).
+  /// Sets displacement and spin of an extended patch; `turn` is that of A relative to B in this step (rad).
   void set_displacement(const Eigen::Vector3d& relative, const Eigen::Vector3d& turn,
                         ExtendedMotion& motion) const noexcept {
     motion.displacement[0] = midway_.along.dot(relative);
@@ -223,7 +224,8 @@ class ContactFrame {
     Axes axes;
     axes.normal = normal;
     normalized(along - normal.dot(along) * normal, axes.along);
-    // Once more, to remove the error of cancellation: of first order, unless `along` was all but normal.
+    // Repeats the projection once: the first pass leaves a cancellation error of first order when `along` is
+    // nearly normal.
     axes.along -= normal.dot(axes.along) * normal;
     axes.along *= 1.5 - 0.5 * axes.along.squaredNorm();
     axes.aside = normal.cross(axes.along);
@@ -266,7 +268,7 @@ class ContactFrame {
     half.normal = turned(from.normal);
     return half;
   }
-  /// The same where the rotation is by more than a right angle: its axis may be hard to tell.
+  /// As half_way(), for a rotation by more than a right angle, whose axis may be ill-conditioned.
   static Axes half_of_large(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
     rotation += to.aside * from.aside.transpose();

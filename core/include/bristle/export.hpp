@@ -1,4 +1,5 @@
-// What the shared library exports. Everything else in it is hidden. Preprocessor only: C includes it too.
+// Marks the exports of the shared library; everything else in it is hidden. Preprocessor only: C includes it
+// too.
 #pragma once
 
 /// Marks what programs may link to. In a static library (target bristle::bristle defines BRISTLE_STATIC) it

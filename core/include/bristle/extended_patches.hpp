@@ -76,7 +76,7 @@ struct ExtendedInfo {
 ///
 /// Options of a patch hold for the whole outline: `max_normal_load`, `bristles` and `fluctuation` are shared
 /// among the cells by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
-/// So is the material's viscous friction, which counts by patch.
+/// The material's viscous friction counts by patch and is shared in the same way.
 /// Cells have seeds of their own. A patch whose only cell is its centre is, to the bit, the patch that
 /// PatchBatch::add would make with the same options. Others need two axes.
 ///

@@ -62,8 +62,8 @@ class BRISTLE_API KeyedPatches {
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
   KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                const KeyedOptions& options = {});
-  /// The same for extended patches of one outline: ids are those of `patches`. Give each contact its size by
-  /// ExtendedPatches::set_scale after find_or_add.
+  /// Adds options.capacity extended patches of one outline; ids are those of `patches`. Throws
+  /// bristle::Error. Give each contact its size by ExtendedPatches::set_scale after find_or_add.
   KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                const Outline& outline, const KeyedOptions& options = {});
   /// Removes them.
@@ -135,8 +135,8 @@ struct MatcherOptions {
 
 /// Gives contacts lasting keys, by pair of bodies and nearest point of the previous step.
 ///
-/// Of all matches between old and new points of a pair within reach, the shortest is made first, then the
-/// shortest of the rest, and so on; ties go to the contact listed first. Keys depend on the pair and its
+/// Matches old and new points of a pair within reach: the shortest distance first, then the shortest of the
+/// rest, and so on; ties go to the contact listed first. Keys depend on the pair and its
 /// earlier contacts, not on other pairs, so results do not depend on events elsewhere. keep_steps of
 /// KeyedPatches must not be larger than here.
 ///

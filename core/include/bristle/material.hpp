@@ -17,7 +17,7 @@ constexpr double largest_renewal = 16.0;
 /// Largest Material::drop.
 constexpr double largest_drop = 0.95;
 
-/// What a bristle does at its snap length (the first two: paper, section 2.1, read in two ways).
+/// Behaviour of a bristle at its snap length. The first two are the two readings of the paper, section 2.1.
 enum class SnapRule : unsigned char {
   redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
            ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
@@ -32,7 +32,7 @@ enum class DamperDecay : unsigned char {
   gaussian      ///< exp(-(v/vs)^2), the form of Canudas de Wit et al. that the paper cites.
 };
 
-/// How the snap length of a bristle grows while it holds: delta g(a), a the time since it last snapped, was
+/// Growth of a bristle's snap length while it holds: delta g(a), a the time since it last snapped, was
 /// renewed or came into contact. Both forms are concave.
 enum class AgeingForm : unsigned char {
   logarithmic,  ///< g = 1 + strength ln(1 + a / time): metals, rock, paper, polymers. The default.
@@ -287,9 +287,9 @@ struct BRISTLE_API Material {
 
   /// Throws bristle::Error naming the first parameter out of range, its value and the range.
   void validate() const;
-  /// The same, and of what representatives cannot do: a law wider than widest_redraw_cv with
-  /// SnapRule::redraw. PatchBatch::add throws the same; a program that reads materials calls it where it can
-  /// name the place.
+  /// As validate(); also refuses what representatives cannot do, a law wider than widest_redraw_cv with
+  /// SnapRule::redraw. PatchBatch::add throws the same error; a program that reads materials calls this where
+  /// it can name the place.
   void validate_for_representatives() const;
 
   /// zeta = N / (sigma_perp sigma), eq. (9). A real number.
@@ -305,17 +305,17 @@ struct BRISTLE_API Material {
   /// equations of core/MODEL.md: some 10 us. With ageing this is the limit of fast sliding, in which nothing
   /// ages: the lowest.
   double kinetic_coefficient() const;
-  /// The same at a speed: with ageing a bristle snaps at l_r + l, l = delta g(l / v), and the law of l stands
-  /// for that of delta. Without ageing as above. Bristles alone: no damper, no strengthening with speed. Some
-  /// 30 us. A speed below slowest_sliding counts as that. Throws bristle::Error on NaN.
+  /// Kinetic friction over normal load at a speed. With ageing a bristle snaps at l_r + l, l = delta g(l /
+  /// v), and the law of l replaces that of delta. Bristles alone: no damper, no strengthening with speed.
+  /// Some 30 us. A speed below slowest_sliding counts as slowest_sliding. Throws bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
   /// Highest friction over normal load at first loading from rest with all deflections zero (the virgin
   /// curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
   /// renewal: set-up cost. With ageing the limit of fast loading, in which nothing ages: the lowest.
   double peak_coefficient() const;
-  /// The same of a contact in which every bristle has held for this time, s, and is loaded fast: the part
-  /// beyond the residual is ageing_factor times as large. Response::force_limit takes the longest time that
-  /// any bristle of the patch can have held.
+  /// Peak friction over normal load where every bristle has held for `held_s` seconds and is loaded fast: the
+  /// part beyond the residual is ageing_factor times that of peak_coefficient(). Response::force_limit takes
+  /// the longest time that any bristle of the patch can have held.
   double peak_coefficient(double held_s) const;
   /// nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for redraw,
   /// E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
@@ -325,7 +325,7 @@ struct BRISTLE_API Material {
   double ageing_factor(double age_s) const noexcept;
   /// a asinh(v / (2 v*)): friction over normal load that strengthening with speed adds at this speed.
   double strengthening_at(double speed_m_per_s) const noexcept;
-  /// The same over the speed, s/m; at rest its limit a / (2 v*), the highest.
+  /// strengthening_at(v) over v, s/m; at rest its limit a / (2 v*), the highest.
   double strengthening_damping(double speed_m_per_s) const noexcept;
   /// sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
@@ -350,8 +350,9 @@ struct BRISTLE_API Material {
 /// dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved
 /// on a grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
-/// The same with residual length and shared renewal: deflection and displacement in units of E[delta] (not of
-/// the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with keep and shared renewal.
+/// Virgin deflection with residual length and shared renewal. Deflection and displacement are in units of
+/// E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with keep and
+/// shared renewal.
 BRISTLE_API double virgin_deflection(const Material& material, double x_over_mean);
 
 }  // namespace bristle

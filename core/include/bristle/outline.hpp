@@ -13,7 +13,7 @@ struct PatchCell {
   double weight = 1.0;              ///< share of the normal load, > 0; those of an outline sum to 1
 };
 
-/// How the normal load is spread over an outline.
+/// Distribution of the normal load over an outline.
 enum class Pressure : unsigned char {
   uniform,  ///< the same everywhere
   hertz     ///< (1 - (x/a)^2 - (y/b)^2)^1/2: smooth elastic bodies; on a rectangle (1 - (x/a)^2)^1/2, a

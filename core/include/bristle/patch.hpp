@@ -17,19 +17,19 @@ struct PatchId {
 
 enum class Precision : unsigned char { single, double_ };
 
-/// How a bristle is advanced over a step.
+/// Rule that advances a bristle over a step.
 enum class StepRule : unsigned char {
   exact,   ///< event-exact: every snap inside the step, the remainder carried. The default.
   literal  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot; for comparison.
 };
 
-/// How the first snap lengths of the representatives are sampled from their law.
+/// Sampling of the representatives' first snap lengths from their law.
 enum class Sampling : unsigned char {
   stratified,  ///< evenly, also in any active prefix: error of order 1/n at first loading. The default.
   random       ///< drawn one by one, independent: error of order n^-1/2; for comparison
 };
 
-/// What stands for the bristles of a patch.
+/// Kind of population that stands for the bristles of a patch.
 enum class Population : unsigned char {
   automatic,  ///< `infinite` where the law allows it and neither a number of bristles nor StepRule::literal
               ///< nor Sampling::random is asked for, else `representatives`. The default.
@@ -38,7 +38,7 @@ enum class Population : unsigned char {
             ///< StepRule::exact; computes in double whatever `precision` says
 };
 
-/// What a patch computes in addition to the force at the end of a step. Combine with |.
+/// Results computed in addition to the force at the end of a step. Combine with |.
 enum class Outputs : unsigned char {
   end = 0,     ///< force at the end of the step: always computed
   mean = 1,    ///< force averaged over the step, exactly
@@ -52,7 +52,7 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
-/// How a patch is simulated. Outputs that are not requested are neither computed nor stored.
+/// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
   /// n, representatives at max load; 0 = one per physical bristle, at most 4096. Population::automatic takes

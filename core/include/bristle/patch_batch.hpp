@@ -49,8 +49,8 @@ struct BatchOptions {
   }
 };
 
-/// What Population::automatic stands for with this material and these options; any other population is
-/// itself.
+/// Resolves Population::automatic for this material and these options; returns any other population
+/// unchanged.
 BRISTLE_API Population choose_population(const Material& material, const PatchOptions& options) noexcept;
 
 /// The result of a step as a whole.

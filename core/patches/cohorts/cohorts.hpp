@@ -24,7 +24,7 @@ constexpr double full_mass = 70368744177664.0;  ///< 2^46 units of mass: the hig
 constexpr double mass_per_count = 274877906944.0;                          // 2^38
 constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // 2^6: units of the shared sum
 
-/// What a patch that ages has beside its cohorts. The births of the cohorts lie behind it.
+/// State of a patch that ages, beside its cohorts. The births of the cohorts lie behind it in memory.
 struct alignas(64) CohortAgeing {
   Int128 base = 0;          ///< time from which births count, clock units from PatchRecord::epoch
   double per_length = 0.0;  ///< of the straight slide that the patch is in: s per scaled length
@@ -38,13 +38,13 @@ struct alignas(64) CohortAgeing {
 struct Cohorts : PatchRecord, CohortState {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
-  /// Of a patch that fluctuates (fluctuation.hpp).
+  /// Noise of a patch that fluctuates (fluctuation.hpp); null without.
   const CohortNoise* noise = nullptr;
   std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
   double follow = 0.0;               ///< scaled path after which a slide is carried as it stands
   Glide glide;                       ///< and the course of the path behind the patch
   bool glides = false;               ///< whether it may glide: it neither ages nor fluctuates
-  // What glides go by, scaled lengths (glide.cpp, make.cpp).
+  // Constants of glides, scaled lengths (glide.cpp, make.cpp).
   double memory = 0.0;     ///< path along which bristles remember how it went: mean square over mean length
   double long_step = 0.0;  ///< a step that is longer leaves nothing of the turn before it
   double node_distance = 0.0;      ///< between two measurements of the curvature
@@ -112,7 +112,8 @@ double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) no
 void clear_lane(double* rows, std::uint32_t i) noexcept;
 /// Out of contact: no cohort.
 void clear_cohorts(Cohorts& r) noexcept;
-/// Those without mass; the last cohorts take their places. `births`: null where the material does not age.
+/// Removes cohorts without mass; the last cohorts take their places. `births`: null where the material does
+/// not age.
 void remove_empty(CohortState& s, double* rows, double* births) noexcept;
 void remove_empty(Cohorts& r) noexcept;
 /// Sum of mass x place, over the cohorts one by one.

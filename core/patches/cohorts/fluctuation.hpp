@@ -1,9 +1,9 @@
 // Fluctuation on demand: a patch whose force fluctuates as that of n bristles (COHORTS.md, "Fluctuation").
 //
-// What leaves a cohort is drawn in the pass over the cohorts that computes its mean (CohortNoise), not by a
-// second pass that moves the deviation afterwards: place of the snap, work, loss, renewals and births follow
-// from the mass that did leave, so energy balances and nothing is lost negatively. Here is the rest: the key
-// of the draws, what is no piece of path, and what is saved.
+// The mass that leaves a cohort is drawn in the pass over the cohorts that computes its mean (CohortNoise).
+// Place of the snap, work, loss, renewals and births follow from the mass that did leave, so energy balances
+// and no loss is negative. This file has the rest: the key of the draws, draws outside a piece of path, and
+// the saved state.
 #pragma once
 
 #include "core/common/little_endian.hpp"
@@ -11,7 +11,7 @@
 
 namespace bristle::detail {
 
-/// What the law of a patch says of its draws, by its options.
+/// Sets the constants of random draws in the patch's law, from its options.
 void set_fluctuation(Cohorts& r) noexcept;
 
 /// After a slide that forgot how it began: n bristles, each in a cohort by chance, as independent as they are

@@ -221,8 +221,8 @@ LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const doub
     }
     return LightStep::done;
   }
-  // What has snapped last most likely slides on. Deflections are convex: what is not beyond its reach at the
-  // end never was.
+  // The last step snapped bristles, so the next most likely does too. Deflections are convex along the step:
+  // a cohort within its reach at the end was within it all along.
   if (!r.glides || r.count == 0 || length > r.law.piece) return LightStep::none;
   const double at[2] = {to_lengths(difference(to[0], r.base[0])), to_lengths(difference(to[1], r.base[1]))};
   const double slack = r.kernels->find_slack(r.law, r, r.rows, at) - bound_margin;

@@ -13,7 +13,7 @@ struct StepSums;
 struct Advance;
 enum class LightStep;
 
-/// What a patch knows of the path behind it. Lengths are scaled.
+/// Record of the path behind a patch. Lengths are scaled.
 struct Course {
   double direction[2] = {0.0, 0.0};  ///< of the last step
   double length = 0.0;               ///< of the last step; 0: nothing is known
@@ -55,7 +55,8 @@ void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept;
 double glide_squares(const Cohorts& r) noexcept;
 /// Writes the cohorts of a patch that glides into a state and rows, which hold them as they stood.
 void write_glide(const Patch& p, CohortState& s, double* rows) noexcept;
-/// The same for the patch's own: its glide ends. Nothing if it does not glide.
+/// Writes the glide into the patch's own state and rows, and ends it. Does nothing if the patch does not
+/// glide.
 void end_glide(Patch& p) noexcept;
 
 }  // namespace bristle::detail

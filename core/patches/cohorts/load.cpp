@@ -111,8 +111,8 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
-  // Those that came while the patch stayed, or nearly so: joined over a whole piece, ranks mix (load at
-  // random each step: 1.3 % where this has 0.3).
+  // Mass joins the last cohort only if the patch has hardly moved: joined over a whole piece, ranks mix (load
+  // at random each step: error 1.3 % in place of 0.3 %).
   const double near = r.law.piece / 16.0;
   bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);

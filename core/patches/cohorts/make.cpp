@@ -146,12 +146,12 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double mean = r.law.mean;
   // A narrow law, or a group of one, needs finer pieces: what snaps in one of them is a larger share.
   double share = r.material->survival().finest / resolution;
-  // So does a renewal that few bristles outlive: 1 / (kappa nu) is its length.
+  // Strong renewal has a length of its own, 1 / (kappa nu), and needs shorter pieces too.
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
   if (renewals > 1.5) share *= 1.5 / renewals;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
-  // Of a wide law many snap twice in a long piece.
+  // Under a wide law many bristles snap twice in a long piece, so pieces may grow less.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
   // Steady sliding starts a cohort with that share of the mass; of a wide law the last of it carries much.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);

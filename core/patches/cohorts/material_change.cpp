@@ -120,7 +120,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     if (!same_ageing(material, before)) slip_all(to, false);
   }
   find_moment(r, r.rows);
-  // The same load may now mean another number of bristles.
+  // Applies the load again: under the new material it may mean another number of bristles.
   to.pending_loss += apply_cohort_load(to, from.normal_load);
 }
 

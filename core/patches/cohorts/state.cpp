@@ -1,4 +1,4 @@
-// What an infinite brush is, from outside: energy, hash, bytes; and the bookkeeping of its rows.
+// Energy, hash and bytes of an infinite brush, and the bookkeeping of its rows.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-/// What is saved beside the shared part and the rows.
+/// Lists the fields saved beside the shared part and the rows, for reading and writing.
 template <class Io, class Record, class NotedAt>
 void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
   io(r.mass);
@@ -44,7 +44,7 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
 }
 constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (10 * 8 + 4) + 6 * 4 + 4 * 8;
 
-/// Of a patch that ages, beside the births.
+/// Lists the fields that a patch with ageing saves beside its births.
 template <class Io>
 void ageing_fields(Io& io, CohortAgeing& a) noexcept {
   io(a.base);

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // abscissa of two points on [-1, 1]
 
-/// How much longer a piece is for each length of distance, so that so many cohorts are enough: pieces of a
-/// wide law grow with the age of what was born in them.
+/// Growth of a piece per length of distance, such that `room` cohorts suffice. Under a wide law pieces grow
+/// with the age of their newborns.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
@@ -104,7 +104,7 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// What one cohort does until its bristles have snapped once, and from then on: sums over the path.
+/// Path of one cohort until its bristles have snapped once.
 struct Passage {
   double path;         ///< mean path to the first snap
   double half_square;  ///< half the mean of its square
@@ -124,7 +124,7 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// The same for a cohort that ages on the way, by and by.
+/// As find_passage(), for a cohort that ages on the way: four fixed-point iterations.
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {
   Passage passage{0.0, 0.0};

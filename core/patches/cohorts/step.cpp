@@ -25,7 +25,7 @@ bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double dura
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// How far a straight slide has come that this step goes on with; 0 = it begins. Of a patch that ages.
+/// Length of the straight slide that this step continues; 0 = a slide begins. For patches that age.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
@@ -41,12 +41,12 @@ struct Slide {
   double run = 0.0;      ///< of the slide that it goes on with
   Course course;         ///< after it, of a patch that may glide
   double carried = 0.0;  ///< path along which the patch is carried as it stands
-  // Of a patch that ages:
+  // For patches that age:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
   double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
 };
 
-/// What a patch that ages needs to know of a slide.
+/// Fills times, oldest birth and growth of a slide, for a patch that ages.
 [[gnu::noinline]] void age(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   CohortTimes& times = slide.move.times;
   times = times_of(p);
@@ -58,7 +58,8 @@ struct Slide {
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
-/// The same of a patch that may glide, along a path that may turn.
+/// Finds the length of the slide, along a path that may turn, that this step continues. For patches that may
+/// glide.
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
   const bool goes_on = p.position[0] == r.slid_to[0] && p.position[1] == r.slid_to[1] && r.run > 0.0 &&
@@ -75,15 +76,15 @@ bool turns(const Cohorts& r, const Advance& a) noexcept {
 
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   Slide slide;
-  // What fluctuates never repeats itself: it takes its pieces for ever.
+  // A patch that fluctuates has no run: it always takes its pieces.
   if (r.glides) find_run(p, r, a, slide);
   if (r.ageing != nullptr) {
     if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // What glides from here on goes by the length of its last chord: where the path turns, all of it that
-  // bristles remember is taken.
+  // A glide that begins here is determined by its last chord. Where the path turns, the whole length that
+  // bristles remember is followed.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   followed = std::min(a.length, followed);
   slide.carried = a.length - followed;
@@ -131,7 +132,7 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
-/// What the carried part adds: the force that there is, over its length.
+/// Adds path integral, energy lost and snaps of the carried part, at the present force.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
   for (int axis = 0; axis < 2; ++axis) {
@@ -143,7 +144,7 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// What a committed step of a patch that ages leaves beside its cohorts.
+/// Stores pace and time of a committed step of a patch that ages.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
   // The carried part takes its time, but the patch stays as old as it was: all are born later.

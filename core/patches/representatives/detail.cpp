@@ -12,7 +12,7 @@
 namespace bristle::detail {
 namespace {
 
-/// What bristles that reached their snap length could not take of a shift.
+/// Part of a shift that bristles at their snap length could not take.
 struct Clipped {
   double lack[2] = {0.0, 0.0};  ///< weighted
   double weight = 0.0;

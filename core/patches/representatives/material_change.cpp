@@ -109,7 +109,7 @@ void take_over(Patch& to, Patch& from) noexcept {
     rewrite_block<T>(to, b);
     if (b < r.full_blocks()) book_block<T>(to, b, +1);
   }
-  // The same load may now mean another number of bristles.
+  // Applies the load again: under the new material it may mean another number of bristles.
   to.pending_loss += apply_load<T>(to, from.normal_load);
 }
 

@@ -138,8 +138,8 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
   return shortened_run(run, r.shared->walked.forget, change);
 }
 
-/// How far the straight slide has come that a step goes on with; 0 = it begins. Where the patch went since
-/// without a snap does not matter, if it is on the line again.
+/// Length of the straight slide that a step continues; 0 = a slide begins. Detours without a snap do not
+/// matter if the patch is back on the line.
 template <class T>
 double find_run(const Patch& p, const Advance& a) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -169,8 +169,8 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   }
 }
 
-/// How much of a step is followed: what is missing to steady sliding, and at least what makes its end
-/// another than its start. Few bristles go on until some have snapped.
+/// Length of a step that is followed: the part that is missing to steady sliding, and at least the length
+/// that makes end and start independent. Few bristles are followed until some have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
@@ -352,7 +352,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // What the patch is carried along as it stands is steady sliding.
+  // The part along which the patch is carried unchanged adds the mean of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = walked.carried / walked.length;
   const double steady = 2.0 * weight * steady_bend;

@@ -10,7 +10,7 @@
 
 namespace bristle::detail {
 
-/// How many representatives a patch has in contact.
+/// Number of representatives of a patch in contact.
 struct ContactCount {
   double active = 0.0;    ///< zeta / w, at most `detail`
   double overload = 1.0;  ///< zeta / (detail w) where that is above 1
@@ -19,7 +19,7 @@ struct ContactCount {
 };
 ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
 
-/// What changes with load and detail. Saved as it stands; `position`, `zeta` and `overload` are in Patch.
+/// State that changes with load and detail. Saved unchanged; `position`, `zeta` and `overload` are in Patch.
 struct RepresentativeCount {
   double active = 0.0;
   double fraction = 0.0;
@@ -28,14 +28,14 @@ struct RepresentativeCount {
   std::uint32_t whole = 0;
 };
 
-/// What shared renewal adds to the state. Saved and hashed where the material has it.
+/// State of shared renewal. Saved and hashed where the material has it.
 struct RenewalState {
   double due = 0.0;         ///< draws owed: kappa for each snap so far, less those made
   std::uint64_t draws = 0;  ///< made so far: numbers the next
   // The straight slide that the last step with a snap belongs to; steps in which nothing snaps change
   // nothing.
   double run = 0.0;  ///< its length, at most `forget`; 0 = none
-  // Of bristles that age, at its end:
+  // For bristles that age, at the end of the slide:
   double run_ageing = 0.0;           ///< AgedSliding::per_length
   double run_until = 0.0;            ///< the patch's time, s
   double direction[2] = {0.0, 0.0};  ///< in which it began
@@ -97,7 +97,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   Reach* groups = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;  ///< null with one axis
-  // How far a bristle bends before it snaps: the residual and its snap length together.
+  // Deflection at which a bristle snaps, the residual included:
   T* first = nullptr;               ///< with the first snap length
   T* delta = nullptr;               ///< with the snap length now; == first with keep
   std::uint32_t* draw = nullptr;    ///< null with keep
@@ -188,7 +188,7 @@ void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to
 /// Bounds of groups and patch: a block changed outside a step.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
-/// How far a block has moved since its last rewrite, scaled.
+/// Displacement of a block since its last rewrite, scaled.
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
@@ -211,19 +211,19 @@ double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
   return r.material->residual + r.material->longest * growth;
 }
-/// What the bristles of block b have aged since its last rewrite.
+/// Age gained by the bristles of block b since its last rewrite.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
 /// Ages of block b written down now. Bristles out of contact have none.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// How far bristle i bends before it snaps, its age being written down now.
+/// Deflection at which bristle i snaps, its age being written.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
 /// AgedSliding of a patch that has not slid yet.
 template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
-/// What kernels need to know of ageing in a step.
+/// Fills the constants of ageing for the kernels of a step.
 template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
 /// Age gained per length in a step, in units of the ageing time.
@@ -260,11 +260,11 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// What finish does but for renewals, bounds and response of a step in pieces: state and sums after the
+/// As finish(), without renewals, bounds and the response of a step in pieces: state and sums after the
 /// kernels.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
-/// What the kernels need to know of a step or a piece of it.
+/// Fills the kernels' constants for a step or a piece of it.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
 /// After a step that visited blocks: how far the patch may go before one must be visited again.

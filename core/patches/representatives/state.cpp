@@ -1,4 +1,4 @@
-// What a patch of representatives is, from outside: energy, columns, hash, bytes. The format of the bytes:
+// Energy, columns, hash and bytes of a patch of representatives. The format of the bytes:
 // core/MODEL.md, "Saved state".
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-/// What is saved of a patch beside its shared part and its columns.
+/// Lists the fields saved beside the shared part and the columns.
 template <class Io, class Count>
 void count_fields(Io& io, Count& c) noexcept {
   io(c.active);
@@ -20,7 +20,7 @@ void count_fields(Io& io, Count& c) noexcept {
 }
 constexpr std::size_t count_size = 3 * 8 + 2 * 4;
 
-/// The same, where the material has shared renewal.
+/// Lists the fields saved where the material has shared renewal.
 template <class Io, class State>
 void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.due);
@@ -81,7 +81,7 @@ struct Reading {
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
 
-/// Of a bristle: more than a piece may owe renewals for.
+/// More snaps of a bristle than a piece can have: bounds the renewals that a state may owe.
 constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }

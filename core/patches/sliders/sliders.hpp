@@ -27,7 +27,7 @@ struct Sliders : PatchRecord {
   T* zx = nullptr;
   T* zy = nullptr;          ///< null with one axis
   double* since = nullptr;  ///< SlideView::since
-  // Of the strata in use, and of all n.
+  // Columns of the strata in use, then of all n:
   T* limit = nullptr;
   T* weight = nullptr;
   T* first_limit = nullptr;
@@ -61,7 +61,7 @@ template <class T>
 Sliders<T>& sliders(const Patch& p) noexcept {
   return static_cast<Sliders<T>&>(*p.record);
 }
-/// Of the limits, what the load leaves.
+/// Share of the limits that the present load leaves.
 template <class T>
 double limit_share(const Patch& p) noexcept {
   const double stiff = sliders<T>(p).stiff_zeta;

@@ -1,4 +1,4 @@
-// What a patch of bristles that slide is, from outside: hash and bytes. The format of the bytes:
+// Hash and bytes of a patch of bristles that slide. The format of the bytes:
 // core/MODEL.md, "Saved state".
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// What is saved beside the columns: a list for writing and for reading.
+/// Lists the fields saved beside the columns, for writing and for reading.
 template <class Io, class Sum>
 void sum_fields(Io& io, Sum& sum) noexcept {
   io(sum.detail);

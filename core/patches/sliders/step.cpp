@@ -27,7 +27,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
           static_cast<T>(r.kinetic_share())};
 }
 
-/// What a bristle can hold that has not slid for as long as this one.
+/// Limit of bristle i, grown by the time since it last slid.
 template <class T>
 double limit_now(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -313,7 +313,8 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   }
   for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
     for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = to.position[axis];
-  // The same load may now mean another number of bristles; what is beyond the new limits slides.
+  // Applies the load again: under the new material it may mean another number of bristles. Bristles beyond
+  // the new limits slide.
   const Material& m = to.material().material;
   to.normal_load = from.normal_load;
   to.zeta = m.bristles_in_contact(from.normal_load);
