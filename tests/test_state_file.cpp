@@ -107,7 +107,7 @@ void put(std::vector<std::byte>& state, std::size_t at, const void* what, std::s
   std::memcpy(state.data() + at, what, size);
 }
 
-/// The checksum as core/MODEL.md gives it, written down once more.
+/// The checksum of core/patches/SAVED_STATE.md, written independently.
 void reseal(std::vector<std::byte>& state) {
   std::uint64_t hash = 0x6A09E667F3BCC909u;
   const auto add = [&hash](std::uint64_t word) {
@@ -347,7 +347,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
     CHECK(batch.state_hash() == before);
     return message;
   };
-  // Of the first patch, by core/MODEL.md: head of 40 bytes, patch head of 36, then its contact.
+  // Bytes of the first patch, by core/patches/SAVED_STATE.md: head of 40 bytes, patch head of 36, then its contact.
   constexpr std::size_t contact = 40 + 36;
   CHECK(find_number(good, 1.6) == contact);  // the load comes first
   const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;

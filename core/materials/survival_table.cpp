@@ -45,8 +45,8 @@ double find_tail(const SurvivalTable& table, double share) {
 /// them.
 ///
 /// Waves of lognormal, normal and exponential laws decay as exp(-2 pi^2 cv^2 x / mean) or faster, within 7 %,
-/// and are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may have slower
-/// and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
+/// and are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may have
+/// slower and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
 struct Waves {
   double path;
   double finest;  ///< SurvivalTable::finest

@@ -1,5 +1,5 @@
 // The saved state of a batch and of its patches, as far as it is the same for every contact model. The format
-// of the bytes: core/MODEL.md, "Saved state".
+// of the bytes: core/patches/SAVED_STATE.md.
 #pragma once
 
 #include <cstddef>

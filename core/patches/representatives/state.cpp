@@ -1,5 +1,5 @@
 // Energy, columns, hash and bytes of a patch of representatives. The format of the bytes:
-// core/MODEL.md, "Saved state".
+// core/patches/SAVED_STATE.md.
 #include <algorithm>
 #include <cmath>
 
