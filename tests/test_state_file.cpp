@@ -347,7 +347,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
     CHECK(batch.state_hash() == before);
     return message;
   };
-  // Bytes of the first patch, by core/patches/SAVED_STATE.md: head of 40 bytes, patch head of 36, then its contact.
+  // The first patch (core/patches/SAVED_STATE.md): head of 40 bytes, patch head of 36, then its contact.
   constexpr std::size_t contact = 40 + 36;
   CHECK(find_number(good, 1.6) == contact);  // the load comes first
   const double nan = std::nan(""), infinite = INFINITY, minus = -1.0, huge = 1e6, half = 0.5;
