@@ -55,9 +55,10 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether the place after a Newton step is not yet the root, to rounding. `slope` is that of the limit at
-/// its start, `curve` how it bends there: the step leaves half curve fall^2 / (1 - slope). A bristle whose
-/// way only just touches its limit halves its distance instead: it is as near then as the step was long.
+/// Whether the place after a Newton step is not yet the root, to rounding. `slope` and `curve` are first and
+/// second derivative of the limit at the start of the step, which leaves half curve fall^2 / (1 - slope). A
+/// bristle whose path only just touches its limit halves its distance with each step: its error is then at
+/// most the length of the step.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
@@ -110,7 +111,8 @@ inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V de
   return way;
 }
 
-/// Way from one snap to the next, for a fresh length; if that is not within `rest`, some way not below it.
+/// Path from one snap to the next, for a fresh length. If the snap lies beyond `rest`, returns some path that
+/// is at least `rest`.
 template <class T, class V>
 inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   const V none(T(0));

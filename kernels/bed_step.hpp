@@ -113,7 +113,8 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
       }
       const V z2 = zx * zx + zy * zy;
       if constexpr (carried && all) start_energy.add(part, k * z2);
-      // A limit that falls within the step: on average it is halfway, and what is left beyond it goes last.
+      // A limit that falls within the step counts by its mean for the slide; the deflection beyond the new
+      // limit is dropped last.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {

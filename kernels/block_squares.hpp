@@ -1,4 +1,4 @@
-// Energy of a block, up to a factor. Not in the way of a step, so one text serves the reference and every
+// Energy of a block, up to a factor. No step computes it, so one text serves the reference and every
 // instruction set.
 #pragma once
 

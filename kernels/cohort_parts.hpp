@@ -1,6 +1,6 @@
-// Cohort by cohort, shared by the vector kernels and the scalar reference: what is born, joined, merged and
-// removed. The pass over all cohorts and the search for the cheapest pair are in cohort_step.hpp (vectors)
-// and cohort_reference.cpp.
+// Operations on single cohorts, shared by the vector kernels and the scalar reference: births, joins, merges
+// and removals. The pass over all cohorts and the search for the cheapest pair are in cohort_step.hpp
+// (vectors) and cohort_reference.cpp.
 #pragma once
 
 #include "core/cohort_table.hpp"
@@ -282,9 +282,9 @@ inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const C
   cohort(rows, i, cohort_moment) = moved.at.moment;
 }
 
-/// The cohort that grew is full. Every second one and that before it are moved apart, until the places of
-/// both vary as those of the bristles in them did: two points for a path, at the abscissae of Gauss where it
-/// was straight. Mass, first and second moment are kept. Returns twice the energy lost: what is beyond that.
+/// Closes the cohort that grew when it is full. Every second time it moves this cohort and the one before it
+/// apart, until the places of both vary as those of their bristles did: two Gauss points for a straight path.
+/// Conserves mass, first and second moment. Returns twice the energy that the pair cannot store.
 template <bool ages>
 inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2],
                          const CohortTimes& times) {
@@ -373,12 +373,12 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   for (std::uint32_t w = 0; w < most_cohorts / 64; ++w) p.emptied.word[w] |= renewed.emptied.word[w];
 }
 
-/// Mass that snapped (or was renewed) along a piece starts anew at its mean place, bent by l_r. Its own
-/// weakest may have snapped again since (a law with S < 1 that early): they are counted as one group. Books
-/// energy and path integral. `at` is the end of the piece of this length; `snapped` of the mass had snapped.
-/// `renewed_rate`: how often a bristle is drawn for renewal, by length of path. `spread`: how the places at
-/// which they were straight vary, which is no loss yet. Inlined by force: what it returns would be written
-/// number by number and read pair by pair, and the processor waits for such pairs.
+/// Makes a newborn cohort of the mass that snapped (or was renewed) along a piece, at its mean place, bent by
+/// l_r. Its weakest bristles may have snapped again (a law with S < 1 that early): they are counted as one
+/// group. Books energy and path integral. `at` is the end of the piece; `snapped` of the mass had snapped.
+/// `renewed_rate`: renewals of a bristle per length of path. `spread`: variance of the places at which the
+/// bristles were straight, which is not lost yet. Inlined by force: returned through memory, the result would
+/// be written number by number and read pair by pair, which stalls the processor.
 template <bool rubs, bool ages>
 [[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
                                            double piece, const double at[2], double snapped,
@@ -630,8 +630,8 @@ double find_slack_at(const CohortLaw& law, const CohortState& s, const double* r
   return Engine::template find_slack<2, false>(law, s, rows, at, CohortTimes{});
 }
 
-/// Bristles come into contact straight, at `at`, with the ranks [low, high): they join those that came last,
-/// or are a cohort of their own, for which there is room. Returns twice the energy lost.
+/// Brings straight bristles into contact at `at`, with the ranks [low, high). They join the cohort that
+/// entered last or become a cohort of their own, for which there is room. Returns twice the energy lost.
 template <bool ages>
 double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass, double low,
              double high, bool joins, const CohortTimes& times) {

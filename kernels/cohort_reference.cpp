@@ -58,8 +58,8 @@ struct MeanLosses {
   double fresh_of(double mean_fresh, double, double) { return mean_fresh; }
 };
 
-/// One cohort at the end of a piece: those that are not stronger than the deflection have snapped. True = it
-/// was bent farther than before.
+/// Snaps the bristles of one cohort that are not stronger than the deflection at the end of a piece. Returns
+/// whether the cohort was bent farther than ever before.
 template <int axes, bool rubs, bool ages, class Losses>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
           double length, const double at[2], const CohortTimes& times, ReferenceSums& sums, Losses& losses) {
@@ -119,8 +119,8 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   return true;
 }
 
-/// One cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of those that can
-/// be renewed slips to l_r and draws afresh, halfway along the path on which it can.
+/// Renews one cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of the
+/// bristles that can be renewed slips to l_r with new lengths, halfway along the path on which it can.
 template <int axes, class Losses>
 void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
                  double length, const double at[2], double hazard, ReferenceSums& sums, Losses& losses) {

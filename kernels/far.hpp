@@ -27,7 +27,7 @@ struct AfterFarStep {
   double variance;    ///< of what `squares` left out
 };
 
-/// As many renewals at once as fit `rest`, or nearly: the way to the last of them.
+/// Takes nearly as many renewals at once as fit into `rest`. Returns the path to the last of them.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
   const double k = whole_part((rest - pad) * law.inverse_mean);

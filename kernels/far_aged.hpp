@@ -1,8 +1,8 @@
 // far.hpp for bristles that age: bristle by bristle in double, both rules.
 //
-// At constant velocity the ways from snap to snap of redrawn bristles are independent, as without ageing, but
-// of another law: l = delta g(l / v). `PatchView::law` holds the moments of that law (core, aged_law.cpp)
-// with the parameters of delta's.
+// At constant velocity the paths from snap to snap of redrawn bristles are independent, as without ageing,
+// but follow another law: l = delta g(l / v). `PatchView::law` holds the moments of that law (core,
+// aged_law.cpp) with the parameters of delta's.
 #pragma once
 
 #include "ageing.hpp"
@@ -11,8 +11,8 @@
 namespace bristle::detail {
 namespace {
 
-/// A bristle that is met at a random place of a long slide: density proportional to the way between its
-/// snaps. Drawn in proportion to delta, and accepted in proportion to l / delta, which grows with delta.
+/// A bristle met at a random place of a long slide. Its density is proportional to the path between its
+/// snaps: it is drawn in proportion to delta and accepted in proportion to l / delta, which grows with delta.
 struct MetBristle {
   double delta, length;
 };
@@ -71,7 +71,7 @@ inline AfterFarStep land_redraw_aged(const KernelLaw& law, const AgeingLaw<doubl
   }
 }
 
-/// Keep: every way from snap to snap is alike.
+/// Keep: all paths from snap to snap of one bristle are equal.
 inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest, double delta,
                                    std::uint32_t phase) {
   AfterFarStep land{rest, 0.0, 0.0, 0.0};

@@ -1,10 +1,10 @@
-// Redraw: what bristles do after their first snap in a step, when each snap brings a fresh length.
+// Redraw: motion of bristles after their first snap in a step, when each snap samples a new length.
 //
-// A bristle that has path left draws a length and either ends on it or snaps again. Uniform, normal and
-// lognormal lengths of a step in which many snap once or twice are drawn vector by vector in registers
-// (walk_in_registers). Else the bristles of a block go round by round, eight vectors at once, so that the
-// latencies of their draws overlap and no branch depends on a single bristle; vectors in which no bristle is
-// still moving are left out. Long ways are jumped in law (core/MODEL.md, "Jumps").
+// A bristle with path left samples a length and either ends on it or snaps again. Uniform, normal and
+// lognormal lengths of a step in which many bristles snap once or twice are sampled vector by vector in
+// registers (walk_in_registers). Otherwise the bristles of a block go round by round, eight vectors at once,
+// so that the latencies of their draws overlap and no branch depends on a single bristle; vectors in which no
+// bristle moves any more are left out. Long paths are jumped in distribution (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "ageing.hpp"
@@ -100,9 +100,9 @@ struct Places {
   }
 };
 
-/// Bristles that are met at a random place of a long slide, for the masked lanes: `met` becomes their fresh
-/// snap length. Drawn in proportion to that, and accepted in proportion to their way between snaps over it.
-/// Returns that way.
+/// Draws bristles met at a random place of a long slide, for the masked lanes: `met` becomes their fresh snap
+/// length. They are drawn in proportion to that length and accepted in proportion to their path between snaps
+/// over it. Returns that path.
 template <class T>
 Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
                     Bundle<T>& met) {
@@ -127,7 +127,7 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
   return way;
 }
 
-/// Takes lanes with a long path ahead to its end, or near it, in law. Returns what is left of the paths.
+/// Takes lanes with a long path ahead to its end, or near it, in distribution. Returns the paths left.
 template <class T, bool sums, class AnyWalk>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
@@ -300,8 +300,8 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// One vector's part of a round: bristles with `rest` >= 0 left end on the length drawn, or snap again after
-/// `way`. Returns whether any snaps again.
+/// Advances one vector by a round: bristles with `rest` >= 0 left end on the length drawn, or snap again
+/// after the path `way`. Returns whether any snaps again.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {
@@ -321,7 +321,7 @@ template <class T, bool sums>
   return xsimd::any(snaps);
 }
 
-/// Ends the ways of all vectors of the list round by round, eight vectors at once.
+/// Finishes the paths of all vectors of the list round by round, eight vectors at once.
 template <class T, bool sums, bool has_residual, class AnyWalk>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
                                    const RedrawColumns<T>& columns, const PlaceList<T>& places,

@@ -51,8 +51,8 @@ struct Aged {
   T largest_growth;
 };
 
-/// A bristle that ages, met at a random place of a long slide: drawn in proportion to its fresh length, which
-/// `met` becomes, and accepted in proportion to its way between snaps over that. Returns that way.
+/// Draws a bristle that ages, met at a random place of a long slide: in proportion to its fresh length, which
+/// `met` becomes, accepted in proportion to its path between snaps over that. Returns that path.
 template <class T, class Next>
 T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& met) {
   T way = T(1);
@@ -155,7 +155,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
   }
 }
 
-/// Keep, of bristles that age: at constant velocity every way from snap to snap is alike.
+/// Keep, with ageing: at constant velocity all paths from snap to snap of one bristle are equal.
 template <class T>
 AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
   AfterSnaps<T> after;

@@ -1,12 +1,13 @@
-// Shared renewal: what the snaps of a piece of path do to other bristles (core/patches/RUBBING.md).
+// Shared renewal: effect of the snaps of a piece of path on other bristles (core/patches/RUBBING.md).
 //
-// Bristles are drawn by number out of those in contact, each at a place of the piece that lies ahead. One
-// that is bent along the motion by more than the residual there slips to it and draws a fresh snap length
-// (redraw); any other draw is spent. It is written down as if it had come from (residual - way) e: the
-// kernels carry it on from there, with all others, and what they count before that place is put right here.
+// A draw selects a bristle in contact by number, and a place of the piece that lies ahead. A bristle bent
+// along the motion by more than the residual at that place slips to the residual and samples a new snap
+// length (redraw); any other draw is spent. The bristle is stored as if it had come from (residual - way) e,
+// `way` the path to the place: the kernels carry it on from there with all others, and their sums along `way`
+// are corrected here.
 // A renewer takes the bristles of a range of blocks and passes over the draws of others, so that threads may
-// share the blocks out: what a draw does concerns its bristle alone, and sums are integers.
-// One text for the reference and every instruction set: they differ in `Lengths`, which turns draw states
+// share the blocks: a draw changes its bristle alone, and sums are integers.
+// One text serves the reference and every instruction set. They differ in `Lengths`, which turns draw states
 // into snap lengths and says whether draws are taken in columns, for the widest vectors, or one by one. Both
 // have the same bits.
 #pragma once
@@ -162,7 +163,7 @@ class Renewer {
     fetch(waiting.bristle + before, n - before);
   }
 
-  /// The first of those that wait. Places behind them in `draws` name a bristle of the range too.
+  /// Takes the first waiting draws. Unused entries of `draws` name a bristle of the range too.
   void take(Waiting& waiting, std::uint32_t count, Draws& draws) const {
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       draws.bristle[k] = k < count ? waiting.bristle[k] : first;
@@ -221,7 +222,7 @@ class Renewer {
     return start;
   }
 
-  /// With ageing: whether a bristle snaps on this way.
+  /// Whether a bristle that ages snaps on the path `way`.
   bool snaps_within(std::uint32_t i, double way, Start& start) const {
     const Block& block = patch.blocks[i / block_size];
     const double age = (block.zero ? 0.0 : static_cast<double>(patch.age[i])) +
@@ -258,9 +259,9 @@ class Renewer {
     totals.squares += sum_of(gains.squares, count);
   }
 
-  /// In units, so that no order of draws is another sum. Beside `whole` a double has no digits behind the
-  /// point, and the low half of its bits is the number itself, as long as that is below 2^51. So twice: what
-  /// the first leaves over, finer.
+  /// Sums a column in integer units, so that the order of draws cannot change the sum. Beside `whole` a
+  /// double has no digits behind the point, and the low half of its bits is the number itself while that is
+  /// below 2^51. A second sum, in finer units, takes the remainders of the first.
   Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
     constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52
     const double coarse = renewal.unit / finer;
@@ -348,9 +349,9 @@ class Renewer {
     }
   }
 
-  /// Draws that slip without a snap, and those that are taken one by one. Without a branch: which is which
-  /// cannot be foreseen. A bristle that is drawn twice is among the first only with its first draw: so all of
-  /// those may go ahead.
+  /// Sorts draws into bristles that slip without a snap and bristles taken one by one. Without a branch,
+  /// because it could not be predicted. A bristle that is drawn twice is in the first list only with its
+  /// first draw, so that list may go ahead.
   void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
@@ -427,8 +428,8 @@ class Renewer {
     book(block, i, start, way, passed, k, gains);
   }
 
-  /// Ages of a block written down at the start of the piece: those of young bristles among old ones keep
-  /// their digits.
+  /// Rewrites the ages of a block at the start of the piece, so that ages of young bristles among old ones
+  /// keep their digits.
   void age_block(std::uint32_t b) const {
     const T before = static_cast<T>(age_since(renewal, patch.since[b]).before);
     patch.since[b] = renewal.start;
@@ -483,7 +484,7 @@ class Renewer {
     }
   }
 
-  /// Writes the bristle down so that it is bent by the residual at `way`, and sums what changed.
+  /// Stores the bristle such that it is bent by the residual after the path `way`, and sums the changes.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
     const double weight = i < patch.whole ? 1.0 : static_cast<double>(patch.fraction);

@@ -46,7 +46,7 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     } else if (advance.ageing_strength != 0.0) {
       const AgeingLaw<T> ageing = ageing_of<T>(advance);
       const T age = static_cast<T>(age_at(advance, advance.start, patch.since[i]));
-      // The limit at the end of the step gives a way that is too long.
+      // Starts from the limit at the end of the step, which gives a path that is too long.
       tau = way_to(fresh * growth<T>(ageing, age + ageing.per_length * length));
       tau = aged_way<T, axes>(ageing, Bent<T>{along, aside * aside}, T(0), fresh, age, tau, tau < length);
       const T reached = along + tau;

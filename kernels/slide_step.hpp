@@ -1,8 +1,8 @@
-// One step over the blocks of a patch whose bristles slide (slide.hpp): which are visited, what is summed.
+// One step over the blocks of a patch whose bristles slide (slide.hpp): visits and sums.
 //
-// A block in which no bristle slides is not written: its deflections follow the patch by themselves. In
-// another only the bristles that slide are, so that creep does not wear away what is stored of the others.
-// All are counted from the patch's place again when that is some way off.
+// A block in which no bristle slides is not written: its deflections follow the patch. In other blocks only
+// the bristles that slide are written, so that creep does not erode the stored deflections of the others. All
+// deflections are counted from the patch's place again when that is far enough away.
 #pragma once
 
 #include <limits>
@@ -13,8 +13,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Longest step that is computed as it is, scaled: at its end every bristle lies along the motion, to the
-/// last bit, and stays so.
+/// Longest step, scaled, that is computed directly. After it every bristle lies along the motion, to the last
+/// bit.
 constexpr double longest_slide = 1048576.0;  // 2^20
 /// Farther off, scaled, deflections are counted from the patch's place again.
 constexpr double farthest_reference = 0.25;

@@ -1,9 +1,9 @@
-// The snap of a bristle, for a vector of them: this is where the physics of a step stands.
+// The snap of a bristle, in vectors: the physics of a step.
 //
-// A step moves the patch by `length` along the unit vector e. A bristle bends along until its deflection
-// reaches its snap length, after a distance tau; there it lets go, and what is left of the path bends it
-// again, or snaps it again (core/MODEL.md, section 3, with the symbols). With a residual the bristle stays
-// bent by it along e when it lets go, and snaps when it is bent by the residual and its snap length together
+// A step moves the patch by `length` along the unit vector e. A bristle bends until its deflection reaches
+// its snap length, after a distance tau. There it lets go, and the path left bends it again, or snaps it
+// again (core/MODEL.md, section 3, with the symbols). With a residual the bristle snaps when it is bent by
+// the residual and its snap length together, and stays bent by the residual along e
 // (core/patches/RUBBING.md).
 #pragma once
 
@@ -286,7 +286,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const std::uint32_t w = i % block_size;
   const Lanes<T> path = load(walk.path + w);
   const Mask<T> snapped = path < motion.length;
-  // A walk holds nothing of bristles that did not snap.
+  // A walk has no entries for bristles that did not snap.
   const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
   AfterSnaps<T> land{walked(walk.landed), none, none};
   if constexpr (mean || energy) land.squares = walked(walk.squares);

@@ -24,8 +24,8 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   /// Limits of the bristles at i at the end of the step.
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
-  /// Which of the bristles at i are beyond their limit at the end of the step: not without being beyond the
-  /// fresh one, which costs no logarithm.
+  /// Mask of the bristles at i beyond their limit at the end of the step. A bristle within its fresh limit is
+  /// within the aged one, and testing that costs no logarithm.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
     if (!xsimd::any(beyond)) return beyond;
@@ -52,7 +52,8 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   }
 };
 
-/// Ways of a block's bristles: `path` that of the first pass, `way` (keep) from one snap to the next.
+/// Paths of a block's bristles: `path` is that of the first pass, `way` (keep) that from one snap to the
+/// next.
 template <class T>
 struct AgedWays {
   alignas(64) T path[block_size];
@@ -150,7 +151,7 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// Keep: at constant velocity every way from snap to snap is alike.
+/// Keep: at constant velocity all paths from snap to snap of one bristle are equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
