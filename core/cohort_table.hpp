@@ -143,8 +143,8 @@ struct CohortKernels {
   /// 1 for laws that age.
   double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
                      double low, double high, bool joins, const CohortTimes&);
-  /// Fresh lengths for cohort i of the mass floor(u), whose R is at least `bent`. Returns the mass that is
-  /// stronger.
+  /// Gives cohort i fresh snap lengths, conditioned on exceeding its reach (at least `bent`), from the mass
+  /// floor(u). Returns the surviving mass.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 

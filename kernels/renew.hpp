@@ -283,7 +283,8 @@ class Renewer {
     mark = 0;
   }
 
-  /// `alone` become bristles that may have been drawn before, and the one that counts in part.
+  /// Reads the bristles of the draws. Sets `alone` for draws handled one by one: possible repeats, unwritten
+  /// blocks, the fractional bristle.
   void read(const Draws& draws, std::uint32_t count, Columns& columns) {
     if (mark == 255) clear_marks();
     const std::uint8_t now = ++mark;
@@ -446,7 +447,7 @@ class Renewer {
     }
   }
 
-  /// It snaps before the place where it was drawn, and goes on to there.
+  /// Carries a bristle that snaps before its renewal point through the snap to that point.
   template <class Draw>
   void snap(const Start& start, double way, const Draw& draw_length, const T& fresh, Passed& passed) {
     const double to_snap =

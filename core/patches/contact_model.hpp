@@ -75,8 +75,8 @@ struct ContactModel {
   /// `from` was found without fault; the shared part is restored already.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 
-  /// A step that moves, of a patch of two axes that neither ages nor is asked for more than the end force:
-  /// what a look at its bristles can spare. `moved`: the way, scaled. Null = nothing ever.
+  /// Takes a step that moves a patch of two axes, without ageing, for the end force alone, if that needs no
+  /// look at its bristles. `moved`: the displacement, scaled. Null: never.
   LightStep (*step_lightly)(Patch&, const std::int64_t (&to)[2], const double (&moved)[2],
                             double (&end)[2]) noexcept = nullptr;
 };

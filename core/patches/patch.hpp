@@ -113,7 +113,7 @@ inline double time_of(const Patch& p) noexcept {
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
-/// Where a fixed-point way leads from a position.
+/// Adds a fixed-point displacement to a position.
 inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + static_cast<std::uint64_t>(way));
 }

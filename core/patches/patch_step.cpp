@@ -42,11 +42,12 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // A way of its own: a contact model may carry the patch's position along.
+  // Sums displacements of its own, because a contact model may carry the patch's position along.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Within this of its anchor the patch is as good as there: after a rest the slide alone counts.
+  // A patch within this share of the reach counts as at its anchor, so that after a rest only the slide
+  // counts.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -63,12 +64,12 @@ double find_force_limit(const Patch& p, double growth) noexcept {
   return residual + growth * (p.force_limit - residual);
 }
 
-/// Rounding a displacement shorter than this (scaled), 2^20 position units, is off by more than 5e-7 of it:
-/// what is left over is carried to the next. That of a longer one is dropped, so that most steps need no more
-/// than the patch.
+/// Rounding a displacement shorter than this (scaled; 2^20 position units) may err by more than 5e-7 of it,
+/// so its remainder is carried to the next one. The remainder of a longer displacement is dropped: most steps
+/// then need the patch's slot alone.
 constexpr double creep_length = 0x1p-24;
 
-/// Position units that a displacement (scaled) is, to the nearest; for a short one with what is left over.
+/// Rounds a scaled displacement to position units; a short one includes the carried remainder.
 std::int64_t find_units(const Patch& p, double scaled, int axis, PatchStep& step) noexcept {
   const double units = scaled * fixed_per_length;
   if (!(std::abs(scaled) < creep_length) || scaled == 0.0) return std::llrint(units);
@@ -186,8 +187,8 @@ PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool co
 
 namespace {
 
-/// All bristles carried along an axis: what their whole sum becomes. `end`: the sum of deflections there;
-/// with `mean`, `twice_mean` is that over the way.
+/// Carries all bristles along an axis and returns their new whole sum. `end`: the sum of deflections there;
+/// with `mean`, `twice_mean` is twice the mean over the path.
 [[gnu::always_inline]] inline Int128 carry_along(const Patch& p, int axis, std::int64_t from, std::int64_t to,
                                                  bool mean, double& end, double& twice_mean) noexcept {
   const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(to, from);
@@ -272,7 +273,7 @@ bool find_end(const Patch& p, const double (&displacement)[2], std::int64_t (&fi
   return true;
 }
 
-/// Whether nothing can snap on the way there.
+/// Whether the bound holds, so that nothing can snap on the path to `to`.
 bool holds_at(const Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2]) noexcept {
   if ((fixed[0] | fixed[1]) == 0) return true;
   if (p.bound.reach < 0.0) return false;
@@ -299,8 +300,8 @@ void note_light_step(Patch& p, bool held, const double (&end)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
 }
 
-/// A step beyond the bound, where the contact model may spare a look at its bristles. Returns false if it
-/// does not: nothing has changed. Else the bristles hold all the same, or `end` becomes the sums.
+/// Takes a step beyond the bound, where the contact model may need no look at its bristles. Returns false,
+/// with nothing changed, if it does. Otherwise either the bristles hold (`holds`), or `end` becomes the sums.
 bool pass_lightly(Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2], double (&end)[2],
                   bool& holds) noexcept {
   if (p.model->step_lightly == nullptr) return false;

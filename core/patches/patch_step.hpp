@@ -71,7 +71,7 @@ PatchStep read_motion(const Patch& patch, const Motion& motion, double dt_s, boo
 /// Length and direction of a step that moves: what a model needs, and a step within the bound does not.
 void find_direction(Advance& advance) noexcept;
 
-/// Whether the step ends within the patch's bound: then nothing snaps on the way.
+/// Whether the step ends within the patch's bound: then nothing snaps along its path.
 inline bool holds_still(const Patch& p, const PatchStep& step) noexcept {
   if (p.bound.reach < 0.0 || !step.advance.skips_blocks) return false;
   const double x = to_lengths(difference(step.advance.to[0], p.bound.anchor[0]));

@@ -10,7 +10,7 @@
 
 namespace bristle::detail {
 
-/// Checksums: eight bytes at a time, what is left one by one.
+/// Adds bytes to a checksum: eight at a time, the rest one by one.
 void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept;
 
 /// Head of the saved state of a batch; patches follow, in slot order.
@@ -39,7 +39,7 @@ SavedBatch open_batch(Span<const std::byte> state);
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;
-/// A function of the patch's options and material alone: a buffer that is large enough stays so.
+/// Size of a saved patch: a function of its options and material alone, so a large enough buffer remains so.
 std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;

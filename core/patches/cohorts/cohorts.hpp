@@ -138,7 +138,7 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
 bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
 /// Snaps of a bristle per scaled length of steady sliding at the speed of a move.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
-/// Such a move: steady sliding at its end, and what happened on the way.
+/// Takes a step that forgets how it began: sets steady sliding at its end, and adds the sums of its path.
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) noexcept;
 void take_over_cohorts(Patch& to, Patch& from) noexcept;
 double find_cohort_energy(const Patch& p) noexcept;

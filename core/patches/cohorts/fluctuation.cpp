@@ -68,8 +68,8 @@ void draw_cut(Cohorts& r, double* kept) noexcept {
     variance += lost > 0.0 ? kept[i] * (lost / mass) : 0.0;
   }
   if (variance == 0.0) return;
-  // Independent numbers under the condition that their sum is the mean: each takes back its share, by its
-  // variance. What a cohort cannot take goes to the next that can.
+  // Conditions independent numbers on a sum equal to the mean: each gives up its share of the excess, by its
+  // variance. A share that a cohort cannot take goes to the next one that can.
   const double share = excess / variance;
   double owed = 0.0;
   for (int turn = 0; turn < 2; ++turn)

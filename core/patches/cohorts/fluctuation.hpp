@@ -14,8 +14,8 @@ namespace bristle::detail {
 /// Sets the constants of random draws in the patch's law, from its options.
 void set_fluctuation(Cohorts& r) noexcept;
 
-/// After a slide that forgot how it began: n bristles, each in a cohort by chance, as independent as they are
-/// without shared renewal. Books what that changes of the stored energy.
+/// Assigns each of n bristles to a cohort at random, after a slide that forgot how it began: as independent
+/// as bristles are without shared renewal. Books the change of stored energy.
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 
@@ -30,7 +30,7 @@ double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noe
 /// last to come is chance; how many leave is not. Changes `kept`, not its sum.
 void draw_cut(Cohorts& r, double* kept) noexcept;
 
-// --- saved state and hash: nothing of a patch that does not fluctuate
+// --- saved state and hash; a patch that does not fluctuate adds nothing
 constexpr std::size_t fluctuation_fields_size = 2 * 8;
 template <class Io, class State>
 void fluctuation_fields(Io& io, State& s) noexcept {

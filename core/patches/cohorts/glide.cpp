@@ -173,7 +173,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   double twice_mean[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
-    // A long step has the force of its end for most of its way.
+    // A long step has the force of its end along most of its path.
     const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
     twice_mean[axis] = before + sums.end[axis];
     if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];

@@ -118,7 +118,7 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   if (r.count == 0) begin_time(p);
   const int ages = r.ageing != nullptr ? 1 : 0;
   const CohortTimes times = times_of(p);
-  // And those that are hardly older.
+  // Bristles that have aged noticeably do not join newcomers.
   if (joins && ages) joins = (strength_of(p, times, r.open[1]) - 1.0) * r.law.mean <= r.law.piece / 8.0;
   if (!joins && r.count == r.capacity) lost += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
   lost += r.kernels->enter[ages](r.law, r, r.rows, at, entered, low, mass_now, joins, times);

@@ -1,4 +1,4 @@
-// Making an infinite brush, and making it anew.
+// Makes and resets an infinite brush.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -185,7 +185,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // Bristles that a slide the other way has bent come by the residual twice before they snap.
+  // A slide the other way first unbends bristles by twice the residual before they snap.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
   // Two points for a pair are worth it only between corners (1.33 is what an even slide needs).

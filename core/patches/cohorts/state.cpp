@@ -335,7 +335,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
-  // Out of contact a patch may be carried anywhere; where it is set down its places count anew.
+  // A patch out of contact may have been carried anywhere; its places are counted from where it is set down.
   const double near = saved.count > 0 ? 1e4 : 1e300;
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {

@@ -1,5 +1,5 @@
-// A straight step so long that it forgets how it began: the state at its end is known, and no piece of the
-// path is taken. Renewal theory says what it did on the way.
+// A straight step so long that it forgets how it began: its end is steady sliding, and no piece of the path
+// is computed. Renewal theory gives the sums along the path.
 #include <algorithm>
 #include <cmath>
 
@@ -154,7 +154,7 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
   return {mean, force, force * force - cube / (3.0 * mean)};  // of the path integral of the age
 }
 
-/// Path integral, energy and snaps of the way: the first snap of each cohort, then a renewal process.
+/// Adds path integral, energy and snaps of the path: the first snap of each cohort, then a renewal process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
   const auto [mean, force, transient] = renewals;

@@ -14,7 +14,7 @@ constexpr double straight = 0x1p-12;    // sine of the angle within which a slid
 constexpr double longest_step = 1e16;   // s: no clock runs farther
 constexpr double same_speed = 0x1p-8;   // share by which the speed of a slide may differ, with ageing
 
-/// Half way of a step: a ball about it holds both of its ends, so that a tremor stays within one bound.
+/// Middle of a step. A ball about it contains both ends, so a tremor stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
@@ -113,7 +113,7 @@ void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   }
 }
 
-/// A sum as doubles hold it, whole: what deflections_at says in 128 bits.
+/// Sum of deflections as a rounded double; deflections_at gives it in 128 bits.
 double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   const double sum = (s.mass * at - s.moment[axis]) * sum_per_mass_length;
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
@@ -234,7 +234,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   p.fetched_lines = r.fetched_lines();
 }
 
-/// A trial works on a copy: only the rows in use, and one more for what is born.
+/// Advances a copy for a trial: only the rows in use, and one more for a newborn.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;

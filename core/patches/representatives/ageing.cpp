@@ -1,5 +1,5 @@
-// Bristles that age (core/patches/AGEING.md): ages written down between steps, and what long steps need to
-// know of sliding at their speed.
+// Bristles that age (core/patches/AGEING.md): ages between steps, and constants of sliding at the speed of a
+// long step.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,8 @@
 namespace bristle::detail {
 namespace {
 
-/// The exponential law has a memory where it ages: mean ways to 1e-3 by the renewal equation, without ageing.
+/// Path, in mean paths from snap to snap, after which the exponential law is steady within 1e-3, by the
+/// renewal equation. It needs a memory only with ageing.
 constexpr double memory_of_aged_exponential = 7.0;
 
 /// Ageing at one speed over scaled lengths.
@@ -18,9 +19,9 @@ WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
-/// From where on a redrawn population is steady within 1e-3, in mean ways from snap to snap. Ageing spreads
-/// ways more than lengths, which costs laws that are narrow nothing: they lose their phases the sooner. Wide
-/// ones have the longer tails (core/patches/AGEING.md).
+/// Path, in mean paths from snap to snap, from which a redrawn population is steady within 1e-3. Ageing
+/// spreads these paths more than lengths: narrow laws then lose their phases sooner, wide ones get longer
+/// tails (core/patches/AGEING.md).
 double ways_to_steady(const CompiledMaterial& m) noexcept {
   const double cv = m.material.snap_length.cv();
   if (cv < 0.2) return 9.0;
@@ -122,8 +123,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // No step shorter than this jumps, whatever speed the moments are of: ageing lengthens ways, and spreads
-  // them.
+  // No shorter step jumps, whatever the speed of the moments: ageing lengthens and spreads the paths from
+  // snap to snap.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

@@ -1,6 +1,6 @@
-// A population may shrink to any prefix of itself, since every prefix is well spread, and grow again by
-// copies of those that stayed. Either way the sum of the deflections is off by a little then: a common shift
-// of some bristles puts it right (core/MODEL.md, "Detail").
+// Detail: a population shrinks to any prefix of itself, since every prefix is well spread, and grows by
+// copies of the bristles that stayed. The sum of deflections then errs slightly, and a common shift of some
+// bristles corrects it (core/MODEL.md, "Detail").
 
 #include <algorithm>
 #include <cmath>
@@ -119,7 +119,7 @@ bool shift_bristles(const Representatives<T>& r, std::uint32_t first, double (&l
                              : Shifter<T, 2, false>(r, first).run(lack);
 }
 
-/// Writes every block in contact down anew and gives the sums over them.
+/// Rewrites every block in contact and gives the sums over them.
 template <class T>
 void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -142,7 +142,7 @@ void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   rewrite_all<T>(p, sums);
 }
 
-/// The last bristles leave; those that stay take over their share.
+/// Removes the last bristles; the others take over their share.
 template <class T>
 void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -156,7 +156,7 @@ void drop_bristles(Patch& p, const ContactCount& now, const double (&wanted)[2])
   shift_all<T>(p, wanted);
 }
 
-/// Keep, with a residual: of its way from the residual to its snap a copy has gone the same share.
+/// Keep, with a residual: puts a copy at the same fraction of its path from the residual to its snap.
 template <class T>
 void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept {
   const double left = static_cast<double>(static_cast<T>(r.material->residual));
@@ -184,7 +184,7 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
     const auto moved = static_cast<T>(moved_since(p, block, axis));
     for (std::uint32_t k = 0; k < count; ++k) {
       const T copied = (block.zero ? T(0) : z[from + k]) + moved;
-      // With a length of its own a bristle is as far on the way to its snap.
+      // A bristle with a length of its own is put at the same fraction of it.
       z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
   }
@@ -239,7 +239,7 @@ void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums
   }
 }
 
-/// Bristles come back as copies; they alone are shifted, so that what was there costs nothing.
+/// Adds bristles as copies and shifts only the copies, so that the others need no rewrite.
 template <class T>
 void admit_copies(Patch& p, const ContactCount& now, const double (&wanted)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);

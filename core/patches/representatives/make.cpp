@@ -1,4 +1,4 @@
-// Making a patch of representatives, and making it anew.
+// Makes and resets a patch of representatives.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -14,9 +14,9 @@ namespace {
 constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
 constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
 
-/// Draws per bristle that a piece makes when `snaps` of a bristle would reach their snap in it, were there no
-/// renewals. Some of those are renewed before: at y draws, s (1 - exp(-y)) / y of them snap. Of bristles that
-/// began anew, by snap or renewal, a share `again` snaps within the piece too. All snaps together cause y.
+/// Draws per bristle in a piece in which `snaps` of a bristle would reach their snap without renewals. Some
+/// of these are renewed before: at y draws, s (1 - exp(-y)) / y of them snap. Of the bristles that restart,
+/// by snap or renewal, a share `again` snaps within the piece too. All snaps together cause y.
 double find_draws(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
@@ -59,7 +59,7 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
 /// twice that, which kernels/renew.hpp takes in coarse units of 2^40 of these.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Makes so many draws in the piece ahead.
+/// Makes `draws` draws in the piece ahead.
 template <class T>
 RenewalTotals make_draws(const Patch& p, const PatchStep& step, std::uint64_t draws) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -204,7 +204,7 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
   r.shared->piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
-  // Bristles bent the other way come by the residual twice before they snap.
+  // Bristles bent the other way unbend by twice the residual before they snap.
   r.shared->forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.shared->goes_on = longest_piece * mean;
   r.shared->inverse_mean = 1.0 / mean;
@@ -276,8 +276,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
 
 namespace {
 
-/// A renewal leaves the place of its block as it is. Where it comes before every snap, as with one bristle in
-/// contact, the block stays behind without end: such a block is written down where it is, ages apart.
+/// Rewrites blocks that renewals have left behind. A renewal does not move its block; where every bristle is
+/// renewed before it snaps, as with one bristle in contact, the block would stay behind without end. Ages are
+/// not rewritten.
 template <class T>
 void bring_along(Patch& p) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -328,7 +329,7 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Snaps of the way along which the patch is carried: whole ones, right in the mean of many steps.
+/// Snaps of the path along which the patch is carried: a whole number, unbiased over many steps.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -348,7 +349,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (r.ages() && walked.carried > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Carried as it stands: no older.
+    // Bristles that are carried unchanged do not age.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }

@@ -214,7 +214,7 @@ double longest_bend(const Representatives<T>& r) noexcept {
 /// Age gained by the bristles of block b since its last rewrite.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
-/// Ages of block b written down now. Bristles out of contact have none.
+/// Rewrites the ages of block b. Bristles out of contact have none.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
 /// Deflection at which bristle i snaps, its age being written.
@@ -228,7 +228,7 @@ template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
 /// Age gained per length in a step, in units of the ageing time.
 double age_per_length(const Material& material, const Advance& advance) noexcept;
-/// Mean way from snap to snap in steady sliding without renewal, over that without ageing.
+/// Mean path from snap to snap in steady sliding without renewal, over that without ageing.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
 /// Steady sliding under shared renewal.
@@ -281,9 +281,9 @@ void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
-/// A straight slide of this length after this share of its deflections has become what it is not in steady
-/// sliding. Those that slide on are as steady as they were, within 1e-3 after `forget`; what is not steady
-/// about a patch falls exponentially.
+/// Length of a straight slide that remains after the share `share` of its deflections was disturbed. The
+/// others are as steady as before, within 1e-3 after `forget`; the disturbance decays exponentially with the
+/// path.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;

@@ -48,8 +48,7 @@ std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return block_fields_size + (r.ages() ? 8 : 0);
 }
 
-/// Bristles of block b, and how many of them have columns that are written down; the others read as their
-/// filler.
+/// Bristles of block b, and the number of them whose columns are written; the others read as their filler.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -86,8 +85,8 @@ constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Renewed bristles are written down where they are, their block where it was: `longest` is how far a bristle
-/// bends, `farthest` how far off it is written down.
+/// Checks a block. A renewed bristle is written at its own place while its block stays: `longest` is the
+/// longest deflection, `farthest` the largest distance at which it is written.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;
@@ -114,8 +113,8 @@ const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
   return nullptr;
 }
 
-/// After a patch out of contact got another count, position and columns: blocks in contact are taken as
-/// written down, the others as straight, and the sums over blocks are made anew.
+/// Rebuilds the sums over blocks after a patch out of contact got another count, position and columns. Blocks
+/// in contact are taken as written, the others as straight.
 template <class T>
 void find_block_sums(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);

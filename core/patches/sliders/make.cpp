@@ -1,4 +1,4 @@
-// Making a patch of bristles that slide, and making it anew.
+// Makes and resets a patch of bristles that slide.
 #include <algorithm>
 #include <array>
 #include <cmath>

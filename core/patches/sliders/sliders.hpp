@@ -19,7 +19,7 @@ struct Sliders : PatchRecord {
   std::uint32_t detail = 0;    ///< strata in use: each is one or several of the n
   std::uint32_t block_count = 0;
   /// Bristles in contact at the load that their stiffness belongs to: the highest since they were last
-  /// straight, less what sliding has taken back since the load fell. At least Patch::zeta.
+  /// straight, less what sliding has removed since the load fell. At least Patch::zeta.
   double stiff_zeta = 0.0;
   const KernelSet<T>* kernels = nullptr;
 
