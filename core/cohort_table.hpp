@@ -88,8 +88,8 @@ struct CohortState {
   double moment[2] = {0.0, 0.0};     ///< sum of mass x place
   double direction[2] = {0.0, 0.0};  ///< of the straight slide that the patch is in
   double run = 0.0;                  ///< its length so far, scaled
-  /// Cohorts that may still grow: [0] of bristles that snapped, [1] of those that came into contact. Each
-  /// takes in what is born within a piece of `begin` (where the first of them would be straight).
+  /// Cohorts that may still grow: [0] of bristles that snapped, [1] of bristles that came into contact. Each
+  /// absorbs births within a piece of `begin` (where its first bristles would be straight).
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
   /// [2]: of bristles that snapped, closed, and to be moved apart from [0] when that one closes.
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
@@ -153,8 +153,8 @@ struct CohortKernels {
 struct CohortNoise {
   /// As CohortKernels::move.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Mass that leaves when each bristle of this mass (of what is left of one, too) leaves with this chance:
-  /// whole bristles, binomial. `pass` and `number` key the draw.
+  /// Draws the mass that leaves when each bristle of `mass` leaves with the probability `chance`: whole
+  /// bristles, binomial; a fraction of a bristle leaves as one. `pass` and `number` key the draw.
   double (*leave)(const CohortLaw&, std::uint64_t pass, std::uint32_t number, double mass, double chance);
 };
 extern const CohortNoise cohort_noise;

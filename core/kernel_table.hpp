@@ -217,8 +217,9 @@ struct KernelSet {
                                     std::uint32_t last);
   Foresee foresee[2][2];
 
-  /// Draws bristles and renews those that are bent along the motion and lie in the blocks [first, last);
-  /// `first` begins a group. By axes - 1 and redraw; null where this build has none.
+  /// Selects bristles by draws and renews those in the blocks [first, last) that are bent along the motion by
+  /// more than the residual; `first` begins a group. Index: axes - 1, then redraw; null where this build has
+  /// none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Renew renew[2][2];
@@ -235,7 +236,7 @@ struct KernelSet {
   Slide slide[2][4];
   Slide slide_aged[2];  ///< with drop or ageing: one instance for all outputs
 
-  /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums anew.
+  /// Rewrites block b: z + p for bristles in contact, 0 for the others; position = `at`; sums rebuilt.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
   /// Sum of weight |z + p|^2 over the bristles in contact of block b (scaled), fixed tree, double.
   double (*squares)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);

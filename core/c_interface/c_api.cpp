@@ -233,8 +233,8 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Each pair of fields once: used both ways, and counted, so that none is forgotten. `unused`: reserved
-/// fields.
+/// Lists each pair of fields once. The list copies both ways and is counted, so that no field is forgotten.
+/// `unused`: reserved fields.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
   template <>                                                                                             \
   struct Mirror<c_type> {                                                                                 \

@@ -1,4 +1,4 @@
-// The way from the coefficients that people know to bristle parameters and back.
+// Converts coefficients of friction to bristle parameters and back.
 #include <algorithm>
 #include <string>
 

@@ -120,8 +120,8 @@ class CellTable {
     return {mean - slope * middle, slope};
   }
 
-  /// The longest lengths stand for those that are too rare to be drawn: the shares above 1 - 2^-16 but the
-  /// last, in two groups, are lengthened so that mean and mean square are the law's.
+  /// Lengthens the longest lengths, the shares above 1 - 2^-16 except the last, in two groups, to make up for
+  /// lengths too rare to be drawn: mean and mean square are then the law's.
   void match_tail() {
     constexpr double step = 1.0 / 8388608.0;  // of shares
     constexpr int shares = 128, outer = 8;

@@ -42,8 +42,7 @@ struct CompiledMaterial {
   /// Steady sliding under shared renewal, for representatives, made at the first call.
   const RenewalLaw& renewal() const;
 
-  /// The law in so many strata, for bristles that slide; made at the first call. Any thread that adds
-  /// patches.
+  /// The law in n strata, for bristles that slide; made at the first call. Any thread that adds patches.
   std::shared_ptr<const Strata> strata(std::uint32_t n) const;
 
   CompiledMaterial() = default;
@@ -67,7 +66,8 @@ inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;
 
-/// Constants of jumps over many renewals, from the moments of the way from one to the next; moment[0] = 1.
+/// Fills the constants of jumps over many renewals, from the moments of the path between renewals; moment[0]
+/// = 1.
 void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
 /// Fills the constants for jumping k renewals at once under a narrow law, and the range of such jumps.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;

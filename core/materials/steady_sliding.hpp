@@ -12,14 +12,14 @@ namespace bristle::detail {
 /// (Material::validate), and how often they snap depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
-/// Ageing at a constant speed: over the way that a bristle has been bent since it snapped, in mean snap
-/// lengths, g = 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
+/// Ageing at a constant speed, as a function of a bristle's path r since its snap, in mean snap lengths: g =
+/// 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
 struct WayAgeing {
   AgeingForm form = AgeingForm::logarithmic;
   double strength = 0.0;  ///< 0 = none
   double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
 
-  /// g and its slope after a way.
+  /// g and its slope after a path `way`.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };

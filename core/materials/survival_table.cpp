@@ -71,8 +71,8 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   return waves;
 }
 
-/// Path after which a long slide has forgotten how it began: its waves have died, and what is older carries
-/// little of the force. What was bent the other way snaps after twice its length.
+/// Path after which a long slide does not depend on how it began: its waves have decayed, and older bristles
+/// carry little of the force. Bristles bent the other way snap after twice their length.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);

@@ -692,7 +692,7 @@ class DividedLaw {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // The first moment of the cell as it stands, at the mean length of equal density.
+      // First moment of the unfinished cell, at the mean length of equal density.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -769,8 +769,8 @@ struct RenewedCurve {
         atoms(find_atoms(snap_length)),
         steady(find_steady_sliding(snap_length, snap_rule, shared_renewal)) {}
 
-  /// On a grid of an even number of cells. Empty where so many bristles snap within a cell that the curve is
-  /// at its kinetic value at once.
+  /// Solves on a grid of an even number of cells. Empty where so many bristles snap within a cell that the
+  /// curve has its kinetic value at once.
   VirginGrid solve_extrapolated(double step, int cells) const {
     const std::vector<double> damping = damping_at_nodes(steady.growth, step, cells);
     const std::vector<double> coarse_damping = damping_at_nodes(steady.growth, 2.0 * step, cells / 2);

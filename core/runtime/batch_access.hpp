@@ -1,4 +1,4 @@
-// The way into a batch for contact models that make_patch.cpp does not know (tests of the seam), and for
+// Access to a batch for contact models that make_patch.cpp does not know (tests of the seam), and for
 // batch_recipe.hpp.
 #pragma once
 

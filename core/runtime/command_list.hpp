@@ -79,8 +79,8 @@ class CommandList {
   /// producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
-  /// Consumer: the next command up to number `last`, or null. It stays valid until the one after it was
-  /// taken: what is left in it then goes back to the producer.
+  /// Consumer: returns the next command up to number `last`, or null. The command stays valid until the next
+  /// one is taken; its contents then return to the producer.
   Command* take(std::uint64_t last) noexcept {
     if (current_->number >= last) return nullptr;
     Command* const next = current_->next.load(std::memory_order_acquire);

@@ -21,7 +21,7 @@ constexpr double least_timed_share = 0.05;
 /// A gift is at most this share of what a patch has, and at least that, or it waits.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
-/// A gift that has to be taken back within so many waits was a mistake.
+/// Waits within which a restored share must not be shed again: if it is, restoring it was a mistake.
 constexpr std::uint64_t regret_waits = 4;
 /// Waits without such a mistake after which the wait halves. Fewer would let the same mistake recur at once.
 constexpr std::uint64_t calm_waits = 16;
@@ -134,7 +134,7 @@ struct LoadShedder::Impl {
       ++lost;
   }
 
-  /// Takes `excess` bristles from those that move, lowest priority first, alike within a priority.
+  /// Sheds `excess` bristles from moving patches, lowest priority first, equal shares within a priority.
   int shed(PatchBatch& batch, double excess) noexcept {
     for (std::size_t first = 0, last = 0; first < entries.size() && excess > 0.0; first = last) {
       while (last < entries.size() && entries[last].priority == entries[first].priority) ++last;
@@ -177,7 +177,7 @@ struct LoadShedder::Impl {
 
   static double contact(const Entry& entry) noexcept { return entry.active * entry.wanted / entry.detail; }
 
-  /// Gives bristles back to one patch, of the highest priority among those that lack some.
+  /// Restores bristles of one patch, of the highest priority among those that lack some.
   int give(PatchBatch& batch, double units) noexcept {
     Entry* chosen = nullptr;
     const auto share = [](const Entry& e) { return static_cast<double>(e.detail) / e.bristles; };
@@ -195,7 +195,7 @@ struct LoadShedder::Impl {
     if (gift < 1.0 || gift < std::min(smallest_gift * chosen->detail, lacking)) return 0;
     chosen->wanted = chosen->detail + static_cast<std::uint32_t>(gift);
     decide(batch, *chosen);
-    // Nothing had to be taken back of late: no longer so careful.
+    // Shortens the wait after many waits without a mistake.
     if (steps - last_wait_change >= calm_waits * wait) change_wait(wait / 2);
     last_gift = steps;
     return 1;

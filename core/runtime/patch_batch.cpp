@@ -217,7 +217,7 @@ struct PatchBatch::Impl {
     command.scratch.bytes = bytes;
   }
 
-  /// Nothing can fail any more: only now is what comes with the command counted as there.
+  /// Pushes a command. Nothing can fail after this point, so its memory is counted only here.
   void send(std::unique_ptr<Command> command) noexcept {
     if (command->scratch.memory) scratch_bytes = command->scratch.bytes;
     commands.push(std::move(command));

@@ -177,10 +177,10 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
   return changed;
 }
 
-// The limit of a contact that ages is that of one that has held, and it may slide with far less: stiffness
-// that stays on below such a limit would hold it back, and so would the limit. Takes the force that the
-// contact has at the displacement with the velocity u: as its limit if it was clipped, else by the secant to
-// it. Returns whether that changed anything.
+// Corrects contacts that age. Their force limit is that of a contact that has held, and they may slide with
+// far less, so stiffness that stays on below that limit would hold them back. Evaluates the force of each
+// contact at its displacement with the velocity u, and takes it as the limit if it was clipped, or as a
+// secant otherwise. Returns whether that changed anything.
 template <int Dof>
 bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                 Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
@@ -484,8 +484,8 @@ class MidpointSolver {
     return a;
   }
 
-  // From the velocity before the step. Should stiff bristles stop a body there that would have come a hundred
-  // lengths far, that is out of reach; then from the velocity at which they hold it.
+  // Starts from the velocity before the step. Stiff bristles that stop a body far short of where it would go
+  // are out of reach from there; then the search starts from the velocity at which they hold the body.
   double solve_all(Vector& u) noexcept {
     const double norm = solve_from(u);
     if (!(effort_.report(norm).residual > 0.05)) return norm;

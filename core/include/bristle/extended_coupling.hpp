@@ -110,9 +110,9 @@ void lay_out_cells(const ExtendedPatches& patches, Span<const ExtendedContact<Do
   for (std::size_t k = 0; k < count; ++k) cells.contacts[k].place = k;
 }
 
-/// Sets the cells' Jacobians for a step at the velocity u: with them a cell's displacement is that of the
-/// centre and the chord of its turn, and its force acts where the cell is half-way through. Returns whether
-/// a spin changed since the last call so much that a prediction with the old places is not to be trusted.
+/// Sets the cells' Jacobians for a step at the velocity u: a cell's displacement is that of the centre plus
+/// the chord of its turn, and its force acts where the cell is half-way. Returns whether a spin changed so
+/// much since the last call that a prediction with the old places is unreliable.
 template <int Dof>
 class FollowTurn {
  public:
