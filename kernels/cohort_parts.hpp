@@ -133,11 +133,12 @@ struct CohortBits {
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
-  /// Lanes beyond the last cohort of its row: far from the base they are bent beyond any reach.
+  /// Clears the bits of lanes beyond the last cohort: their places are far away, so they test as bent beyond
+  /// any reach.
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
-  /// The highest of the first `count`, and takes it out; no_cohort = none.
+  /// Removes and returns the highest cohort below `count`; no_cohort = none.
   std::uint32_t take_last(std::uint32_t count) {
     for (std::uint32_t w = (count + 63) / 64; w-- > 0;)
       if (word[w] != 0) {
@@ -244,7 +245,7 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   cohort(rows, i, cohort_high) = ranks.high;
 }
 
-/// Cohort i as it is when its place has moved: its R and what goes with it. Its mass stays.
+/// Cohort i with its place moved: its new R, S(R) and M(R). Its mass stays.
 struct Moved {
   double x, y, reach;
   Survival at;
@@ -442,7 +443,7 @@ template <bool rubs, bool ages>
           ages ? times.now - mean_gap * times.per_length : 0.0};
 }
 
-/// Pieces of a move: as long as the law's piece, and longer in the middle of a long move.
+/// Length of the next piece of a move: the law's piece, and longer in the middle of a long move.
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);

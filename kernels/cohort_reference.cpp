@@ -244,7 +244,7 @@ struct DrawnReference : Reference {
   }
 };
 
-/// Mass above a rank, and how much of it a unit of rank holds there.
+/// Returns the mass above a rank, and its density there (mass per rank).
 void mass_above(const CohortState& s, const double* rows, double cut, double* mass, double* density) {
   LaneSum masses, densities;
   for (std::uint32_t i = 0; i < s.count; ++i) {

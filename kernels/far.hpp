@@ -16,7 +16,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Beyond this (scaled) even double has no phase left: it is drawn.
+/// Length (scaled) beyond which double does not resolve the phase, so it is drawn.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// A bristle that snapped, after the path that remained.

@@ -13,7 +13,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Snap lengths of draw states.
+/// Samples snap lengths from draw states.
 template <class T>
 struct FreshLengths {
   static constexpr bool by_columns = Lanes<float>::size == lane_count;

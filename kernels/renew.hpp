@@ -50,7 +50,7 @@ class Renewer {
   }
 
  private:
-  /// Vectors of two or four doubles gain nothing over one draw after the other.
+  /// Whether draws are taken in columns. Vectors of two or four doubles gain nothing by it.
   static constexpr bool by_columns = Lengths::by_columns && !ages;
 
   const PatchView<T>& patch;
@@ -113,7 +113,7 @@ class Renewer {
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// All draws. Memory of the next is asked for ahead of time.
+  /// Makes all draws; requests the memory of the next ones ahead.
   void renew_all() {
     Draws draws[2];
     draw(0, draws[0]);
@@ -398,7 +398,7 @@ class Renewer {
     totals.renewed += list.size;
   }
 
-  /// One bristle. What was drawn ahead of time is its next length unless it was drawn twice.
+  /// Renews one bristle. The length drawn ahead is its next one unless the bristle was drawn twice.
   void slip(const Draws& draws, std::uint32_t k, const Columns& columns, Gains& gains) {
     const std::uint32_t i = draws.bristle[k];
     const double way = draws.way[k];

@@ -44,7 +44,7 @@ struct SlideSums {
   double dissipated = 0.0;          ///< there
 };
 
-/// A block in which nothing slid.
+/// Books a block in which no bristle slid.
 inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool mean, Totals& totals) {
   for (int axis = 0; axis < axes; ++axis) {
     const std::int64_t after = carried(block, a.to, axis);

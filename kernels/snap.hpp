@@ -266,7 +266,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   }
 }
 
-/// Redraw, before the walk by rounds: the first pass. Returns whether any bristle snaps.
+/// Runs the first pass of redraw before the walk by rounds. Returns whether any bristle snaps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {

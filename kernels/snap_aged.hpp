@@ -124,7 +124,7 @@ template <class T, int axes, bool keep>
   }
 }
 
-/// Third: books the first pass.
+/// Third pass: books the first pass.
 template <class T, int axes, bool partial>
 inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> path,
                           const Weights<T, partial>& weights, RowSums<T>& sums) {

@@ -60,7 +60,7 @@ struct Bed {
   float* column(BedColumn c) const noexcept { return columns.get() + c * count; }
 };
 
-/// Checks what the caller gave and fills a bed. Throws Error.
+/// Checks the caller's material, shape and options and makes a bed. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
 /// Writes places, stiffnesses and pressures under the present size, after rolling by a distance (m) along the

@@ -81,7 +81,7 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// Whoever has no partner, or no longer a free nearest one, looks again.
+  /// Searches again for points without a partner whose nearest point is taken.
   void look_again(const Pair& pair, int side) noexcept {
     for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
       Point& p = points[side][i];

@@ -32,7 +32,7 @@ class KeyTable {
 
   std::uint32_t find(std::uint64_t key) const noexcept { return slots_[place_of(key)].value; }
 
-  /// `value` for a key that is not there yet; `none` is no value.
+  /// Inserts `value` for a key that is not in the table; `none` is not a value.
   void insert(std::uint64_t key, std::uint32_t value) noexcept {
     Slot& slot = slots_[place_of(key)];
     BRISTLE_ASSERT(value != none);
@@ -42,7 +42,7 @@ class KeyTable {
     ++keys_;
   }
 
-  /// Nothing when the key is not there.
+  /// Erases a key; does nothing if it is not in the table.
   void erase(std::uint64_t key) noexcept {
     std::size_t hole = place_of(key);
     if (slots_[hole].value == none) return;

@@ -257,7 +257,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(highest) + " (" + describe(family, residual_share) +
                        ", which has no spread to choose)");
   }
-  // Ratios a rounding outside the range count as its ends.
+  // Ratios outside the range by a rounding count as its ends.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding)) {

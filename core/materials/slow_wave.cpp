@@ -104,7 +104,8 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Newton may run off to a mode that dies at once, or to s = 0, which is steady sliding.
+    // Rejects roots to which Newton may escape: a mode that decays at once, or s = 0, which is steady
+    // sliding.
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};
   }

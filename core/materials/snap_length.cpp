@@ -192,7 +192,7 @@ SnapLength SnapLength::uniform(double min_m, double max_m) {
 SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   require_within("SnapLength::normal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
   require_within("SnapLength::normal", "deviation_m", deviation_m, 0.0, mean_m, "m (mean_m)");
-  // A spread that the doubles near the mean cannot show is none.
+  // A deviation below the rounding of the mean gives a law without spread.
   if (mean_m + deviation_m == mean_m) return single(mean_m);
   const CutNormal law(mean_m, deviation_m);
   SnapLength result;

@@ -33,7 +33,8 @@ void add_panel(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Panels each of which ends at most at twice its beginning: what is integrated varies with the logarithm.
+/// Integrates over panels, each of which ends at most at twice its beginning, because the integrand varies
+/// with the logarithm.
 template <class Density>
 void add_range(std::vector<Node>& nodes, double low, double high, const Density& density) {
   double start = low;

@@ -36,7 +36,8 @@ struct ContactModel {
   /// uncounted where the patch computes no energy).
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
-  /// A whole step that moves, on one thread: the sums, and the state after it when it is committed.
+  /// Advances a patch by a whole step that moves, on one thread: gives the sums, and the state after it if
+  /// the step is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
   // `advance` in three parts, for a patch that several threads share. `prepare` gives the number of ranges;
@@ -53,7 +54,8 @@ struct ContactModel {
   /// Sets the number of representatives that stand for the patch, 1 to PatchRecord::options.bristles, without
   /// a change of force.
   Status (*set_detail)(Patch&, std::uint32_t bristles) noexcept;
-  /// A copy in memory of at least PatchRecord::bytes, aligned to 64: for trial loads. Owns nothing.
+  /// Copies a patch for trial loads into memory of at least PatchRecord::bytes, aligned to 64. The copy owns
+  /// nothing.
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
 
   // --- reading

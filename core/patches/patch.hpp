@@ -120,7 +120,7 @@ inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
 inline double to_lengths(std::int64_t fixed) noexcept {
   return static_cast<double>(fixed) * length_per_fixed;
 }
-/// As static_cast does, without its long division of the usual case.
+/// Converts as static_cast does, without its long division in the usual case.
 inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);

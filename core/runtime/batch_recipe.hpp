@@ -25,7 +25,7 @@ struct BatchRecipe {
   std::vector<PatchRecipe> patches;  ///< by slot
 };
 
-/// No other thread may use the batch meanwhile.
+/// Reads the recipe of a batch. No other thread may use the batch meanwhile.
 BRISTLE_API BatchRecipe find_recipe(const PatchBatch& batch);
 /// Adds the patches of a recipe to a new batch, out of contact: a saved state of the batch that the recipe is
 /// of can then be restored. Throws bristle::Error where it is none of a batch.

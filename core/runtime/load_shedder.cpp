@@ -18,7 +18,7 @@ namespace {
 
 /// Below this share of the budget a step says little about the time per bristle.
 constexpr double least_timed_share = 0.05;
-/// A gift is at most this share of what a patch has, and at least that, or it waits.
+/// Largest and smallest share of a patch's bristles that is restored at once; less waits.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
 /// Waits within which a restored share must not be shed again: if it is, restoring it was a mistake.
@@ -101,8 +101,8 @@ struct LoadShedder::Impl {
 
   bool is_here(const Entry& entry) const noexcept { return entry.survey == surveys && entry.active > 0.0; }
 
-  /// A step's time per bristle. Upwards only what two such steps in a row show, downwards slowly: a step
-  /// that was disturbed once says nothing, and a quiet second does not let the next slip be late.
+  /// Learns the time per unit of a step. It rises only after two slower steps in a row, because one may have
+  /// been disturbed, and falls slowly, so that a quiet second does not make the next slip late.
   void learn(double time_s, const StepReport& report) noexcept {
     const double units =
         static_cast<double>(report.bristles_visited) + patch_overhead * report.patches_stepped;

@@ -37,7 +37,8 @@ constexpr int max_split = 64;
 
 thread_local char this_thread;  // its address tells threads apart
 
-/// A denormal time is no time: it would read as 0 or not by the caller's floating-point mode.
+/// Whether a time step is allowed. A denormal one is not, because it would read as 0 or not by the caller's
+/// floating-point mode.
 bool is_good_time(double dt_s) noexcept {
   return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
 }
@@ -279,7 +280,7 @@ struct PatchBatch::Impl {
     return size;
   }
 
-  /// Refuses what cannot be stepped. Null when refused.
+  /// Refuses motions that cannot be stepped; returns null for those.
   Patch* admit(Patch* p, std::size_t i) noexcept {
     out[i].id = in[i].id;
     if (p == nullptr) {
@@ -323,14 +324,15 @@ struct PatchBatch::Impl {
       __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
   }
 
-  /// One motion, start to end, on one thread.
+  /// Steps one motion, start to end, on one thread.
   void step_one(Patch& p, std::size_t i, Outcome& outcome) noexcept {
     outcome.visited += step_patch(p, in[i], dt, out[i]);
     outcome.status = outcome.status | out[i].status;
     ++outcome.stepped;
   }
 
-  /// The motions of a range, one after another. What rests is answered at once: it costs no more than asking.
+  /// Steps the motions of a range, one after another. A patch at rest is answered without a call of its
+  /// model.
   void step_range(const Range& range, Outcome& outcome) noexcept {
     const bool notes = workers.count() > 1;
     int next_split = range.next_split;

@@ -26,8 +26,8 @@ double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) no
 /// bent; `mean_kept` is its mean.
 double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noexcept;
 
-/// A falling load cuts cohorts: `kept` is the mean mass that each keeps. Which bristles of a cohort were the
-/// last to come is chance; how many leave is not. Changes `kept`, not its sum.
+/// Draws the cuts of a falling load: `kept` is the mean mass that each cohort keeps. Which bristles of a
+/// cohort came last is random; how many leave is not. Changes the entries of `kept`, not their sum.
 void draw_cut(Cohorts& r, double* kept) noexcept;
 
 // --- saved state and hash; a patch that does not fluctuate adds nothing

@@ -213,7 +213,7 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
   // The last born first: it takes what is missing in the end.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // A few units of mass, less than one each: they are as old as bristles are in the mean.
+  // Puts a few units of mass, too few for every cohort, at the mean age of bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;

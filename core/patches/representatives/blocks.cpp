@@ -27,7 +27,7 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept {
   Block& block = r.blocks[b];
   block.zero = 1;
   if (r.since != nullptr) r.since[b] = time_of(p);
-  // Straight bristles hold until the shortest of them is reached.
+  // Straight bristles hold until the patch has moved by the shortest snap length.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {
     block.position[axis] = block.anchor[axis] = p.position[axis];

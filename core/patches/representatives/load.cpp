@@ -14,7 +14,8 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
   if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
 }
 
-/// Fewer bristles: the last leave with their energy, the new last one counts by its fraction.
+/// Removes bristles from contact: the last ones leave with their energy, the new last one counts by its
+/// fraction.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -27,7 +28,7 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
     for (std::uint32_t b = edge; b < old_blocks; ++b) squares += block_squares<T>(p, b);
   for (std::uint32_t b = edge; b < old_full; ++b) book_block<T>(p, b, -1);
 
-  // Written down under the old count first, so that displacement and stored deflection are one.
+  // Rewrites the block under the old count, so that its displacement is 0 before bristles enter or leave.
   if (edge < old_blocks) rewrite_block<T>(p, edge);
   r.whole = now.whole;
   r.fraction = now.fraction;

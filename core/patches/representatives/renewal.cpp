@@ -90,9 +90,9 @@ RenewalTotals make_draws(const Patch& p, const PatchStep& step, std::uint64_t dr
                                   });
 }
 
-/// The renewals of the piece ahead: as many as its snaps will cause, foreseen, and what earlier ones still
-/// owe. Nothing will snap: nothing is renewed.
-/// Returns the bristles that the piece would carry beyond their length.
+/// Makes the renewals of the piece ahead: those that its foreseen snaps will cause, and those still owed.
+/// Without a foreseen snap it renews nothing. Returns the number of bristles that the piece would carry
+/// beyond their length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);

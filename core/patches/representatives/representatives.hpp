@@ -192,8 +192,8 @@ void forget_upper_bounds(Patch& p) noexcept;
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// After the count of contacts, the weight or the tail block changed: the shared part's sums over the tail,
-/// its unit of force, what it says at rest.
+/// Renews the shared part after the count of contacts, the weight or the tail block changed: sums over the
+/// tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
 /// The sums over the tail block alone: it was rewritten.
@@ -205,7 +205,7 @@ void note_tail(Patch& p) noexcept;
 constexpr double oldest_bristle = 1e30;  ///< in units of the ageing time: no bristle becomes older
 /// Largest g of a bristle.
 double largest_ageing_factor(const Material& material) noexcept;
-/// Farther than this no bristle bends.
+/// Longest deflection of any bristle.
 template <class T>
 double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;

@@ -247,7 +247,7 @@ Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
   if (detail == r.detail) return Status::ok;
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? sum_of_squares<T>(p) : 0.0;
-  // From the last stratum on, in place: each takes the share of its group that its limit has.
+  // Works from the last stratum on, in place: each stratum takes from its group the share that its limit has.
   const std::uint32_t n = r.bristles, old = r.detail;
   rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
   for (std::uint32_t j = old; j-- > 0;) {
