@@ -91,7 +91,7 @@ class DrawnLosses {
     return mass - leave(law_, pass_, i, mass, (mass - mean_kept) / mass);
   }
 
-  /// The draws that are left fall on this cohort with its share of the weight that is left.
+  /// Assigns the draws left to this cohort by its share of the weight left.
   double renewed_of(std::uint32_t i, double mass, double mean_kept) {
     s_.draws = pass_ + 1;
     const double weight = mass - mean_kept;

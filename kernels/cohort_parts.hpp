@@ -105,7 +105,7 @@ inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double be
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
-/// A lane that holds no cohort: it never snaps and weighs nothing.
+/// Clears a lane, so that it holds no cohort: it never snaps and weighs nothing.
 inline void clear_lane(double* rows, std::uint32_t i) {
   for (std::uint32_t c = 0; c < cohort_columns; ++c) cohort(rows, i, static_cast<CohortColumn>(c)) = 0.0;
   cohort(rows, i, cohort_reach) = unused_reach;
@@ -463,8 +463,8 @@ struct Partner {
   std::uint32_t i, j;
 };
 
-/// Two cohorts become one, in the place of the first: mass, first moment, mean R, mean and variance of rank
-/// are kept. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
+/// Merges two cohorts in the place of the first. Conserves mass, first moment, mean R, mean and variance of
+/// rank. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
 template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                     std::uint32_t j, const double at[2], const CohortTimes& times) {

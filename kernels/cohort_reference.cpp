@@ -19,8 +19,8 @@ struct ReferenceSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
   CohortBits emptied;
 
-  /// Cohort i, bent by z at the end of a piece: `kept` of its mass is left, `lost` was straight, or bent by
-  /// l_r, `gap` before the end.
+  /// Adds the loss of cohort i, bent by z at the end of a piece: `kept` of its mass is left; the mass lost
+  /// was straight, or bent by l_r, `gap` before the end.
   void add(const double* rows, std::uint32_t i, double zx, double zy, double square, double kept,
            double left_behind, double g) {
     const std::uint32_t k = i % cohort_lanes;
@@ -93,7 +93,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   if (kept < least_mass) kept = 0.0;
   const double lost = mass - kept;
 
-  // They snapped at this length on average, with this much of the piece left.
+  // Bristles that snapped did so at this length on average, with this much of the piece left.
   const double share = left - now.left;
   double snapped_at = share > 0.0 ? (now.moment - moment) / share : bent;
   snapped_at = least(most(snapped_at, reach), bent);

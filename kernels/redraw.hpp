@@ -18,8 +18,8 @@ namespace {
 /// A place behind a block's own, for the empty vectors of a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
-/// Bristles of one block after their first snap, while they have path left. Of bristles that do not snap it
-/// holds `path` only.
+/// Bristles of one block after their first snap, while they have path left. Bristles that do not snap have
+/// valid `path` only.
 template <class T>
 struct Walk {
   static constexpr bool ages = false;

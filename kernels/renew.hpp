@@ -288,7 +288,7 @@ class Renewer {
   void read(const Draws& draws, std::uint32_t count, Columns& columns) {
     if (mark == 255) clear_marks();
     const std::uint8_t now = ++mark;
-    // Copies: bytes are written, which could be any of these.
+    // Copies pointers first: the bytes written below could alias any of these members.
     const T* const z[2] = {patch.zx, patch.zy};
     const T* const limit = patch.delta;
     const Block* const blocks = patch.blocks;
@@ -510,7 +510,7 @@ class Renewer {
     patch.groups[i / block_size / blocks_per_group].reach = -1.0;
   }
 
-  /// A block that entered together and was not visited since.
+  /// Writes a block whose bristles entered together and that was not visited since.
   void write_down(Block& block, std::uint32_t start) const {
     const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
     for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {

@@ -63,8 +63,8 @@ struct BlockMotion {
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
   Residual<T, has_residual> residual;
 
-  /// Which of the bristles at i are beyond their length at the end of the step. A block in which none is
-  /// stays as it is.
+  /// Mask of the bristles at i beyond their length at the end of the step. A block without any is not
+  /// written.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i);

@@ -23,7 +23,7 @@ class Stepper {
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
       : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
 
-  /// Bristles of blocks [first, last) that are beyond their length at the end of the step.
+  /// Counts the bristles of blocks [first, last) that are beyond their length at the end of the step.
   std::uint64_t foresee(std::uint32_t first, std::uint32_t last) const {
     std::uint64_t count = 0;
     for (std::uint32_t b = first; b < last; ++b) {
@@ -104,8 +104,8 @@ class Stepper {
     return -1.0;
   }
 
-  /// The blocks whose bound does not hold. Returns how far the patch may go on from here before one of the
-  /// group's bounds fails, negative when one is unknown.
+  /// Steps the blocks whose bound does not hold. Returns how far the patch may go on from here before one of
+  /// the group's bounds fails, negative when one is unknown.
   double run_group(std::uint32_t first, std::uint32_t last) {
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = first; b < last; ++b) {

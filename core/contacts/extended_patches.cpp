@@ -27,7 +27,7 @@ namespace {
 constexpr std::size_t most_cells = 65536;
 constexpr double largest_scale = 1e6;
 
-/// Where the outline is in a step.
+/// Orientation and scale of an outline.
 struct Pose {
   Turn turn;           ///< of the outline's axes in those of the surface
   double scale = 1.0;  ///< as set_scale set it
@@ -182,7 +182,7 @@ bool was_stepped(Status status) noexcept {
   return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input);
 }
 
-/// The part of an answer that load, material and pose alone decide.
+/// Writes the part of a response that load, material and pose alone determine.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
   out.force_limit = common.force_limit;
@@ -370,8 +370,8 @@ struct ExtendedPatches::Impl {
     return out.status;
   }
 
-  /// Steps those cells whose bristles need not be asked; what they answer is in `elastic` from `first` on.
-  /// True if those were all. Otherwise the batch has to step the others.
+  /// Steps the cells that need no look at their bristles; their forces are in `elastic` from `first` on.
+  /// Returns whether these were all cells; otherwise the batch steps the others.
   bool step_lightly(ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
     const Course course = course_of(p, motion);
     const Turn midway = grown(course.midway, course.size);
@@ -405,7 +405,7 @@ struct ExtendedPatches::Impl {
     return can_step_lightly(*p.slots[0]);  // all cells have one material and the same options
   }
 
-  /// Hands the motions of those cells that were not stepped yet to the batch.
+  /// Queues the motions of cells that were not stepped yet for the batch.
   void queue_rest(const ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
     write_cell_motions(p, motion, course_of(p, motion),
                        Span<Motion>(motions.data() + queued, p.cells.size()));

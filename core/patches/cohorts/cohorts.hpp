@@ -110,7 +110,7 @@ double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) no
 // --------------------------------------------------------------------------------------- rows (state.cpp)
 
 void clear_lane(double* rows, std::uint32_t i) noexcept;
-/// Out of contact: no cohort.
+/// Takes the patch out of contact: no cohort.
 void clear_cohorts(Cohorts& r) noexcept;
 /// Removes cohorts without mass; the last cohorts take their places. `births`: null where the material does
 /// not age.
@@ -134,7 +134,8 @@ void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
-/// Whether a move is so long that its end alone says what the patch is then. `forget`: the path that takes.
+/// Whether a move is so long that the state after it depends on its end alone. `forget`: the path that this
+/// takes.
 bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
 /// Snaps of a bristle per scaled length of steady sliding at the speed of a move.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;

@@ -71,7 +71,7 @@ void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
   find_glide_means(p, g);
 }
 
-/// The patch with its rows.
+/// Moves the patch along an axis, and the base of its rows with it.
 void move_along(Patch& p, Cohorts& r, int axis, std::int64_t to, std::int64_t sum) noexcept {
   r.base[axis] = sum_of(r.base[axis], difference(to, p.position[axis]));
   p.position[axis] = r.slid_to[axis] = p.part_position[axis] = to;

@@ -93,7 +93,7 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   find_moment(r, r.rows);
 }
 
-/// Without load the patch leaves the base of its places behind: they count from where it is set down.
+/// Rebases the places of a patch without load that has moved far from their base.
 void come_near(const Patch& p, Cohorts& r) noexcept {
   constexpr double far = 4096.0;
   for (int axis = 0; axis < 2; ++axis)
@@ -125,7 +125,8 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 
-/// Load above the highest rises: the same bristles carry it, and no force changes at rest.
+/// Scales deflections under a rising load above the highest: the bristles that are there carry it, and no
+/// force changes at rest.
 void scale_deflections(Patch& p, double factor) noexcept {
   Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};

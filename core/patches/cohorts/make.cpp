@@ -130,8 +130,8 @@ void check(const Material& material, const PatchOptions& options) {
     require_within(where, "cohorts", options.cohorts, 8, most_cohorts, "(0 = automatic)");
 }
 
-/// Length of chord from which on the last of them is all that the mean deflection sees: where
-/// square / 2 - kinetic h / 2 + share h^2 is 0, or least.
+/// Chord length from which on the last chord alone determines the mean deflection: where square / 2 - kinetic
+/// h / 2 + share h^2 is 0, or least.
 double find_long_step(double kinetic, double square, double share) noexcept {
   const double lowest = 0.25 * kinetic / share;
   const double root = lowest * lowest - 0.5 * square / share;
@@ -144,7 +144,7 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   r.detail = detail;
   const double resolution = r.options.resolution * (static_cast<double>(detail) / r.pieces);
   const double mean = r.law.mean;
-  // A narrow law, or a group of one, needs finer pieces: what snaps in one of them is a larger share.
+  // A narrow law, or a narrow group of a law, needs finer pieces: a larger share of it snaps in one piece.
   double share = r.material->survival().finest / resolution;
   // Strong renewal has a length of its own, 1 / (kappa nu), and needs shorter pieces too.
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
@@ -153,7 +153,8 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   r.law.slow = 2.0 * mean;
   // Under a wide law many bristles snap twice in a long piece, so pieces may grow less.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
-  // Steady sliding starts a cohort with that share of the mass; of a wide law the last of it carries much.
+  // Steady sliding starts each cohort with that share of the mass; under a wide law a cohort of little mass
+  // carries much force.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
   set_fluctuation(r);
 }

@@ -272,7 +272,7 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
   const Cohorts& r = cohorts(p);
   const double metres = p.material().metres_per_length;
   const CohortTimes times = times_of(p);
-  // Cohorts in the order of their rows, spread by mass over the number asked for.
+  // Lists cohorts in the order of their rows, spread by mass over the number of bristles asked for.
   std::uint32_t at = 0;
   double passed = 0.0;
   for (std::size_t i = 0; i < count; ++i) {

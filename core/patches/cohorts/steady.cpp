@@ -134,7 +134,8 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
   return passage;
 }
 
-/// The renewal process of steady sliding: mean snap length, force, and what its path integral begins with.
+/// Constants of the renewal process of steady sliding: mean snap length, force, and the transient of its path
+/// integral.
 struct Renewals {
   double mean, force, transient;
 };
@@ -187,7 +188,7 @@ double squares_at(const CohortState& s, const double* rows, const double (&at)[2
   return sum;
 }
 
-/// Whole masses; what rounding leaves over is born last.
+/// Writes whole masses; the youngest cohort takes the rounding remainder.
 void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const CohortMove& a,
                  CohortState& s, double* rows) noexcept {
   double all = 0.0;
@@ -210,7 +211,7 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     entry(rows, i, cohort_high) = s.mass;
     ++i;
   };
-  // The last born first: it takes what is missing in the end.
+  // Writes the youngest cohort first, because it takes the rounding remainder.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
   // Puts a few units of mass, too few for every cohort, at the mean age of bristles.

@@ -100,7 +100,7 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   return slide;
 }
 
-/// Places count from near the patch again. `to` is where it is.
+/// Rebases the places to near the patch. `to` is where it is.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;

@@ -52,7 +52,8 @@ class Shifter {
 
  private:
   static constexpr int most_passes = 24;
-  /// Short of the snap length by what a sum of squares may round.
+  /// Share of the snap length that a shifted bristle may reach: less than 1 by the rounding of a sum of
+  /// squares.
   static constexpr T inside = T(1) - T(8) * std::numeric_limits<T>::epsilon();
 
   const Representatives<T>& r;
@@ -132,7 +133,7 @@ void rewrite_all(Patch& p, double (&sums)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) sums[axis] = deflection_sum(p, axis);
 }
 
-/// All bristles share in bringing the sums to `wanted`.
+/// Shifts all bristles in common until the sums are `wanted`.
 template <class T>
 void shift_all(Patch& p, const double (&wanted)[2]) noexcept {
   double sums[2];

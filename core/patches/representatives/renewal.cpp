@@ -1,5 +1,5 @@
-// Shared renewal (core/patches/RUBBING.md): a step goes piece by piece; in each the bristles advance as they
-// always do, then the snaps of the piece renew others.
+// Shared renewal (core/patches/RUBBING.md): a step goes piece by piece. In each piece the snaps are foreseen,
+// the renewals that they cause are made, and the kernel advances all bristles.
 #include <algorithm>
 #include <cmath>
 
@@ -122,8 +122,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Straight slide of bristles that age, at another speed or after a rest: its deflections are off by what
-/// either makes of friction.
+/// Shortens the straight slide of bristles that age, at another speed or after a rest: its deflections differ
+/// from steady sliding by the change that either makes in friction.
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -260,7 +260,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     find_direction(a);
     prepare_kernel<T>(p, step);
     const std::uint64_t beyond = renew<T>(p, step);
-    // Where nothing has snapped yet nothing slides: such a patch is not carried, but bent on.
+    // A patch in which nothing has snapped does not slide, so it is not carried but bent further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;

@@ -165,7 +165,7 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 
 // ------------------------------------------------------------------------------- blocks (blocks.cpp)
 
-/// Writes deflections of block b down where the patch is now.
+/// Rewrites block b with its deflections at the patch's present position.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
 /// Block b is out of contact, or all of its bristles are straight.
@@ -185,7 +185,7 @@ double joules_per_square(const Patch& p) noexcept;
 /// Bristles [from, to) of one block out of contact: their first snap lengths again.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
-/// Bounds of groups and patch: a block changed outside a step.
+/// Renews the bounds of groups and patch after a block changed outside a step.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
 /// Displacement of a block since its last rewrite, scaled.
@@ -196,7 +196,7 @@ inline double moved_since(const Patch& p, const Block& block, int axis) noexcept
 /// tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// The sums over the tail block alone: it was rewritten.
+/// Renews the sums over the tail block after it was rewritten.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
@@ -240,10 +240,10 @@ void find_steady_sliding(const Representatives<T>& r, double per_length) noexcep
 /// First snap lengths of the patch's seed, and what blocks know of them.
 template <class T>
 void fill_first(Representatives<T>& r) noexcept;
-/// Columns as at the beginning: straight, first lengths, no draw made.
+/// Resets the columns: straight bristles, first lengths, no draw made.
 template <class T>
 void fill_columns(Representatives<T>& r) noexcept;
-/// First snap lengths of another seed; deflections and draws stay.
+/// Sets the first snap lengths of another seed; deflections and draws stay.
 template <class T>
 void change_seed(Representatives<T>& r, std::uint32_t seed) noexcept;
 
@@ -267,7 +267,7 @@ void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepS
 /// Fills the kernels' constants for a step or a piece of it.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
-/// After a step that visited blocks: how far the patch may go before one must be visited again.
+/// Finds, after a step that visited blocks, how far the patch may go before one must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
 /// Whether the sum over full blocks is what their parts say.

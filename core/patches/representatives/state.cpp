@@ -264,7 +264,8 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       if (!within(e, -1.0, 1.0)) return "direction";
   }
 
-  // One that a long slide ends on may have two draws of an exponential law: before the place, and after it.
+  // With an exponential law, the bristle met at the end of a long slide may have two draws: one before the
+  // place and one after it.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
   // Rounding may carry a bristle a little over its length.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
