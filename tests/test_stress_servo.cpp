@@ -70,7 +70,7 @@ struct PlainStep {
           options.mean_snap_length_m = dbar;
           options.rule = rule == SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
           options.mean = true;
-          // The stronger of the two where all snap: bench/README.md.
+          // The stronger of the two where all snap: bench/RESULTS.md.
           options.style =
               rule == SnapRule::keep ? bristle::plain::Style::one_loop : bristle::plain::Style::chunked;
           return options;
