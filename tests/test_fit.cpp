@@ -578,7 +578,7 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
   CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("no first loading in the record"));
-  // The same brush from its first loading on.
+  // A brush from its first loading on.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
   CHECK(virgin.result.peak.fitted);

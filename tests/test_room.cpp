@@ -273,7 +273,7 @@ TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   const double y = run.now().block_position[1];
   run.until(4.5);
   const Snapshot& s = run.now();
-  // What the floor does not hold.
+  // The wall bears the force that the floor's friction does not.
   CHECK(load_of(s, Between::block_wall) - friction_of(s, Between::block_floor, 0) ==
         Approx(5.0).epsilon(0.01));
   CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) > 0.2);
@@ -868,7 +868,7 @@ struct OffCentrePull {
     gap = std::hypot(end.tool[0] - end.block_position[0] + sn * aside,
                      end.tool[1] - end.block_position[1] - c * aside);
   }
-  /// Of a uniform disc that spins on the spot.
+  /// Highest torque of a uniform disc that spins on the spot.
   static double limit(double pad_radius) { return 2.0 / 3.0 * of_pad * press * pad_radius; }
 };
 

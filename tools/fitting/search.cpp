@@ -412,7 +412,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   return try_later_starts(best);
 }
 
-/// The same for each later record of several, all else as it is; then once more all together.
+/// Tries starts of each later record of several, all else as it is; then fits all together again.
 FitPoint Fitter::try_later_starts(FitPoint point) {
   if (data_.columns.parts.empty()) return point;
   bool changed = false;

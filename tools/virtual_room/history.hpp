@@ -1,4 +1,4 @@
-// What the plots look back on: the points of the last seconds, and how long ticks took.
+// Memory of the plots: the points of the last seconds, and how long ticks took.
 #pragma once
 
 #include <array>

@@ -245,7 +245,7 @@ class RoomWindow {
     write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
   }
 
-  // What 'Load' offers: the newest first.
+  // Lists the files of 'Load', the newest first.
   void list_files() {
     std::vector<std::pair<std::filesystem::file_time_type, std::string>> found;
     std::error_code error;
