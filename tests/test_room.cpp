@@ -651,7 +651,7 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
     const double factor = material.ageing_factor(100.0);
     const double growth = 10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) /
                           presets[i].kinetic * factor;
-    // Bristles that snap on the way to the peak draw anew: 7 % less.
+    // Bristles that snap on the way to the peak draw other lengths: 7 % less.
     CHECK(growth == Approx(of[i].growth_per_decade).epsilon(0.08));
   }
 }
@@ -950,7 +950,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   run.tick();
   run.tick();
   REQUIRE(run.now().recording);
-  REQUIRE(run.now().time == Approx(1e-3));  // began anew
+  REQUIRE(run.now().time == Approx(1e-3));  // restarted
   for (int k = 0; k < 300; ++k) run.tick();
   settings.kinetic = 0.2;
   settings.peak = 0.25;
@@ -1561,7 +1561,7 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server began anew
+  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server restarted
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }

@@ -35,7 +35,7 @@ std::vector<std::byte> saved(const PatchBatch& batch) {
   return state;
 }
 
-/// Saved, taken back, saved: the same bytes.
+/// Whether saving, restoring and saving again gives equal bytes.
 void expect_taken_back(OnePatch& patch) {
   const std::vector<std::byte> state = saved(patch.batch);
   REQUIRE_NOTHROW(patch.batch.restore_state(state));

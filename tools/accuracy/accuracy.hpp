@@ -65,7 +65,7 @@ struct FeatureResult {
   std::string advice;
 };
 
-/// Bristles left out and taken back by turns, as under overload.
+/// Bristles left out and restored by turns, as under overload.
 struct ShedResult {
   double share = 1.0;   ///< of the bristles, half of the time
   PatchError error;     ///< of the patch with the highest rms

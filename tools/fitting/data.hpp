@@ -81,7 +81,7 @@ struct FitData {
 /// Throws UserError naming file, line and column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
 
-/// One record of several: their clocks are joined where they start anew, and what the contact remembers is
+/// One record of several: their clocks are joined where they restart, and what the contact remembers is
 /// not carried from one to the next. Throws UserError where their columns differ.
 FitColumns join_fit_columns(std::vector<FitColumns> records);
 /// Reads and joins.

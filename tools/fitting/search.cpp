@@ -309,7 +309,7 @@ FitPoint Fitter::search_rubbed() {
 }
 
 /// A brush that is not rubbed, with all its terms, made to rub: a search without damper and lubricant may end
-/// where they cannot be added any more.
+/// where they cannot be added later.
 FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   FitPoint best = plain;
   for (const double residual : {0.0, 0.2}) {

@@ -151,7 +151,7 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    // No larger than the panels have room for, in steps: each draws the type anew.
+    // No larger than the panels have room for, in steps: each redraws the type.
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
