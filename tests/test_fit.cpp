@@ -445,7 +445,7 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
   // Eight repeats of three parameters: fewer than 18 of 24 has a probability below 1e-3 at 95 %, and of 1 %
-  // at the 88 % that the worst parameter reached in long series (tools/README.md).
+  // at the 88 % that the worst parameter reached in long series (tools/fitting/VALIDATION.md).
   SyntheticFriction s = usual();
   s.duration = 6.0;
   int held = 0;

@@ -1,4 +1,4 @@
-// Reads a motion file: CSV with time, position (or velocity) and load. Format: tools/README.md.
+// Reads a motion file: CSV with time, position (or velocity) and load. Format: tools/scenes/README.md.
 #pragma once
 
 #include <string>

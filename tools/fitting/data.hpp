@@ -1,5 +1,5 @@
 // Measured friction for `bristle fit`: reads the file, finds the sign of the force, undoes what an encoder
-// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: tools/README.md.
+// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: README.md of this folder.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// A scene: materials, contact patches, and what moves them. Read from TOML; keys: tools/README.md.
+// A scene: materials, contact patches, and what moves them. Read from TOML; keys: tools/scenes/README.md.
 #pragma once
 
 #include <cstddef>
