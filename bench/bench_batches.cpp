@@ -40,8 +40,8 @@ std::shared_ptr<MeasuredScene> make_unnamed(const BatchOptions& options) {
   return scene;
 }
 
-/// What a physics engine has: sizes from 30 to 1000, both rules, one axis and two, one patch in ten sliding,
-/// one in ten creeping, the rest at rest.
+/// A scene like a physics engine's: sizes from 30 to 1000, both rules, one axis and two, one patch in ten
+/// sliding, one in ten creeping, the rest at rest.
 std::shared_ptr<MeasuredScene> make_mixed(const BatchOptions& options) {
   const std::uint32_t sizes[] = {30, 30, 30, 100, 100, 300, 1000};
   auto scene = std::make_shared<MeasuredScene>(options);

@@ -154,7 +154,7 @@ void register_share() {
   }
 }
 
-/// The same work in pieces of different size, as one patch and as many.
+/// 200,000 bristles in pieces of different size, as one patch and as many.
 void register_grain() {
   for (std::uint32_t patches : {1u, 2000u}) {
     for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {

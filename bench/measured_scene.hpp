@@ -1,4 +1,4 @@
-// What the benchmarks have in common: the motions, a batch that is brought into a steady regime, counters.
+// Shared by the benchmarks: the motions, a batch that is brought into a steady regime, counters.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -68,7 +68,7 @@ inline const char* name_of(Outputs outputs) {
   }
 }
 
-/// What this build of the library can do.
+/// Snap rules that this build of the library has.
 inline std::vector<SnapRule> rules() {
   if (BRISTLE_MINIMAL) return {SnapRule::keep};
   return {SnapRule::keep, SnapRule::redraw};

@@ -1,5 +1,5 @@
-// What bristle is measured against: the paper's own loop, a plain structure-of-arrays loop left to the
-// compiler, and the time it takes to stream the same bytes.
+// The loops that bristle is measured against: the paper's own loop, a plain structure-of-arrays loop left to
+// the compiler, and the time it takes to stream the same bytes.
 //
 // Compiled with every flag that helps a plain loop (-O3 -march=native -ffast-math), for the machine it is
 // built on: call plain_loops_run_here() before anything else in a program that may be copied elsewhere.
@@ -58,7 +58,7 @@ class PaperLoop {
 
 enum class Rule : unsigned char { keep, redraw };
 
-/// How the loop over the bristles is written.
+/// Style in which the loop over the bristles is written.
 enum class Style : unsigned char {
   one_loop,  ///< everything in one loop body: what one writes first
   chunked    ///< per 1024 bristles: a cheap pass that looks whether any snaps and else only adds; redraw in

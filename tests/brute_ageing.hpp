@@ -42,7 +42,7 @@ class AgedBristles {
     for (const Bristle& b : bristles_) sum += b.*value;
     return sum / static_cast<double>(bristles_.size());
   }
-  /// How far a bristle is bent beyond what it holds, a time from now: convex, hence one crossing.
+  /// Deflection of a bristle beyond its snap length, a time from now: convex, hence one crossing.
   double excess(const Bristle& b, double vx, double vy, double s) const {
     const double bent = std::hypot(b.x + s * vx, b.y + s * vy);
     return bent <= b.fresh ? -1.0 : bent - b.fresh * growth_(b.age + s);  // g >= 1

@@ -1,4 +1,4 @@
-// How far the plate of core/MODEL.md's example comes, m.
+// Stopping distance of the plate of core/MODEL.md's example, m.
 #pragma once
 
 double pushed_plate(double push);

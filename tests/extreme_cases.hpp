@@ -1,4 +1,4 @@
-// What the tests of extremes share: a check of every output, and the loop over kinds of patches.
+// Shared by the tests of extremes: a check of every output, and the loop over kinds of patches.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// How many of the 95 % intervals of `bristle fit` hold the truth: the table of tools/README.md. A study of
+// Counts the 95 % intervals of `bristle fit` that hold the truth: tools/fitting/VALIDATION.md. A study of
 // many repeated experiments, made by brute force, that can be stopped, gone on with, and shared between
 // machines:
 //
@@ -34,7 +34,7 @@ using bristle::SnapRule;
 
 namespace {
 
-/// What a fit of one record should find; NaN: not asked.
+/// Parameters that a fit of one record should find; NaN: not checked.
 using Truth = std::map<std::string, double>;
 struct Cell {
   std::string name;
@@ -142,7 +142,8 @@ Cell disc() {
   return cell;
 }
 
-/// What lies between the contact and the file. Brush and sensor at 1 kHz, recorded at 100 Hz.
+/// Adds records with a stage or a late sensor between contact and file. Brush and sensor at 1 kHz, recorded
+/// at 100 Hz.
 void add_stage(std::vector<Cell>& cells) {
   SyntheticFriction late = usual();
   late.rate = 1000.0;

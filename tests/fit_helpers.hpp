@@ -1,4 +1,4 @@
-// What the tests of `bristle fit` share: a fit of a record, what it refuses, whether it found the truth.
+// Shared by the tests of `bristle fit`: a fit of a record, what it refuses, whether it found the truth.
 #pragma once
 
 #include <catch2/catch.hpp>

@@ -32,7 +32,7 @@ void add_response(bristle::detail::Hasher& hasher, const Response& r, Outputs ou
   hasher.add(static_cast<std::uint64_t>(r.status));
 }
 
-/// What decides the kernel, as PatchInfo says it; the patches that are split over threads apart.
+/// Name of the kernel in use, from PatchInfo; the patches that are split over threads apart.
 std::string variant_of(const PatchCase& c, const PatchBatch& batch, PatchId id) {
   return std::string(c.name.rfind("large", 0) == 0 ? "large: " : "") + batch.info(id).kernel;
 }

@@ -145,7 +145,7 @@ inline std::vector<PatchId> add_patches(PatchBatch& batch, int count, const Mate
   return ids;
 }
 
-/// The same motion for all.
+/// Gives every patch one motion.
 inline std::vector<Motion> same_motion(const std::vector<PatchId>& ids, double dx_m, double dy_m,
                                        double load_n) {
   std::vector<Motion> motions(ids.size());

@@ -11,7 +11,7 @@
 
 namespace bristle_test {
 
-/// What happened, on all threads of the process unless said otherwise.
+/// Counts of events on all threads of the process, unless a field says otherwise.
 struct Counts {
   long allocations = 0;  ///< calls of malloc, free and their kin
   long locks = 0;        ///< calls of pthread's locks and conditions, on the watched thread
@@ -24,7 +24,7 @@ bool can_watch() noexcept;
 /// Since the program started; `locks` since the calling thread first asked.
 Counts counts_so_far() noexcept;
 
-/// What the watch saw in a child process.
+/// Events that the watch saw in a child process.
 struct Sighting {
   bool finished = false;          ///< the child came to its end
   bool trapped = false;           ///< the kernel let the filter in: system calls were watched

@@ -9,7 +9,7 @@
 
 namespace bristle_test {
 
-/// How far, in standard deviations, an estimate may lie from its expectation. For a normal estimate the
+/// Largest deviation of an estimate from its expectation, in standard deviations. For a normal estimate the
 /// chance of lying farther is 6e-7; with the fixed seeds of the tests an outcome never changes between runs.
 constexpr double sigmas = 5.0;
 

@@ -1,5 +1,5 @@
-// What tests of time have in common. Thread CPU time and ratios to a plain loop in the same run, the best of
-// several tries: neither what else runs on the machine nor how fast it is should decide.
+// Shared by tests of time. Thread CPU time and ratios to a plain loop in the same run, the best of several
+// tries: neither what else runs on the machine nor how fast it is should decide.
 #pragma once
 
 #include <catch2/catch.hpp>

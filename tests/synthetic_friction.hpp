@@ -39,7 +39,7 @@ struct SyntheticFriction {
   double encoder = 0.0;                                              // m
   std::function<double(double)> drift = [](double) { return 0.0; };  // N, of s
   int every = 1;                                                     // which samples are recorded
-  // What is done: s to m, s to N.
+  // Motion and load over time: s to m, s to N.
   double duration = 10.0, rate = 200.0;
   std::function<double(double)> motion;
   std::function<double(double)> load = [](double) { return 2.0; };
@@ -48,7 +48,7 @@ struct SyntheticFriction {
 
 struct RecordedFriction {
   std::vector<double> t, x, load, force;
-  /// Of a disc of this radius (m): angle and torque.
+  /// Writes angle and torque of a disc of this radius (m).
   std::string disc_csv(double radius) const {
     std::string text = "t,angle,load,torque\n";
     char line[160];

@@ -46,7 +46,7 @@ class AgeingBrush {
     const Response r = patch_.step(length * dbar, 0.0, bristles_, length / speed * tau);
     return deflection(r.elastic[0]);
   }
-  /// The same; the mean over the step.
+  /// Moves along x; the mean deflection averaged over the step.
   double mean_over(double length, double speed) {
     return deflection(patch_.step(length * dbar, 0.0, bristles_, length / speed * tau).mean[0]);
   }
@@ -336,7 +336,7 @@ TEST_CASE("bristles that age do not see how a motion is cut into steps", "[agein
       for (int k = 0; k < 3; ++k)
         force[k] = AgeingBrush(material, n, precision).slide_in_pieces(4.0, speed, dt[k] / tau * speed);
       INFO(table_name(rule) << ", " << name_of(precision));
-      // The same bristles with the same draws: but for one that snaps in one and not yet in another.
+      // The runs have equal bristles and draws; at most one bristle snaps in one run and not yet in another.
       const double tie = 1.2 * 2.5 / n;
       const double rounding = precision == Precision::single ? 1e-3 : 1e-9;
       expect_near(force[1], force[0], tie + rounding, "1 ms against 1 us");
@@ -583,7 +583,7 @@ TEST_CASE("a long step of bristles that age ends as many short ones do", "[agein
       }
       const double error = std::hypot(once.error(), often.error());
       expect_near(end, expected, 1e-3 * expected + sigmas * error, "mean deflection");
-      // What a bristle loses on this way scatters by less than its mean.
+      // The loss of a bristle on this path scatters by less than its mean.
       expect_near(step.dissipated / dissipated, 1.0, 2e-3 + sigmas * std::sqrt(2.0 / static_cast<double>(n)),
                   "energy of the snaps, over many steps'");
     }

@@ -62,7 +62,7 @@ std::string fault_of_text(const std::string& text) {
   return worst;
 }
 
-/// What `bristle PATH --help` says; asked once.
+/// Output of `bristle PATH --help`, cached.
 const Outcome& help_of(const Folder& folder, const std::string& path) {
   static std::map<std::string, Outcome> all;
   const auto found = all.find(path);
@@ -313,7 +313,7 @@ TEST_CASE("Answers of an accuracy report name the choice, the fast setting and w
   CHECK_THAT(cli::what_to_choose(report), StartsWith("For at most 5 % take 300 bristles") &&
                                               Contains("7.12 % wrong when run again") &&
                                               Contains("0.25 % of the deadline"));
-  // What the quartiles cannot tell from nothing is no saving.
+  // A saving whose quartiles reach 0 does not count.
   CHECK_THAT(cli::what_to_leave_out(report),
              Contains("energy (saves 24 %, error 1.1 % with, 1.1 % without)") && !Contains("redraw"));
   report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};

@@ -451,7 +451,7 @@ TEST_CASE("What a patch is can be asked where the caller's inexact results trap"
 }
 
 TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {
-  // More than the slots of a new batch: the queue of move is made anew.
+  // More than the slots of a new batch: the queue of move is rebuilt.
   PatchBatch batch;
   const Material material = plain_material(uniform, SnapRule::redraw);
   const PatchOptions options = plain_options(20);

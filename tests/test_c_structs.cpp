@@ -68,7 +68,7 @@ TEST_CASE("A program of an older header gets the law of then, or is refused, nev
   CHECK(kinetic_of(material) == Approx(0.4).epsilon(1e-9));
   CHECK(material.struct_size == old_material);
 
-  // The same into a struct of today: still the law of then.
+  // A struct of full size keeps the older law too.
   bristle_init_material(&material, sizeof material);
   REQUIRE(bristle_material_from_coefficients(&coefficients, &material) == BRISTLE_OK);
   CHECK(material.residual_length == 0.0);

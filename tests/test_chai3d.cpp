@@ -250,7 +250,7 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
   CHECK(-tool.friction()[0] == Approx(kinetic * stiffness * depth).epsilon(0.01));
   tool.go(above, 0.1);
   CHECK(tool.force == Vector3d::Zero());
-  // What it touched is gone; it may not be looked at any more.
+  // The touched object is gone: nothing may read it.
   world.objects.clear();
   ground.reset();
   tool.hold_at(above + Vector3d(0.01, 0, 0));

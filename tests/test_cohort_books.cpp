@@ -1,5 +1,5 @@
-// What the infinite brush must keep whatever happens to it: mass to the last unit, first moment, reach, the
-// order of coming into contact, energy. Reads the rows of the patch itself.
+// Invariants of the infinite brush under any motion: mass to the last unit, first moment, reach, the order of
+// coming into contact, energy. Reads the rows of the patch itself.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -169,7 +169,7 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
       REQUIRE(std::abs(after.x - before.x) <= 1e-12 * before.mass * (1.0 + std::abs(before.x / before.mass)));
       // Lost where the deflection is z: sum of m z^2 before less after, whatever place it is counted from.
       REQUIRE(lost >= 0.0);
-      // What an open cohort that was merged still owed is lost with it.
+      // The debt of an open cohort is lost when it is merged.
       const double of_places = lost - (r.spread - s.spread);
       REQUIRE(s.spread >= 0.0);
       REQUIRE(std::abs(before.spread - after.spread - of_places) <= 1e-12 * (before.spread + r.spread));

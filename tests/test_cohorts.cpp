@@ -537,8 +537,7 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
 }
 
 TEST_CASE("A load that wavers along a path does the same along either axis", "[cohorts][load]") {
-  // What is born at one place and what comes into contact at another are told apart by distance, whichever
-  // way it lies.
+  // Cohorts born at one place and cohorts that come into contact at another stay apart in any direction.
   Brush along_x(SnapLength::lognormal(dbar, 0.3)), along_y(SnapLength::lognormal(dbar, 0.3));
   for (int k = 0; k < 400; ++k) {
     const double load = load_n * (0.3 + 0.6 * std::abs(std::sin(0.37 * k)));

@@ -205,7 +205,7 @@ TEST_CASE("Displacements from chords are off by the step squared and no normal m
   const double coarse = (walk(100, true) - exact).norm(), fine = (walk(200, true) - exact).norm();
   CHECK(coarse < 1e-5);
   CHECK(coarse / fine == Approx(4.0).epsilon(0.03));
-  // The same in the axes of the beginning of each step: first order.
+  // In the axes of the beginning of each step the error is of first order.
   CHECK((walk(100, false) - exact).norm() / (walk(200, false) - exact).norm() == Approx(2.0).epsilon(0.1));
   CHECK((walk(200, false) - exact).norm() > 20 * fine);
 

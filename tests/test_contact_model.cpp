@@ -38,7 +38,7 @@ Coulomb& coulomb(const Patch& p) { return static_cast<Coulomb&>(*p.record); }
 
 double limit_of(const Patch& p) { return dbar * p.lengths_per_metre; }
 
-/// What the shared part knows: the bristle's deflection, its weight, and how far the patch may go.
+/// Copies to the shared part: the bristle's deflection, its weight, and how far the patch may go.
 void note(Patch& p) noexcept {
   const auto& m = p.material();
   p.part = p.zeta > 0.0 ? 1.0 : 0.0;

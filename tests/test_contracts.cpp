@@ -1,4 +1,4 @@
-// What a program may do beside stepping: fork, unload the library that holds the batch, ask for more threads
+// Freedoms of a program beside stepping: fork, unload the library that holds the batch, ask for more threads
 // than there are cores, add and remove for ever; and what it may not: step one batch from two threads.
 #include <catch2/catch.hpp>
 
@@ -40,7 +40,7 @@ struct Shared {
   }
 };
 
-/// What `act` returns in a child process: 0 to 100; more if the child hangs or dies.
+/// Runs `act` in a child process; returns its 0 to 100, or more if the child hangs or dies.
 template <class Act>
 int in_child(Act act) {
   const pid_t child = fork();
@@ -121,7 +121,7 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   const int rounds = static_cast<int>(test_size(125000));
   add_and_remove(rounds);
   CHECK(batch.patch_count() == 0);
-  // What was handed over last is freed when the next change comes: a few commands, patches and slots.
+  // The next change frees what was handed over last: a few commands, patches and slots.
   CHECK(bytes_in_use() < start + 500000);
   // Every id was new: slots are used again, under another generation.
   const PatchId after = batch.add(material, options);
@@ -156,7 +156,7 @@ TEST_CASE("The library can be unloaded and loaded again, with and without thread
 
 namespace {
 
-/// What a child prints on stderr before it aborts; empty if it does not.
+/// Text that a child prints on stderr before it aborts; empty if it does not abort.
 template <class Act>
 std::string text_of_abort(Act act) {
   int ends[2];

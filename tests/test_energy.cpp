@@ -26,10 +26,10 @@ std::vector<LawCase> laws() {
           {"table", SnapLength::table(quantiles)}};
 }
 
-/// What rounding may take from the balance of one step, J: `relative` of the energies involved, and what
-/// fixed point takes. A displacement is rounded to 2^-44 of a length near the mean (times the force), the sum
-/// of deflections of each block to as much (times the path), its sum of delta^2 to 2^-50 of the longest
-/// square that it may hold.
+/// Tolerance for rounding in the balance of one step, J: `relative` of the energies involved, and what fixed
+/// point takes. A displacement is rounded to 2^-44 of a length near the mean (times the force), the sum of
+/// deflections of each block to as much (times the path), its sum of delta^2 to 2^-50 of the longest square
+/// that it may hold.
 ///
 /// Double: 1e-12. Float: 1e-6 = 16 x 2^-24; a bristle's deflection, step mean and loss are each right to a
 /// few 2^-24, and errors of a block may add up.

@@ -63,8 +63,8 @@ TEST_CASE("LuGre drifts under a block as the table says, elasto-plastic and brus
     const ExperimentResult coarse = at_step(2e-3), fine = at_step(1e-3);
     const double drift = 1e-6 * finding(fine, "drift_per_cycle", "lugre");
     const double step_error = std::abs(drift - 1e-6 * finding(coarse, "drift_per_cycle", "lugre"));
-    // What halving the step still changes (the fine run is off by a third of it), and the table's own
-    // tolerance of integration, 1e-5 of the 10 um it moves.
+    // Change by halving the step (the error of the fine run is a third of it), and the table's own tolerance
+    // of integration, 1e-5 of the 10 um it moves.
     const double ode = number(row, "lugre_drift_per_cycle_ode_1Hz_m");
     CHECK(std::abs(drift - ode) <= step_error + 1e-10);
     CHECK(std::abs(finding(fine, "drift_per_cycle", "elasto_plastic")) < 1e-8);  // um

@@ -202,7 +202,7 @@ double fast_deflection(const std::string& dist) {
   return dist == "uniform_0.5_1.5" ? 0.5 * (1.0 + 1.0 / 12.0) : 0.5 * (1.0 + 0.09);
 }
 
-// What a resolution of 8 leaves, mean snap lengths.
+// Error at a resolution of 8, mean snap lengths.
 constexpr double resolution_error = 2e-3;
 
 // Mean deflection over the presliding length in steady sliding at v, by quadrature: survival to a way r

@@ -210,7 +210,7 @@ TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
   CHECK(
       names(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_axes(1)), {"axes = 1", "2 for"}));
   CHECK(names(add(Outline::disc(1e-3, Pressure::uniform).grow_with_load(-1.0)), {"full_size_load = -1"}));
-  // What the batch refuses for the last cell leaves none of the others behind.
+  // If the batch refuses the last cell, the other cells are removed.
   CHECK(add(Outline::disc(1e-3, Pressure::uniform), PatchOptions{}.with_max_normal_load(-1.0)) !=
         "(no error)");
   batch.warm_up();

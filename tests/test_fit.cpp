@@ -445,7 +445,7 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
 
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
   // Eight repeats of three parameters: fewer than 18 of 24 has a probability below 1e-3 at 95 %, and of 1 %
-  // at the 88 % that the worst parameter reached in long series (tools/README.md).
+  // at the 88 % that the worst parameter reached in long series (tools/fitting/VALIDATION.md).
   SyntheticFriction s = usual();
   s.duration = 6.0;
   int held = 0;
@@ -578,7 +578,7 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
   CHECK_THAT(cli::fit_table(fitted.data, {}, fitted.result), Contains("no first loading in the record"));
-  // The same brush from its first loading on.
+  // A brush from its first loading on.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
   CHECK(virgin.result.peak.fitted);

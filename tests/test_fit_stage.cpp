@@ -89,7 +89,7 @@ TEST_CASE("Neither delay nor compliance is found where there is none, and the re
   CHECK_THAT(fitted[cli::fit_compliance].why,
              Contains("one number in sticking") && Contains("loads that differ"));
   CHECK_THAT(fitted[cli::fit_delay].why, Contains("not seen"));
-  // What linear theory does not promise, rubbing too, is not searched: hardly more forces than with all held.
+  // Terms that linear theory does not promise are not searched: hardly more forces than with all held.
   cli::FitOptions held;
   held.delay = held.compliance = held.residual = held.renewal = 0.0;
   const Fitted known = fit(record(s, 11).csv(), held);

@@ -49,7 +49,7 @@ const Path straight{0.08, 0.0, 30000};
 // for ever.
 const Path circle{0.08, 0.3, 50000};
 
-/// What a brush answers along a path, once it has forgotten how it began. `move(dx, dy)` gives x and y.
+/// Records the force of a brush along a path, once it has forgotten its start. `move(dx, dy)` gives x and y.
 template <class Move>
 std::vector<Deflection> follow(const Path& path, const Move& move) {
   std::vector<Deflection> answers;
@@ -137,7 +137,7 @@ TEST_CASE("The paper's brush fluctuates as n bristles do, by the closed form", "
     expect_near(100.0 * wanted.variance, variance_of_one(law), 0.06 * variance_of_one(law), "brute force");
     wanted.variance = variance_of_one(law);
     wanted.mean = kinetic(law);
-    // What 8 pieces leave of error: lognormal 1e-4, uniform 2.4e-3 (COHORTS.md).
+    // Error at 8 pieces: lognormal 1e-4, uniform 2.4e-3 (COHORTS.md).
     const double of_pieces = law.law() == bristle::SnapLaw::uniform ? 2e-3 : 1e-4;
     for (std::uint32_t n : {100u, 10000u, 1000000u}) {
       const auto answers = follow_patch(straight, material_of(law, paper), options_of(n));

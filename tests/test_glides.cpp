@@ -21,7 +21,7 @@ Material law_of(const SnapLength& law, double renewal, double residual) {
 }
 Material in_pieces(Material m) { return m.with_ageing(bristle::Ageing::logarithmic(1e-9, 1.0)); }
 
-/// The same path on both; lengths in mean snap lengths, forces over kinetic friction.
+/// Two brushes on one path; lengths in mean snap lengths, forces over kinetic friction.
 struct Pair {
   explicit Pair(const Material& m, double finer)
       : glides(m), pieces(in_pieces(m), infinite_options(finer, finer > 8.0 ? 512 : 0)) {}

@@ -1,7 +1,7 @@
 // The state hash after a scripted run is the one on record: on this machine, on every other, in every
 // optimised build.
 //
-// A changed hash means changed bits. Where that is meant, record anew and announce it in CHANGELOG.md:
+// A changed hash means changed bits. Where that is meant, record it again and announce it in CHANGELOG.md:
 //   BRISTLE_RECORD_GOLDEN=1 bristle_tests "*on record"
 #include <catch2/catch.hpp>
 

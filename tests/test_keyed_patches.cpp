@@ -207,7 +207,7 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
 }
 
 TEST_CASE("Forces of a contact depend on its key and motion, not on who had its patch before", "[keys]") {
-  // The same five contacts, alone in one pool, among comers and goers in another; asked for in other orders.
+  // Five contacts, alone in one pool, among comers and goers in another; asked for in other orders.
   const std::uint64_t keys[5] = {11, 0, 0xFFFFFFFF00000000u, 5000, 77};
   for (bool seeded : {true, false}) {
     PatchBatch quiet, busy;

@@ -16,7 +16,7 @@ namespace {
 // is minus the weighted sum of the deflections.
 constexpr double longest = 1.5 * dbar;
 
-/// What rounding may do to one bristle whose fraction changes: it is rewritten once.
+/// Rounding error of one bristle whose fraction changes: it is rewritten once.
 double rounding(Precision precision) { return (precision == Precision::single ? 0x1p-23 : 1e-12) * longest; }
 
 /// Weighted sum of deflections by the rule of the fractional bristle.

@@ -544,7 +544,7 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
                                        static_cast<std::uint64_t>(k));
       replay.batch.step(tick, replay.motions, replay.responses);
     }
-    // What was decided after the last step.
+    // Decisions made after the last step.
     next += bristle::apply_decisions(replay.batch, {decisions.data() + next, decisions.size() - next}, 1000);
     CHECK(next == decisions.size());
     CHECK(replay.batch.state_hash() == loop.batch.state_hash());

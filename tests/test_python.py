@@ -1006,7 +1006,7 @@ class Interface(unittest.TestCase):
                 stubbed[node.name] = set()
             elif isinstance(node, ast.AnnAssign):
                 stubbed[node.target.id] = set()
-        # What only a checker sees: the keys of a dict.
+        # Names that only a checker sees: the keys of a dict.
         stubbed = {name: members for name, members in stubbed.items() if name == "__version__" or name[0] != "_"}
         public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
         self.assertEqual(set(stubbed) - (set() if HAS_TOOLS else TOOLS), public)

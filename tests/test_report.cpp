@@ -183,7 +183,7 @@ void collect_places(const Json& json, const Place& here, std::vector<Place>& pla
     for (const auto& [key, value] : json.items()) collect_places(value, here / key, places);
 }
 
-/// What is thrown for a report that is no UserError which names the file; empty: nothing.
+/// Text of an exception that is no UserError naming the file; empty if the refusal is right.
 std::string wrong_refusal(const Folder& folder, const Json& report) {
   try {
     return fault_of(page_of({folder.write("other.json", report.dump())}));

@@ -1,5 +1,5 @@
-// What planted faults showed that no other test asked (tools/mutate): what is reported once, what a trial may
-// not remember, which motions and states are refused.
+// Tests that planted faults asked for (tools/mutate): losses reported once, state that a trial may not
+// remember, which motions and states are refused.
 #include <catch2/catch.hpp>
 
 #include <cfloat>

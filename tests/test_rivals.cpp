@@ -304,8 +304,8 @@ TEST_CASE("A load that falls lets rate and state slip at once, and no load is to
     INFO(load << " N");
     const Force f = model.step({}, 1e-3, load);
     CHECK(-f.end.x > 0.0);
-    // What it holds at rest after a thousandth of a second is friction at the speed at which the spring then
-    // unloads, and at a state between fresh and aged.
+    // The force held after 1 ms of rest is friction at the speed at which the spring then unloads, and at a
+    // state between fresh and aged.
     CHECK(-f.end.x < 1.0 * load);
   }
 }

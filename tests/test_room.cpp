@@ -273,7 +273,7 @@ TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   const double y = run.now().block_position[1];
   run.until(4.5);
   const Snapshot& s = run.now();
-  // What the floor does not hold.
+  // The wall bears the force that the floor's friction does not.
   CHECK(load_of(s, Between::block_wall) - friction_of(s, Between::block_floor, 0) ==
         Approx(5.0).epsilon(0.01));
   CHECK(std::fabs(friction_of(s, Between::block_wall, 1)) > 0.2);
@@ -651,7 +651,7 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
     const double factor = material.ageing_factor(100.0);
     const double growth = 10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) /
                           presets[i].kinetic * factor;
-    // Bristles that snap on the way to the peak draw anew: 7 % less.
+    // Bristles that snap on the way to the peak draw other lengths: 7 % less.
     CHECK(growth == Approx(of[i].growth_per_decade).epsilon(0.08));
   }
 }
@@ -868,7 +868,7 @@ struct OffCentrePull {
     gap = std::hypot(end.tool[0] - end.block_position[0] + sn * aside,
                      end.tool[1] - end.block_position[1] - c * aside);
   }
-  /// Of a uniform disc that spins on the spot.
+  /// Highest torque of a uniform disc that spins on the spot.
   static double limit(double pad_radius) { return 2.0 / 3.0 * of_pad * press * pad_radius; }
 };
 
@@ -950,7 +950,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
   run.tick();
   run.tick();
   REQUIRE(run.now().recording);
-  REQUIRE(run.now().time == Approx(1e-3));  // began anew
+  REQUIRE(run.now().time == Approx(1e-3));  // restarted
   for (int k = 0; k < 300; ++k) run.tick();
   settings.kinetic = 0.2;
   settings.peak = 0.25;
@@ -1561,7 +1561,7 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
-  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server began anew
+  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});  // the server restarted
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }

@@ -272,7 +272,7 @@ TEST_CASE("An axis far from zero counts from a round place, in the unit of its w
   CHECK(axis(-0.1, 0.2).offset == 0.0);
   CHECK(axis(0.0, 400e-6).unit == "µm");
   CHECK(axis(0.0, 400e-6).offset == 0.0);
-  // What read "249.565".
+  // An axis that could read "249.565".
   const room::AxisText far = axis(0.24952, 0.24968);
   CHECK(far.unit == "µm from 249 mm");
   CHECK(far.offset == Approx(0.249));
@@ -403,8 +403,8 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
 
 namespace {
 
-// What is left of a colour for an eye without red, green or blue cones (Machado, Oliveira, Fernandes 2009),
-// and how far two colours are from each other in CIE Lab.
+// Colour as seen by an eye without red, green or blue cones (Machado, Oliveira, Fernandes 2009), and how far
+// two colours are from each other in CIE Lab.
 using Rgb = std::array<double, 3>;
 Rgb lab_for(ImU32 colour, int missing) {
   static const double seen[3][3][3] = {

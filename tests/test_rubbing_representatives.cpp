@@ -258,7 +258,7 @@ TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]"
       }
       const double error = 4.0 * std::sqrt(2.0 * variance / n * 6.0 / steps);
       expect_near(end, expected, 0.005 + error, "force at the end");
-      // What is carried has the friction of many bristles.
+      // A carried slide has the friction of many bristles.
       expect_near(mean, expected, 0.1 / n + error, "mean force");
     }
   }

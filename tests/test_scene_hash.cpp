@@ -1,5 +1,5 @@
 // The state hash of each scene in tools/scenes is the one on record, on every instruction set and number of
-// threads. A changed hash means changed bits, or a changed scene. Where that is meant, record anew:
+// threads. A changed hash means changed bits, or a changed scene. Where that is meant, record it again:
 //   BRISTLE_RECORD_GOLDEN=1 bristle_tests "Each scene*"
 #include <catch2/catch.hpp>
 

@@ -37,7 +37,7 @@ struct Said {
   std::string text;
 };
 
-/// What a command says to a terminal.
+/// Runs a command at a terminal and returns its output.
 Said at_terminal(const std::string& command) {
   int terminal = -1;
   const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);

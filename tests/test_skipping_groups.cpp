@@ -52,7 +52,7 @@ void move_about(Twins& twins, double angle, double turn, int steps) {
   const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
   double there = 0.0;
   for (int k = 0; k < steps; ++k) {
-    if (k % 100 == 0) {  // deflections are scattered anew
+    if (k % 100 == 0) {  // deflections are scattered again
       twins.step(2.7 * dbar * std::cos(angle + 1.0), 2.7 * dbar * std::sin(angle + 1.0));
       there = 0.0;
     }

@@ -29,7 +29,7 @@ struct Vector {
   double x, y;
 };
 
-/// What one bristle does in a step, by the definition: it follows its root, and is pulled back to the limit.
+/// Moves one bristle by the definition: it follows its root, and is pulled back to the limit.
 struct TinySteps {
   Vector z, integral{0.0, 0.0};
   double dissipated = 0.0;

@@ -172,7 +172,7 @@ TEST_CASE("A state file carries the caller's own bytes", "[state]") {
 }
 
 TEST_CASE("A saved state comes back to the bit in any floating-point mode of the caller", "[state]") {
-  // Another seed than the batch has: its first snap lengths are computed anew.
+  // Another seed than the batch has: its first snap lengths are recomputed.
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule);
     OnePatch saved(material, plain_options(1000)), other(material, plain_options(1000));

@@ -97,7 +97,7 @@ TEST_CASE("Random steps follow the brute-force patch bristle by bristle with kee
       INFO(law.name << ", axes " << axes);
       OnePatch patch(plain_material(law.law, SnapRule::keep), plain_options(n, axes, Precision::double_));
       patch.step(0.0, 0.0, n);
-      // The same snap lengths, which keep never changes.
+      // Copies the snap lengths, which keep never changes.
       BruteForcePatch brute(n, single_quantile(1.0), false, 1);
       const Bristles start = read(patch, n);
       REQUIRE(start.delta.size() == n);

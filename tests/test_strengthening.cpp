@@ -176,7 +176,7 @@ TEST_CASE("A body on bristles that strengthen comes to rest, and gains no energy
         if (midpoint) REQUIRE(energy() <= before + 1e-9);
         before = energy();
       }
-      // What is left in the bristles pulls it back as slowly as strengthening allows.
+      // The remaining deflection pulls it back as slowly as strengthening allows.
       CHECK(
           glider.body.velocity[0] ==
           Approx(2.0 * slow * std::sinh(glider.response.elastic[0] / (a * load))).epsilon(0.05).margin(1e-9));

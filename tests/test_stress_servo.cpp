@@ -70,7 +70,7 @@ struct PlainStep {
           options.mean_snap_length_m = dbar;
           options.rule = rule == SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
           options.mean = true;
-          // The stronger of the two where all snap: bench/README.md.
+          // The stronger of the two where all snap: bench/RESULTS.md.
           options.style =
               rule == SnapRule::keep ? bristle::plain::Style::one_loop : bristle::plain::Style::chunked;
           return options;
@@ -207,7 +207,7 @@ double median(Times& times) {
 constexpr int come_and_go = 1000;  // patches each tick
 constexpr std::uint32_t small = 100;
 
-/// What the adding thread does in a tick: takes away the patches of four ticks ago and adds as many.
+/// Replaces, in a tick of the adding thread, the patches of four ticks ago.
 class Adder {
  public:
   explicit Adder(PatchBatch& batch) : batch_(batch), material_(plain_material(usual_law, SnapRule::keep)) {}
@@ -301,7 +301,7 @@ TEST_CASE("A thousand patches come and go each tick on another thread, and the s
     for (int tries = 0; tries < 3; ++tries) {
       BusyServo with, without;
       changing = std::min(changing, time_of_changing(with, ticks));
-      // The same motions of as many patches, none of which comes or goes.
+      // Equal motions of as many patches, none of which comes or goes.
       Adder adder(without.batch);
       adder.tick(0);
       adder.tick(1);

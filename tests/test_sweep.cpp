@@ -312,7 +312,7 @@ TEST_CASE("A sweep row's scene file repeats the row", "[sweep]") {
 TEST_CASE("Values that a scene refuses make a row that says so, and the others run", "[sweep]") {
   const Folder folder;
   const std::string scene = folder.write("slide.toml", slide_scene);
-  // Of a lognormal law the peak is at most 2.006 times the kinetic coefficient.
+  // The peak of a lognormal law is at most 2.006 times the kinetic coefficient.
   const auto table =
       csv_rows(table_of(folder, "'" + scene + "' --vary material.wood.peak=0.46,0.9,-1 --report kinetic"));
   REQUIRE(table.size() == 4);

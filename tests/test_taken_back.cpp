@@ -1,6 +1,6 @@
-// What a patch saves it takes back, in the states at the edge of what numbers can say: a few units of mass,
-// times that the clock hardly counts or counts no more, one bristle that others renew. And what was forged is
-// refused.
+// A patch restores any state that it saved, also at the edge of what numbers can represent: a few units of
+// mass, times that the clock hardly counts or counts no more, one bristle that others renew. And what was
+// forged is refused.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ std::vector<std::byte> saved(const PatchBatch& batch) {
   return state;
 }
 
-/// Saved, taken back, saved: the same bytes.
+/// Whether saving, restoring and saving again gives equal bytes.
 void expect_taken_back(OnePatch& patch) {
   const std::vector<std::byte> state = saved(patch.batch);
   REQUIRE_NOTHROW(patch.batch.restore_state(state));
@@ -361,7 +361,7 @@ TEST_CASE("Times and paths that nobody gave are refused, or step on without over
           continue;
         }
         ++taken;
-        // What was taken can be saved and taken again, and steps on (sanitizers see what overflows).
+        // A restored state can be saved and restored again, and steps on (sanitizers see what overflows).
         for (int k = 0; k < 4; ++k) patch.step((k % 2 == 0 ? 1.7 : -0.3) * dbar, 0.2 * dbar, 0.5 + 0.1 * k);
         REQUIRE_NOTHROW(patch.batch.restore_state(saved(patch.batch)));
       }

@@ -75,7 +75,7 @@ std::map<int, std::string> other_threads(const char* key) {
   return found;
 }
 
-/// How often each other thread has been put on a core and taken off again.
+/// Context switches of each other thread, as the system counts them.
 std::map<int, std::string> switches() {
   std::map<int, std::string> found = other_threads("voluntary_ctxt_switches:");
   for (const auto& [thread, count] : other_threads("nonvoluntary_ctxt_switches:")) found[thread] += count;
@@ -308,7 +308,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
     for (int k = 0; k < 2000; ++k) {
       const bristle::StepReport report = batch.step(tick, small, responses);
       expect(report.tasks == 1 && report.threads == 1, "the calling thread does a small step alone");
-      // The same of a step that is large but rests: it costs as little.
+      // A large step at rest wakes no worker either.
       if (k % 10 == 0) batch.step(tick, {&large, 1}, {&response, 1});
     }
     undisturbed = switches() == before;

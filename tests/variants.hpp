@@ -280,7 +280,7 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   return cases;
 }
 
-/// The same, but of infinite brushes, which take most of the time, one in `every`.
+/// As every_variant(), with one in `every` of the infinite brushes, which take most of the time.
 inline std::vector<PatchCase> every_variant_and_few_infinite(std::uint32_t bristles, int every) {
   std::vector<PatchCase> cases;
   int infinite = 0;

@@ -144,7 +144,7 @@ struct Part {
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// What is under way, for whoever has to find it again.
+/// Part and step that run at present, to name them after a crash.
 struct UnderWay {
   const char* model;
   std::uint64_t part, step;

@@ -8,7 +8,7 @@
 static_assert(__cplusplus < 202002L, "this is to be compiled as C++17");
 
 int main() {
-  // What the library throws is caught here, though it was thrown there.
+  // Catches here an exception that the library threw.
   bool caught = false;
   try {
     bristle::SnapLength::single(-1.0);

@@ -1,4 +1,4 @@
-// What must hold in a fuzz target, in every build.
+// Asserts of a fuzz target, in force in every build.
 #pragma once
 
 #include <cstdio>

@@ -15,7 +15,7 @@ using bristle::Status;
 
 constexpr Status refusals = Status::unknown_id | Status::repeated_id | Status::bad_input;
 
-/// What the interface promises, in the plainest form: which patches there are and what they are made of.
+/// Plain model of what the interface promises: which patches there are and what they are made of.
 struct Model {
   struct Patch {
     PatchId id;

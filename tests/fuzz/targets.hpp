@@ -16,7 +16,7 @@ void sweep(Bytes bytes);    ///< ranges and journals of a parameter study
 void state(Bytes bytes);    ///< a saved state, its checksums put right in every second run
 void batch(Bytes bytes);    ///< a sequence of calls of PatchBatch beside a model of it
 void kernels(Bytes bytes);  ///< one patch under any material and motion, on every instruction set
-// The same of what came after the paper; work and energies balance too.
+// As kernels(), for the models beyond the paper; work and energies balance too.
 void cohorts(Bytes bytes);      ///< the infinite brush, rubbed
 void rubbing(Bytes bytes);      ///< representatives with residual and shared renewal
 void ageing(Bytes bytes);       ///< either, ageing, over any times

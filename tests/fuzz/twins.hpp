@@ -1,5 +1,5 @@
-// The same patch in several batches that must answer alike: one for each instruction set of this machine, and
-// one that visits every bristle.
+// One patch in several batches that must give equal answers: one for each instruction set of this machine,
+// and one that visits every bristle.
 #pragma once
 
 #include <optional>
@@ -37,7 +37,7 @@ class Twins {
     }
   }
 
-  /// What all of them answer to a step, or to a trial of one.
+  /// Steps all batches, or tries a step, and returns their common answer.
   bristle::Response step(double dt, const bristle::Motion& motion, bool trial) {
     bristle::Response first;
     if (!trial && dt > 0.0) lived_ += dt;

@@ -65,7 +65,7 @@ struct FeatureResult {
   std::string advice;
 };
 
-/// Bristles left out and taken back by turns, as under overload.
+/// Bristles left out and restored by turns, as under overload.
 struct ShedResult {
   double share = 1.0;   ///< of the bristles, half of the time
   PatchError error;     ///< of the patch with the highest rms
@@ -126,7 +126,7 @@ struct StepCost {
   double fixed_s = 0.0, bristle_s = 0.0;
 };
 
-/// What the parts of a study share.
+/// Data that the parts of a study share.
 struct AccuracyStudy {
   AccuracyStudy(const AccuracyOptions& its_options, const Scene& its_scene)
       : options(its_options), scene(its_scene), cut(cut_copies(its_scene, compared_copies)) {}
@@ -182,7 +182,7 @@ bool is_usable(const AccuracyResult& result, const Setting& setting);
 std::uint64_t total_bristles(const Scene& scene, const Setting& setting);
 
 std::string setting_name(const Setting& setting, double dt_s);
-/// What to put into the scene file.
+/// Lines to put into the scene file.
 std::string scene_fragment(const Scene& scene, const AccuracyResult& result);
 /// The whole scene file with that in it, comments and all. `to` is where it will lie.
 std::string tuned_scene(const Scene& scene, const AccuracyResult& result, const std::string& to);

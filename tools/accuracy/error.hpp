@@ -1,4 +1,4 @@
-// How wrong a run is: against a converged reference, and against closed forms.
+// Error of a run: against a converged reference, and against closed forms.
 #pragma once
 
 #include <cstddef>

@@ -265,7 +265,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
     f.saves_low = 1.0 - quantile(ratios, 0.75);
     f.saves_high = 1.0 - quantile(ratios, 0.25);
     f.error_with = error_of(study, t.with, t.mean_with);
-    // The same forces to the bit: no need to look twice.
+    // The number of threads changes no bit, so it is measured once.
     f.error_without = t.feature == "threads" ? f.error_with : error_of(study, t.without, t.mean_without);
   }
   double floor = 0.0;

@@ -12,7 +12,7 @@
 
 namespace cli {
 
-/// What a person may turn to trade error for time; the same for all patches.
+/// Settings that trade error for time; the same for all patches.
 struct Setting {
   bool as_scene = false;       ///< all as the scene has it, nothing below
   std::uint32_t bristles = 0;  ///< representatives of each patch

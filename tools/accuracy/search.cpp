@@ -1,4 +1,4 @@
-// What the ladder's figures say: slopes, the Pareto front, the cheapest setting for a wanted error.
+// Conclusions from the measured settings: slopes, the Pareto front, the cheapest setting for a wanted error.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -25,8 +25,8 @@ constexpr double literal_limit =
     0.7;  // mean snap lengths a step; beyond, most friction is gone and no law holds
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;  // seeds of their own
 
-// What the theory says of more bristles: stratified lengths help until the bristles have forgotten
-// them.
+// Order of convergence in the number of bristles by theory: stratified lengths help until the bristles have
+// forgotten them.
 std::string count_theory(const bristle::Material& m, double snaps_slid, bristle::Sampling sampling) {
   if (sampling == bristle::Sampling::random) return "-1/2: independent bristles";
   if (m.snap_rule == bristle::SnapRule::redraw) {

@@ -107,7 +107,7 @@ std::string quoted(const std::string& text) {
   return out.str();
 }
 
-// The same motion file, named from the folder of the tuned scene.
+// Path of the motion file from the folder of the tuned scene.
 std::string moved_file(const std::string& file, const std::string& scene, const std::string& to) {
   namespace fs = std::filesystem;
   const fs::path here = fs::absolute(scene).parent_path() / file;

@@ -1,5 +1,6 @@
-// What bounds the time of each target: what would have to change for it to be shorter. Plain statements;
-// bench/README.md, "The targets, and what bounds them", has the counts and the code that show each.
+// Names what bounds the time of each target: what would have to change for it to be shorter. Plain
+// statements; bench/RESULTS.md, "The targets, and what bounds them", has the counts and the code that show
+// each.
 #include <string_view>
 
 #include "tools/capacity/capacity.hpp"

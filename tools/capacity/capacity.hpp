@@ -37,7 +37,7 @@ const char* to_string(Regime regime) noexcept;
 /// Displacement of a step in mean snap lengths.
 double step_length(Regime regime) noexcept;
 
-/// What is measured: a kernel variant, a motion, a layout.
+/// One case to measure: a kernel variant, a motion, a layout.
 struct CapacityCase {
   Regime regime = Regime::sliding;
   bristle::SnapRule rule = bristle::SnapRule::keep;
@@ -98,10 +98,10 @@ struct TargetRow {
     return met() ? 0.0 : at_least ? 1.0 - measured / limit : measured / limit - 1.0;
   }
 };
-/// What bounds the time of a target, by its name; "" = nothing is known. bounds.cpp
+/// Returns what bounds the time of a target, by its name; "" = nothing is known. bounds.cpp
 const char* bound_of(std::string_view target) noexcept;
 
-/// What a feature adds to the least kernel: one axis, keep, end force, single.
+/// Cost of a feature on top of the least kernel: one axis, keep, end force, single.
 struct FeatureRow {
   std::string regime, feature, kernel;
   unsigned bytes_per_bristle = 0;
@@ -174,7 +174,7 @@ std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const 
 using MeasureSteps = std::function<StepTimes(std::uint64_t bristles, std::uint64_t steps)>;
 /// capacity_search.cpp
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options);
-/// The same search with another clock.
+/// As find_capacity() above, with a clock of the caller's.
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options,
                           const MeasureSteps& measure);
 /// capacity_compare.cpp

@@ -1,4 +1,4 @@
-// What each feature of a kernel costs, interleaved with the least kernel that there is.
+// Measures the cost of each kernel feature, interleaved with the least kernel that there is.
 #include <iterator>
 
 #include "tools/capacity/capacity.hpp"

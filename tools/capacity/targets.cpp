@@ -354,7 +354,7 @@ class Targets {
     return quantile(seconds, 0.5);
   }
 
-  /// What a tick of a millisecond holds on two cores, at the 99th percentile.
+  /// Measures steps that must fit a tick of a millisecond on two cores, at the 99th percentile.
   void whole_ticks() {
     const auto add = [&](const char* name, CapacityCase what, std::uint64_t bristles, const char* text) {
       report_(name);

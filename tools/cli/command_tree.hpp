@@ -1,5 +1,5 @@
-// What shell completion and the manual need of the command line, read off its own definition: one source for
-// all.
+// The commands and options that shell completion and the manual print, read from the definition of the
+// command line.
 #pragma once
 
 #include <functional>

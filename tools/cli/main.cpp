@@ -203,7 +203,7 @@ void add_isa(CLI::App* command, std::string& isa) {
   command->add_option("--isa", isa, "Instruction set: see bristle --version")->type_name("NAME");
 }
 
-/// What the data of a fit do not say themselves.
+/// Adds the options that say how to read the data of a fit.
 void add_reading(CLI::App* app, cli::FitOptions& options) {
   const auto quantity = [app](const char* option, std::span<const cli::Unit> units, double low, double high,
                               const char* text, auto set) {
@@ -454,7 +454,7 @@ Action add_sweep(CLI::App* sweep) {
   };
 }
 
-/// Of a command that prints figures, and of what is below it.
+/// Adds --wide to a command that prints figures, and to its subcommands.
 void add_wide(CLI::App& command, bool& wide) {
   const std::vector<CLI::App*> below = command.get_subcommands([](const CLI::App*) { return true; });
   if (command.get_name() != "experiment")

@@ -71,7 +71,7 @@ std::string options_text(const Command& command) {
   return text;
 }
 
-/// What stands below the options of --help: tables keep their lines.
+/// Text below the options of --help; tables keep their lines.
 std::string footer_text(const CLI::App& app) {
   const std::string& footer = app.get_footer();
   if (footer.empty()) return "";

@@ -169,8 +169,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   solved_.push_back(&contact);
 }
 
-/// What the slip is made of, and what an impulse does to it. One point for both bodies, so that friction
-/// keeps their angular momentum too.
+/// Sets how both bodies' velocities make the slip, and how an impulse changes it. One point for both bodies,
+/// so that friction keeps their angular momentum too.
 void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
   const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());

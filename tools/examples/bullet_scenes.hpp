@@ -79,7 +79,7 @@ Scene tapped_block(double dt_s = 1.0 / 240.0);
 Scene stack(double seconds = 60.0);
 /// A flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-/// The same with the plate on three feet.
+/// As pushed_box(), with a plate on three feet.
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
                         pushed_coefficient = 0.4;                                            // kg, m, m, m

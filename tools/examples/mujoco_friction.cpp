@@ -181,8 +181,8 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   if (discs_) discs_->end_step();
 }
 
-/// What was known of a contact a step ago, or null. MuJoCo lists contacts mostly in the order of the step
-/// before.
+/// Finds a contact of the previous step by its key, or null. MuJoCo lists contacts mostly in the order of the
+/// step before.
 const BristleFriction::Contact* BristleFriction::find_before(std::uint64_t key) {
   if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
   if (by_key_.empty()) {
@@ -412,7 +412,7 @@ void BristleFriction::predict(double dt_s, const Island& island) {
   pull_.resize(jacobian.rows());
   begin_prediction(dt_s, island);
 
-  // What lets go in a pass stays so.
+  // A cell that slips in one pass slips in all later ones.
   for (std::size_t pass = 0; pass <= island.cells; ++pass) {
     if (jacobian.cols() == 6)
       solve<6>(dt_s, jacobian);
@@ -512,7 +512,7 @@ bool BristleFriction::clip(double dt_s, const Island& island) {
   return clipped;
 }
 
-/// What the patches will answer to the slip predicted.
+/// Finds the patches' forces for the predicted slip.
 void BristleFriction::find_forces(double dt_s) {
   for (Contact& contact : contacts_) {
     contact.force.setZero();

@@ -39,7 +39,7 @@
 
 namespace mujoco_example {
 
-/// What contacts of a model resist: the condim of its geoms and pairs.
+/// Motions that the contacts of a model resist: the condim of its geoms and pairs.
 struct ContactDims {
   std::vector<int> geom, pair;
 };
@@ -103,7 +103,7 @@ class BristleFriction {
   }  ///< null: none asked for
 
  private:
-  /// Of a patch: one of a point, several of a disc.
+  /// One cell of a patch: a point has one, a disc several.
   struct Cell {
     bristle::Response response;          ///< where the bodies are now
     Eigen::Vector2d at = {0, 0};         ///< m, from the contact point

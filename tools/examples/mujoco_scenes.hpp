@@ -31,7 +31,7 @@ Scene pinch(double grip_n, double swing_n = 0.0, const char* solref = "0.005 1")
 Scene tapped_block();
 /// A flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-/// The same box turning on the spot at `speed` (rad/s) about the vertical, left alone.
+/// The box of pushed_box(), turning on the spot at `speed` (rad/s) about the vertical, left alone.
 Scene spun_box(double speed);
 /// Ten blocks side by side on a slope: forty contact points.
 Scene ten_blocks();

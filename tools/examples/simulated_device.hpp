@@ -28,7 +28,7 @@ void start_scheduler();                                     // hdStartScheduler:
 bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): the callback is still wanted
 void stop_scheduler();  // hdStopScheduler: waits until it has ended
 
-// What a real device does not tell.
+// Truths that a real device does not report.
 void set_hand(void (*where)(double time_s, double (&metres)[3]));  // where the hand aims
 double true_position(int axis);                                    // m; once stopped, or in the callback
 const bristle::DeadlineMonitor& servo_times();                     // of the callback; once stopped

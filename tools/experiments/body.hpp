@@ -6,7 +6,7 @@
 
 namespace cli {
 
-/// What pulls the block, averaged over a step in which it moves by d: force_n - stiffness d.
+/// Pull on the block, averaged over a step in which it moves by d: force_n - stiffness d.
 struct Pull {
   double force_n = 0.0;
   double stiffness = 0.0;  ///< N/m, half that of a spring whose other end has its own motion

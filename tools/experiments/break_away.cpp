@@ -83,7 +83,7 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
   std::vector<double> friction;
   for (const double load : loads) {
-    // The same time to break away at every load.
+    // A rate in proportion to the load gives every load one time to break away.
     const double rate = s.number("rate_at_loads") * load / s.number("load");
     const BreakAway found = pull(model, s, rate, load, highest);
     friction.push_back(found.friction);

@@ -31,7 +31,7 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
-/// How much each model shows, in words.
+/// Says in words how many phenomena each model shows.
 std::string findings_answer(const std::vector<ExperimentReport>& reports,
                             const std::vector<std::string>& models);
 /// A table an experiment; one of all with --wide.

@@ -1,5 +1,5 @@
-// What a step of each model costs, in one interleaved run: CPU time of the thread, which other programs do
-// not stretch.
+// Measures the cost of a step of each model in one interleaved run: CPU time of the thread, which other
+// programs do not stretch.
 #include <memory>
 
 #include <bristle/deadline_monitor.hpp>

@@ -13,7 +13,7 @@
 
 namespace cli {
 
-/// What people have seen, and how an experiment decides whether a model shows it.
+/// A phenomenon of the literature, and the criterion by which a model shows it.
 struct Phenomenon {
   std::string id;          ///< "drift_per_cycle"
   std::string title;       ///< "no drift under a wavering force"

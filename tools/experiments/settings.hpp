@@ -56,7 +56,7 @@ Parameter whole_parameter(std::string name, double value, std::string help, doub
 Parameter list_parameter(std::string name, std::vector<double> values, std::string unit, std::string help,
                          double min, double max);
 
-/// What every experiment has: load, materials and their parameters. Changed defaults by name.
+/// Parameters that every experiment has: load, materials and their parameters. Changed defaults by name.
 std::vector<Parameter> common_parameters(const std::map<std::string, double>& defaults = {});
 std::vector<Parameter> operator+(std::vector<Parameter> a, std::vector<Parameter> b);
 

@@ -104,7 +104,7 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   material.shared_renewal = rubbed ? settings.number("renewal") : 0.0;
   material.normal_stiffness = 1.0 / (per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
-  // Of a brush that ages: kinetic friction at speeds at which nothing has time to age.
+  // An ageing brush gets its kinetic friction at speeds at which nothing has time to age.
   material.bristle_stiffness = settings.number("kinetic") / material.kinetic_coefficient();
   if (aged) {
     material.with_ageing(

@@ -26,7 +26,7 @@ class Subject {
 
   /// Force on the moving body, N. `displacement` (m) is done in dt_s at constant velocity.
   rivals::Force step(rivals::Pair displacement, double dt_s, double load_n);
-  /// What step would give.
+  /// Returns the force that step() would give; changes nothing.
   rivals::Force find_force(rivals::Pair displacement, double dt_s, double load_n);
 
   const std::string& name() const noexcept { return name_; }

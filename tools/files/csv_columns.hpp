@@ -1,4 +1,4 @@
-// What CSV files with a header have in common: columns by name, units in brackets, numbers by line.
+// Shared by CSV files with a header: columns by name, units in brackets, numbers by line.
 #pragma once
 
 #include <cstddef>
@@ -27,14 +27,14 @@ inline constexpr Unit torque_units[] = {
 inline constexpr Unit compliance_units[] = {{"m/N", 1.0}, {"mm/N", 1e3}, {"um/N", 1e6}, {"nm/N", 1e9}};
 inline constexpr Unit mass_units[] = {{"kg", 1.0}, {"g", 1e3}, {"mg", 1e6}};
 
-/// What a column may hold, either sign, SI units: what scenes allow, and times of any clock.
+/// Largest magnitudes of a column, SI units: what scenes allow, and times of any clock.
 inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;
 
 struct ColumnKind {
   std::string_view name;
   std::span<const Unit> units;
   double most = std::numeric_limits<double>::max();  ///< SI units; the first unit's name is theirs
-  /// What others call it, in small letters.
+  /// Other names of the column, in small letters.
   std::span<const std::string_view> aliases = {};
 };
 
@@ -62,13 +62,13 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where, std::
 
 std::string_view trim(std::string_view text);
 
-/// What every such file asks of a row: time increases, no load is negative. Throw UserError.
+/// Checks of every row: time increases, no load is negative. Throw UserError.
 void require_later(double t, double last_t, const std::string& where);
 void require_load(double load_n, std::string_view cell, const std::string& where);
 
 /// A finite number, the whole cell. Throws UserError naming `where`, column and reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
-/// The same in SI units, within what the kind may hold.
+/// Reads a cell in SI units, within the limits of its kind.
 double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where);
 /// For what was integrated from a column of velocities.
 void require_near(double position_m, const std::string& where);

@@ -1,4 +1,4 @@
-// Writes the force file: one row per step and patch. Columns: tools/README.md.
+// Writes the force file: one row per step and patch. Columns: tools/scenes/README.md.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,7 @@
 
 namespace cli {
 
-/// What the user says of a column; by kind.
+/// The user's words on a column, by kind.
 struct ColumnWish {
   std::string name;            ///< its header in the file, or its place from 1; empty: our name, or an alias
   const Unit* unit = nullptr;  ///< in place of the header's; null: the header's, else SI

@@ -1,4 +1,4 @@
-// Reads a motion file: CSV with time, position (or velocity) and load. Format: tools/README.md.
+// Reads a motion file: CSV with time, position (or velocity) and load. Format: tools/scenes/README.md.
 #pragma once
 
 #include <string>
@@ -27,7 +27,7 @@ struct MotionFile {
 /// naming file, line and column.
 MotionFile read_motion_file(const std::string& path, double clip_load_n = 0.0);
 
-/// The same for text in memory; `name` stands for the file in messages.
+/// As read_motion_file(), for text in memory; `name` stands for the file in messages.
 MotionFile parse_motion_file(std::string_view text, const std::string& name, double clip_load_n = 0.0);
 
 }  // namespace cli

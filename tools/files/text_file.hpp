@@ -6,7 +6,7 @@
 
 namespace cli {
 
-/// What a file of data may hold: tens of millions of rows.
+/// Largest data file: tens of millions of rows.
 constexpr std::size_t most_data_bytes = std::size_t{1} << 30;
 /// A line longer than this is none of a text file.
 constexpr std::size_t most_line_bytes = std::size_t{1} << 24;

@@ -13,7 +13,7 @@
 
 namespace cli {
 
-/// What a number may be. `above` excludes the lower bound itself.
+/// Range that a number may have. `above` excludes the lower bound itself.
 struct Range {
   double min = -1e9;
   double max = 1e9;

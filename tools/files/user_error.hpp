@@ -1,4 +1,4 @@
-// What the person at the command line can put right: one clear line on stderr, exit code 2.
+// An error that the person at the command line can put right: one clear line on stderr, exit code 2.
 #pragma once
 
 #include <stdexcept>

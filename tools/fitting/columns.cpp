@@ -134,7 +134,7 @@ bool is_record(const std::vector<bool>& present, const FitReading& reading) {
          any({column_force, column_fx, column_friction, column_torque});
 }
 
-/// What holds a place or a force.
+/// Column that holds a place or a force.
 struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
@@ -227,7 +227,7 @@ double clipped(double load, std::string_view cell, const FitReading& reading, co
                               : std::string("0 or more")));
 }
 
-/// What parse_cell asks of a cell, of a number.
+/// Checks a number as parse_cell() checks a cell.
 void require_within(double value, const ColumnKind& kind, const std::string& where) {
   if (std::fabs(value) <= kind.most) return;
   throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,

@@ -70,7 +70,7 @@ bool runs_evenly(const std::vector<double>& moves, double smallest) {
   return 10 * changes < moving;
 }
 
-/// What the digits of a file leave open in a move: by so much its smallest moves differ.
+/// Uncertainty of a move by the digits of the file: by so much its smallest moves differ.
 double coarseness(std::vector<double> moves, double smallest) {
   for (double& d : moves) d = std::fabs(d);
   std::sort(moves.begin(), moves.end());
@@ -291,9 +291,9 @@ std::vector<Axis> axes_of(const FitColumns& c) {
   return {{c.x, c.force}};
 }
 
-/// How the force goes with the motion, -1 to 1: work over the most that it could be. The middle of the force
-/// is taken out where the motion goes to and fro, so that an offset of the sensor does no work; a slide of
-/// which a few samples go back has its friction on one side.
+/// Correlation of the force with the motion, -1 to 1: work over the most that it could be. The middle of the
+/// force is taken out where the motion goes to and fro, so that an offset of the sensor does no work; a slide
+/// of which a few samples go back has its friction on one side.
 double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -309,7 +309,7 @@ double relative_work(const FitColumns& c) {
   return most > 0.0 ? work / most : 0.0;
 }
 
-/// The same for small motion, where little is lost: whether the force grows with the displacement.
+/// As relative_work(), for small motion, where little is lost: whether the force grows with the displacement.
 double relative_stiffness(const FitColumns& c) {
   double xf = 0.0, xx = 0.0, ff = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -380,7 +380,7 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// What lies between two samples that stay: its highest and lowest place, where it goes beyond both of them;
+/// Extremes between two samples that stay: its highest and lowest place, where it goes beyond both of them;
 /// in the plane the place that is farthest from the line between them.
 class Between {
  public:
@@ -493,7 +493,7 @@ std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
   return stay;
 }
 
-/// How far noise moves a path, m.
+/// Distance by which noise moves a path at rest, m.
 double rest_slack(const FitData& data) {
   return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
 }
@@ -579,7 +579,7 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
   }
   data.slow = quantile_of(speeds, 0.1);
   data.fast = quantile_of(speeds, 0.9);
-  // What goes with the direction may be an offset of the sensor as well as a speed.
+  // A difference between directions may come from an offset of the sensor as well as from speed.
   data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
   data.least_load = quantile_of(loads, 0.1);
   data.most_load = quantile_of(loads, 0.9);
@@ -643,7 +643,7 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   return result;
 }
 
-/// What drives the body also accelerates it, and the sensor shows both.
+/// Subtracts mass times acceleration: a sensor that drives the body shows it beside the friction.
 void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
   const std::size_t n = data.samples();
   double most = 0.0, left = 0.0;

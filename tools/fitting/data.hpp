@@ -1,5 +1,5 @@
 // Measured friction for `bristle fit`: reads the file, finds the sign of the force, undoes what an encoder
-// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: tools/README.md.
+// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: README.md of this folder.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace cli {
 /// Whose force the column holds. On the body it opposes the motion, by the body it points along.
 enum class ForceSign : unsigned char { automatic, on_body, by_body };
 
-/// What a file does not say, or says in words of its own. Names of columns are those of tools/README.md
-/// (t, x, v, load, force, y, fx, fy, angle, torque).
+/// The user's words on a file: facts that it lacks, names that it gives. Names of columns are those of
+/// tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
 struct FitReading {
   std::vector<std::pair<std::string, std::string>> columns;  ///< ours, the file's header or place from 1
   std::vector<std::pair<std::string, std::string>> units;    ///< ours, the unit
@@ -81,14 +81,14 @@ struct FitData {
 /// Throws UserError naming file, line and column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
 
-/// One record of several: their clocks are joined where they start anew, and what the contact remembers is
+/// One record of several: their clocks are joined where they restart, and what the contact remembers is
 /// not carried from one to the next. Throws UserError where their columns differ.
 FitColumns join_fit_columns(std::vector<FitColumns> records);
 /// Reads and joins.
 FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading);
 
-/// The same checks for t, x, force and, unless empty, load that are in memory: errors name a row, from 0.
-/// Throws UserError.
+/// Checks as of a file, for t, x, force and, unless empty, load that are in memory: errors name a row, from
+/// 0. Throws UserError.
 void check_fit_columns(const FitColumns& columns);
 
 /// `load`: in place of the file's column. `mass` (kg) moves with the force sensor: its inertia is taken off.

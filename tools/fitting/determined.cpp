@@ -1,4 +1,4 @@
-// What the data of a fit do not determine, and why.
+// Finds the parameters that the data do not determine, and says why.
 #include "tools/fitting/fitter.hpp"
 
 #include <algorithm>
@@ -25,8 +25,8 @@ constexpr double longer = 3.0;            // tried in its place
 constexpr double clearly_worse = 8.0;     // loss in the likelihood (twice its logarithm)
 constexpr double fewest_informing = 4.0;  // samples that a parameter must rest on
 
-/// How many samples a parameter rests on: those with weight in its estimate, a column of J (J'J)^-1, counted
-/// by (sum of squares)^2 over the sum of fourth powers. Least squares alone would trust a single one.
+/// Number of samples that a parameter rests on: those with weight in its estimate, a column of J (J'J)^-1,
+/// counted by (sum of squares)^2 over the sum of fourth powers. Least squares alone would trust a single one.
 double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter) {
   const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
@@ -54,7 +54,7 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
 /// logarithm, and they stay where they are.
 bool is_scale(FitParameter p) { return p == fit_ageing_time || p == fit_strengthening_speed; }
 
-/// What a parameter that may stay open belongs to.
+/// Parameter without which an open one has no meaning.
 FitParameter owner_of(FitParameter open) {
   return open == fit_ageing_time           ? fit_ageing
          : open == fit_strengthening_speed ? fit_strengthening

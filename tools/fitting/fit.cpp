@@ -152,7 +152,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// What the numbers mean that change with speed, time and direction.
+/// Notes what the numbers mean that change with speed, time and direction.
 void Fitter::note(const FitPoint& point, FitResult& result) const {
   const FitFrame& frame = result.frame;
   if (frame.speed > 0.0) {

@@ -40,7 +40,8 @@ struct FitOptions {
   bool quiet = false;           ///< no progress on a terminal
 };
 
-/// What is fitted: twelve numbers of the material, one that no material has, and those of stage and sensor.
+/// The fitted parameters: twelve numbers of the material, one that no material has, and those of stage and
+/// sensor.
 enum FitParameter : unsigned {
   fit_kinetic,        ///< dry friction over load in sliding; with ageing or strengthening at FitFrame::speed
   fit_length,         ///< m, presliding length: residual and mean snap length; with ageing at FitFrame::age
@@ -107,7 +108,7 @@ struct FitResult {
   int evaluations = 0;                ///< of the force of the brush along the path, the search included
 };
 
-/// What a report calls the fitted numbers, by FitParameter, then peak, stiffness, forward and backward.
+/// Names of the fitted numbers in a report, by FitParameter, then peak, stiffness, forward and backward.
 inline constexpr std::size_t fit_report_rows = fit_parameters + 4;
 extern const std::array<const char*, fit_report_rows> fit_names;
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);

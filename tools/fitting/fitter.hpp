@@ -142,7 +142,7 @@ class Fitter {
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
   }
-  /// What so many parameters cost in it.
+  /// Penalty of so many parameters in the criterion.
   static double price(std::size_t parameters, double count) {
     return 2.0 * static_cast<double>(parameters) * std::log(count);
   }

@@ -290,7 +290,7 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   return p;
 }
 
-/// How far from the last turn, m; from the first sample before the first one.
+/// Path since the last turn, m; from the first sample before the first one.
 std::vector<double> way_since_turn(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
   std::vector<double> ways;

@@ -78,7 +78,7 @@ class FitModel {
   double damper(double speed, double stribeck) const;
   Eigen::VectorXd derivative_before_sensor(const FitValues& values, FitParameter parameter, bool central);
   Eigen::VectorXd before_sensor(const FitValues& values);
-  /// What a first-order low-pass makes of a force that is straight between the samples.
+  /// Applies a first-order low-pass to a force that is straight between the samples.
   Eigen::VectorXd low_passed(Eigen::VectorXd force, double time) const;
   BrushShape shape(const FitValues& values) const;
   Eigen::VectorXd elastic_at(const FitValues& values);

@@ -23,7 +23,7 @@ constexpr std::size_t most_made = 8;
 struct Direction {
   double x, y;
 };
-/// Of a slide before the record: +x on one axis, that of the first motion in the plane.
+/// Direction of a slide before the record: +x on one axis, that of the first motion in the plane.
 Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   if (axes == 1) return {1.0, 0.0};
   double range = 0.0;

@@ -21,20 +21,20 @@ struct PathPoint {
   bool begins = false;  ///< a new record: nothing is remembered of what was before
 };
 
-/// How the bristles stand at the first point.
+/// State of the bristles at the first point.
 enum class StartState : unsigned char {
   straight,  ///< set down there
   forward,   ///< after a long slide towards +x; in the plane along the first motion
   backward   ///< after a long slide towards -x; in the plane against the first motion
 };
 
-/// What a population that keeps its lengths knows of the way that it came.
+/// Memory of a population that keeps its lengths.
 enum class Memory : unsigned char {
   forgotten,  ///< a long slide spreads its phases evenly: no place is met again as it was
   whole       ///< all: where they were straight together they are so again
 };
 
-/// What lies before the record, and what of it counts.
+/// Path before the record, and the part of it that counts.
 struct Past {
   StartState start = StartState::straight;
   Memory memory = Memory::forgotten;
@@ -47,7 +47,7 @@ struct Past {
   friend bool operator==(const Past&, const Past&) = default;
 };
 
-/// What shapes the elastic force; lengths are shares of the presliding length.
+/// Shape of the elastic force; lengths are shares of the presliding length.
 struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
@@ -64,7 +64,7 @@ struct BrushShape {
   bristle::Material material(double presliding_length_m) const;
 };
 
-/// How finely the force is computed.
+/// Resolution at which the force is computed.
 enum class Detail : unsigned char {
   search,  ///< redraw: within 0.2 % rms; keep: 512 bristles
   finish   ///< redraw: within 0.05 % rms; keep: 2048 bristles
@@ -75,8 +75,8 @@ struct Ring {
   double lever = 1.0;  ///< its radius, over the one at which the record has way and force
   double share = 1.0;  ///< of the load
 };
-/// Of a contact that slides as one: a single ring of lever 1. A disc under an even pressure: rings at Gauss's
-/// radii, for which stiffness and friction in sliding come out exact.
+/// Rings of a contact; one that slides as a whole has a single ring of lever 1. A disc under an even
+/// pressure: rings at Gauss's radii, for which stiffness and friction in sliding come out exact.
 std::vector<Ring> rings_of(bool disc, Detail detail);
 
 /// Computes forces along one path. Keeps the brushes that it made: a shape that was asked for lately costs no
@@ -107,7 +107,7 @@ class PathForce {
   std::list<std::unique_ptr<Infinite>> made_;  // the last used first
 };
 
-/// The same for bristles that keep their lengths.
+/// Force along the path of bristles that keep their lengths.
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
                                double presliding_length_m, Past past, Detail detail);
 

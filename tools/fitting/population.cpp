@@ -1,4 +1,4 @@
-// What a finite number of bristles does to a fit.
+// Errors of a fit from a finite number of bristles.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// What `bristle fit` reports: table, JSON, CSV, TOML, picture. Schema: tools/README.md.
+// Reports of `bristle fit`: table, JSON, CSV, TOML, picture. Schema: tools/reports/JSON.md.
 #include <algorithm>
 #include <cmath>
 #include <csignal>

@@ -309,7 +309,7 @@ FitPoint Fitter::search_rubbed() {
 }
 
 /// A brush that is not rubbed, with all its terms, made to rub: a search without damper and lubricant may end
-/// where they cannot be added any more.
+/// where they cannot be added later.
 FitPoint Fitter::made_to_rub(const FitPoint& plain) {
   FitPoint best = plain;
   for (const double residual : {0.0, 0.2}) {
@@ -412,7 +412,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   return try_later_starts(best);
 }
 
-/// The same for each later record of several, all else as it is; then once more all together.
+/// Tries starts of each later record of several, all else as it is; then fits all together again.
 FitPoint Fitter::try_later_starts(FitPoint point) {
   if (data_.columns.parts.empty()) return point;
   bool changed = false;

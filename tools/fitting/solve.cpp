@@ -77,7 +77,7 @@ class Coordinates {
   std::vector<double> units_;
 };
 
-/// What Eigen's Levenberg-Marquardt (MINPACK's lmder) asks of a function.
+/// Residuals in the form that Eigen's Levenberg-Marquardt (MINPACK's lmder) takes.
 struct Residuals {
   using Scalar = double;
   FitModel& model;

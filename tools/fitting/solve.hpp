@@ -28,7 +28,7 @@ FitPoint minimise(FitModel& model, FitPoint from);
 /// Derivatives by the free parameters, in units of FitModel::scale.
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point);
 
-/// What is left of a force beside columns, and the coefficients of these.
+/// Remainder of a force after projection on columns, and their coefficients.
 struct Projection {
   Eigen::VectorXd coefficients, left;
 };
@@ -43,7 +43,7 @@ double correlated_samples(const Eigen::VectorXd& residuals);
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
 
-/// What a finite number of bristles does to a fit. They have a mean length and a spread of their own, and
+/// Errors of a fit from a finite number of bristles. They have a mean length and a spread of their own, and
 /// where they snap is a matter of chance: an error that the residuals show in part only, as the same bristles
 /// bend in every small loop. Found by simulation: brushes of the fitted material, drawn at random, each
 /// fitted in turn (to first order).

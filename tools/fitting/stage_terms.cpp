@@ -31,7 +31,7 @@ FitPoint Fitter::minimise_bent(FitPoint point) {
   return point;
 }
 
-/// What is to be said where `other` is as close to the record as `taken`.
+/// Note where `other` is as close to the record as `taken`; else empty.
 std::string Fitter::alike(const FitPoint& taken, const FitPoint& other) const {
   const auto text = [](const FitPoint& p) {
     const double delay = p.values[fit_delay], compliance = p.values[fit_compliance];

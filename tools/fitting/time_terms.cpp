@@ -139,7 +139,7 @@ std::vector<FitPoint> Fitter::time_starts(const FitPoint& core, const FitPoint& 
   return starts;
 }
 
-/// How long straight bristles had been at rest when the record began: a decade, where it matters.
+/// Tries the rest of straight bristles before the record, in decades, where it matters.
 FitPoint Fitter::try_rests(FitPoint point) {
   if (!contains(point.free, fit_ageing) || point.past.start != StartState::straight) return point;
   FitPoint best = point;

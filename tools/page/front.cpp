@@ -1,4 +1,4 @@
-// What the page calls: the block, in plain functions and arrays of numbers.
+// Functions that the page calls: the block, in plain functions and arrays of numbers.
 #include <emscripten.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ page::Block& block() {
   return it;
 }
 
-// What state() gives, in this order.
+// Numbers of state(), in this order.
 enum StateField {
   position,
   velocity,

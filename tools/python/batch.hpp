@@ -9,7 +9,7 @@
 
 namespace bristle_python {
 
-/// What a batch was made with, apart from its patches.
+/// Arguments of a batch, apart from its patches.
 struct ThreadsAndKernels {
   int threads = 1;
   std::optional<std::string> isa;
@@ -53,7 +53,7 @@ class Batch {
 
 py::bytes save_state(Batch& self);
 void restore_state(Batch& self, const py::bytes& state);
-/// What `unpickled` makes a batch of with the same patches, ids and state.
+/// Data from which `unpickled` makes a batch of equal patches, ids and state.
 py::tuple pickled(Batch& self);
 std::unique_ptr<Batch> unpickled(const py::tuple& state);
 

@@ -40,7 +40,7 @@ bool alike(const PatchOptions& a, const PatchOptions& b) {
 class Kinds {
  public:
   std::uint64_t find(const PatchRecipe& patch) {
-    // Those that were added together lie together.
+    // Patches that were added together lie together.
     for (std::size_t k = kinds_.size(); k-- > 0;) {
       const PatchRecipe& kind = kinds_[k];
       if (kind.material == patch.material && kind.full_weight == patch.full_weight &&

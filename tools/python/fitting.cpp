@@ -24,7 +24,7 @@ using bristle::SnapLaw;
 using cli::FitEstimate;
 using cli::ForceSign;
 
-/// What was fitted, and what came out.
+/// Record of a fit and its result.
 struct Fit {
   cli::FitOptions options;
   cli::FitData data;
@@ -72,7 +72,7 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// What the data do not say themselves, and what is held between the contact and the sensors.
+/// Facts that the data lack, and terms fixed between contact and sensors.
 struct Between {
   std::optional<double> speed, radius, disc, compliance, delay;
   double mass = 0.0, clip_load = 0.0;

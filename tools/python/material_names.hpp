@@ -1,4 +1,4 @@
-// What Python calls the laws and rules of a material.
+// Python names of the laws and rules of a material.
 #pragma once
 
 #include "tools/python/keyword_class.hpp"

@@ -1,4 +1,4 @@
-// What the sources of the Python module share.
+// Shared by the sources of the Python module.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ const py::dtype& response_dtype();
 /// Arrays of so many: recarrays, columns by name and by attribute, both without a copy.
 py::object new_motions(py::ssize_t size);
 py::object new_responses(py::ssize_t size);
-/// What no step computes for a patch without these outputs becomes NaN, as in a new array.
+/// Sets outputs that the patch was not asked for to NaN, as in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
 /// For the time of a call: what only one Python thread at a time may use, as a step lets go of the

@@ -51,7 +51,7 @@ class PushedBlocks:
         """Fresh contacts, at rest in the origin."""
         self.pose[which] = self.velocity[which] = 0.0
         self.batch.reset(self.ids[which])
-        # What a contact would do now: the forces and stiffnesses that the next step starts from.
+        # Present answer of a contact: the forces and stiffnesses that the next step starts from.
         self.displacement[which] = 0.0
         trial = self.batch.find_force(self.dt, self.motions[self._rows(which)])
         self.responses[self._rows(which)] = trial

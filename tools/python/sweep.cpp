@@ -1,4 +1,4 @@
-// What bristle.sweep (package/_sweep.py) is made of: a study, and rows with their journal and tables.
+// Parts of bristle.sweep (package/_sweep.py): a study, and rows with their journal and tables.
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -1,4 +1,4 @@
-// What scenes, fitting and experiments share in the Python module.
+// Shared by scenes, fitting and experiments in the Python module.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ class InterruptCheck {
   double next_ = 0.0;  ///< s, of the monotonic clock
 };
 
-/// What the JSON report of a command holds, as dicts and lists.
+/// JSON report of a command, as dicts and lists.
 py::object report_of(const std::string& json);
 
 void define_scenes(py::module_& module);

@@ -34,7 +34,7 @@ std::string two_places(const Json& value, const char* sign) {
 
 Table settings_table(const Json& accuracy, Medium medium, bool front_only) {
   constexpr auto wide = JsonColumn::wide_only;
-  // Made anew: which columns there are depends on the layout, too.
+  // Rebuilt: which columns there are depends on the layout, too.
   const std::vector<JsonColumn> columns = {
       {"<bristles", [](const Json& s) { return Cell(setting_bristles(s)); }},
       {"dt", [](const Json& s) { return Cell(time_text(s.at("dt_s").get<double>())); }},

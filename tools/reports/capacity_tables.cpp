@@ -43,7 +43,7 @@ Cell faster(const Json& row) {
   return {"the other loop", CellStyle::bad};
 }
 
-// Of a row where anything fits: a figure, else "-".
+// Figure of a row in which something fits, else "-".
 template <class Figure>
 JsonColumn fit_column(const char* header, Figure figure) {
   return {header, [figure](const Json& row) {

@@ -1,4 +1,4 @@
-// What a figure was measured with: without these no speed means anything.
+// Conditions of a measurement, without which no speed means anything.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct Conditions {
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// The same in two lines, with the kernels' instruction set.
+/// Conditions in two lines, with the kernels' instruction set.
 std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int width = 900, left = 90, right = 20, top = 30, bottom = 50;
 
-/// What an axis shows, and where its ticks are.
+/// Range of an axis and places of its ticks.
 struct Axis {
   double low = 0.0, high = 1.0, step = 1.0;
   double from, to;  // pixels

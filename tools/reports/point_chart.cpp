@@ -82,7 +82,7 @@ std::string mark_svg(PointSeries::Mark mark, double x, double y, const std::stri
                      colour);
 }
 
-/// What a point or a cell says: in place of title and key, so that it is never cut off.
+/// Text of a point or a cell: in place of title and key, so that it is never cut off.
 std::string saying(const std::string& says, bool opaque) {
   std::string text =
       opaque ? fmt::format("<rect width=\"{}\" height=\"{}\" fill=\"#fff\"/>", width, top) : "";

@@ -43,7 +43,7 @@ std::vector<const Measurement*> all_of(const ReportInput& input) {
   return all;
 }
 
-// What `make` gets from a report, or one line about what it lacks: a row may need what others do without.
+// Result of `make`, or one line about what the report lacks: a row may need what others do without.
 template <typename Make>
 auto complete(const Measurement& m, Make make) {
   try {

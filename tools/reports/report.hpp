@@ -43,7 +43,7 @@ void report_command(const ReportOptions& options);
 void add_capacity(HtmlPage& page, const std::string& id, const Measurement& capacity);
 void add_accuracy(HtmlPage& page, const std::string& id, const Measurement& accuracy);
 void add_stability(HtmlPage& page, const std::string& id, const Measurement& stability);
-/// What a reader in a hurry needs, as lines.
+/// Summary in lines for a reader in a hurry.
 std::vector<std::string> capacity_summary(const nlohmann::ordered_json& capacity);
 std::vector<std::string> accuracy_summary(const nlohmann::ordered_json& accuracy);
 std::vector<std::string> stability_summary(const nlohmann::ordered_json& stability);

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What a value of a report may be.
+/// Types that a value of a report may have.
 enum class Shape : unsigned char {
   text,
   number,

@@ -1,4 +1,4 @@
-// What the JSON reports must hold for a page to be made of them: one check for all kinds.
+// Checks that JSON reports hold what a page needs: one check for all kinds.
 #pragma once
 
 #include <string>

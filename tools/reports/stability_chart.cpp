@@ -1,4 +1,4 @@
-// What a closed loop does over k and c, as charts of the page.
+// Charts of the page: behaviour of a closed loop over k and c.
 #include <algorithm>
 #include <cmath>
 #include <vector>

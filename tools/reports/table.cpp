@@ -150,7 +150,7 @@ std::string Table::text() const {
       used += gap + width[next];
       block.push_back(next++);
     }
-    // What room is left goes to texts first, then to headers.
+    // Remaining room goes to texts first, then to headers.
     std::vector<std::size_t> shown = width;
     for (const bool left : {true, false}) {
       for (const std::size_t c : block) {

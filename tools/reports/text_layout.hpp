@@ -1,4 +1,4 @@
-// How a report is laid out as text: 80 columns and no colour, unless the command line says otherwise.
+// Layout of a report as text: 80 columns and no colour, unless the command line says otherwise.
 #pragma once
 
 #include <cstddef>

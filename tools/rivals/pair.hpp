@@ -21,8 +21,8 @@ struct Force {
   Pair end, mean;
 };
 
-/// What the models know of the two surfaces. Defaults: Canudas de Wit et al. 1995, pressed on with 2.5 N.
-/// A model takes of it what its equations hold (tools/rivals/README.md).
+/// Parameters of the two surfaces. Defaults: Canudas de Wit et al. 1995, pressed on with 2.5 N. A model takes
+/// of it what its equations hold (tools/rivals/README.md).
 struct Surface {
   double kinetic_coefficient = 0.4;     ///< sliding friction over load, Fc / N
   double static_coefficient = 0.6;      ///< friction over load at speed 0, Fs / N

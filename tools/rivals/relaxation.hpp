@@ -19,7 +19,7 @@ inline Relaxed relax(Pair z, Pair target, double q) noexcept {
   return {z - lost * away, target + mean_left * away};
 }
 
-/// How far z can move along the unit vector `along` before it leaves the disc |z| <= limit; where it
+/// Distance that z can move along the unit vector `along` before it leaves the disc |z| <= limit; where it
 /// passes the disc by, to the point closest to it.
 inline double way_to_limit(Pair z, Pair along, double limit) noexcept {
   const double s = dot(z, along);

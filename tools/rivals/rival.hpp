@@ -24,7 +24,7 @@ inline Force step(Rival& rival, Pair displacement, double dt_s, double load_n) n
   return std::visit([&](auto& model) { return model.step(displacement, dt_s, load_n); }, rival);
 }
 
-/// What step would give, state unchanged: for implicit solvers.
+/// Returns the force that step() would give, state unchanged: for implicit solvers.
 inline Force find_force(const Rival& rival, Pair displacement, double dt_s, double load_n) noexcept {
   return std::visit([&](auto model) { return model.step(displacement, dt_s, load_n); }, rival);
 }

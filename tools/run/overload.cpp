@@ -140,7 +140,7 @@ void Overload::after_step(double time_s) {
 
 OverloadResult Overload::finish() {
   if (record_) record_.finish();
-  // What was decided after the last step is part of the state.
+  // Decisions made after the last step are part of the state.
   if (result_.replayed) before_step();
   for (const bristle::Motion& motion : stepper_.motions()) {
     const bristle::PatchInfo info = stepper_.batch().info(motion.id);

@@ -45,7 +45,7 @@ struct RealtimeResult {
   bool stopped = false;       ///< by a signal
 };
 
-/// How long this thread has been ready to run while its core did something else, as Linux reports it: what a
+/// Time for which this thread was ready to run while its core did something else, as Linux reports it: what a
 /// busy machine costs. To be made and read on one thread; a read is a system call of about a microsecond.
 class QueueClock {
  public:
@@ -78,7 +78,7 @@ void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueCl
 /// not report it.
 double stolen_now();
 
-/// What delayed the worst tick of a loop, as far as the system reports it.
+/// Says what delayed the worst tick of a loop, as far as the system reports it.
 std::string worst_tick_text(const PacedLoopResult& loop, int threads);
 
 std::string realtime_table(const RealtimeResult& result, int threads);

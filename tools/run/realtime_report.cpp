@@ -1,4 +1,4 @@
-// What `bristle run --realtime` says of its two loops.
+// Reports of the two loops of `bristle run --realtime`.
 #include <iterator>
 
 #include <fmt/format.h>

@@ -77,7 +77,7 @@ void RealtimeThread::bind(int core) {
 }
 
 void RealtimeThread::lock_memory() {
-  // What there is now, not what comes: under a limit an allocation would fail later. The loop makes none.
+  // Locks present memory only: under a limit a later allocation would fail. The loop makes none.
   if (mlockall(MCL_CURRENT) == 0) {
     has_locked_memory_ = true;
     return;

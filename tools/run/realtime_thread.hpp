@@ -1,4 +1,4 @@
-// What a thread requests of the system in order to be on time.
+// Requests of a thread to the system in order to be on time.
 #pragma once
 
 #include <optional>

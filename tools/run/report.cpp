@@ -1,4 +1,4 @@
-// What `bristle run` says: a table for people, JSON for programs.
+// Reports of `bristle run`: a table for people, JSON for programs.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -58,7 +58,7 @@ std::string size_text(const RunResult& r, std::size_t patch_count) {
   return text + fmt::format(", {} kB", count_text((r.memory_bytes + 1023) / 1024));
 }
 
-/// What stands for the bristles, and how many of it.
+/// Population of a patch: its kind and number.
 std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   if (options.population == bristle::Population::infinite)
     return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
@@ -75,7 +75,7 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   };
   const Conditions c = conditions();
   const bristle::DeadlineMonitor& m = r.monitor;
-  // What files say may hold anything.
+  // Text from files may hold control characters.
   line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
   line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));

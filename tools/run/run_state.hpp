@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// How far a copy has come.
+/// Displacement of a copy.
 struct Way {
   double x = 0.0, y = 0.0;            ///< m, moved so far
   double slid_x = 0.0, slid_y = 0.0;  ///< m, since it last turned back or lost contact

@@ -12,7 +12,7 @@
 
 namespace cli {
 
-/// How hard the equation of motion was to solve, over all steps of one body.
+/// Effort of solving the equation of motion, over all steps of one body.
 struct SolveStatistics {
   std::uint64_t iterations = 0;  ///< evaluations of the friction force
   int worst_iterations = 0;

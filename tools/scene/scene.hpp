@@ -1,4 +1,4 @@
-// A scene: materials, contact patches, and what moves them. Read from TOML; keys: tools/README.md.
+// A scene: materials, contact patches, and what moves them. Read from TOML; keys: tools/scenes/README.md.
 #pragma once
 
 #include <cstddef>
@@ -66,7 +66,7 @@ struct SceneBody {
   void applied_force(double t, double (&force_n)[2]) const noexcept;
 };
 
-/// What a scene may take of the machine.
+/// Limits of what a scene may take of the machine.
 struct SceneLimits {
   /// Of memory. Where it is given, a scene may hold as many bristles, patches and materials as go into it;
   /// else at most 2^28 in 10^6 patches of 1000 materials, in what is free.

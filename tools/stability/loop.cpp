@@ -162,7 +162,7 @@ void Loop::displace(int axis, double d) {
   axis_[axis].x += d;
   axis_[axis].last_d = d;
   const double q = s_.quantum_m;
-  // What the encoder reports, a difference of whole counts.
+  // The encoder reports a difference of whole counts.
   motion_.displacement[axis] =
       q > 0.0 ? q * (std::nearbyint(axis_[axis].x / q) - std::nearbyint(before / q)) : d;
 }
@@ -216,7 +216,7 @@ void Loop::step(double load) {
   }
 }
 
-// Of a mass on the spring of all bristles stuck, about the middle of the quarter's way.
+// Energy of a mass on the spring of all bristles stuck, about the middle of the quarter's path.
 double Loop::energy(const Quarter& q) const {
   const double amplitude = 0.5 * q.peak_to_peak();
   return 0.5 * s_.mass_kg * q.fastest * q.fastest + 0.5 * s_.stiffness * amplitude * amplitude;

@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// How force and motion are coupled from one sample to the next.
+/// Coupling of force and motion from one sample to the next.
 enum class Scheme {
   explicit_euler,      ///< position from the old velocity, velocity from the old force
   semi_implicit,       ///< velocity from the old force, position from the new velocity; end force
@@ -40,14 +40,14 @@ constexpr bool is_implicit(Scheme scheme) noexcept {
 /// Largest modulus of the eigenvalues of the loop on a spring and damper: below 1 it is stable. Not for the
 /// implicit schemes.
 double linear_radius(Scheme scheme, double k, double c, double beta);
-/// The same in sliding, where the friction is constant and only damper and mass are left: of the velocity.
+/// Spectral radius of the velocity in sliding, where friction is constant and only damper and mass are left.
 double sliding_radius(Scheme scheme, double c, double beta);
 /// Whether the linear loop is stable. The implicit schemes are.
 bool linearly_stable(Scheme scheme, double k, double c, double beta);
 /// The k between 1e-4 and 1e3 at which the linear loop turns stable or unstable, ascending.
 std::vector<double> stability_limits(Scheme scheme, double c, double beta);
 
-/// What a run is of.
+/// Set-up of a run.
 struct LoopSetup {
   Scheme scheme = Scheme::semi_implicit;
   double mass_kg = 0.1;

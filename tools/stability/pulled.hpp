@@ -25,15 +25,15 @@ struct SpringPull {
 /// The force per displacement of a contact in steady sliding whose motion is disturbed as exp(p t), N/m,
 /// dampers left out: redraw without shared renewal (core/MODEL.md, "Ageing").
 std::complex<double> sliding_stiffness(const SpringPull& pull, std::complex<double> p);
-/// The same of a contact that sticks, N/m.
+/// Stiffness of a contact that sticks, N/m.
 double contact_stiffness(const SpringPull& pull);
-/// What dampers, lubricant and strengthening add to the force per change of speed, N s/m.
+/// Change of force with speed by dampers, lubricant and strengthening, N s/m.
 double sliding_damping(const SpringPull& pull);
 /// Stiffness of the spring, N/m, above which steady sliding is stable; 0 if it is stable on every spring, and
 /// infinite if on none.
 double critical_stiffness(const SpringPull& pull);
 
-/// How steady sliding goes on after a push.
+/// Course of steady sliding after a push.
 struct PullResult {
   double growth = 0.0;   ///< ln of the amplitude of the speed, late in the run over early
   double slowest = 0.0;  ///< speed over that of the pull: 0 and below = it sticks

@@ -1,4 +1,4 @@
-// What `bristle stability` says: tables for people, JSON for programs, CSV for the plot.
+// Reports of `bristle stability`: tables for people, JSON for programs, CSV for the plot.
 #include <algorithm>
 #include <cmath>
 #include <iterator>

@@ -30,7 +30,7 @@ double seconds_now() {
 
 std::string line_of(const std::string& json) { return text_hash(json) + ' ' + json + '\n'; }
 
-/// What a line holds; empty where it is torn.
+/// JSON of a line; empty where the line is torn.
 std::string json_of(std::string_view line) {
   if (line.size() < 18 || line[16] != ' ') return {};
   const std::string_view json = line.substr(17);

@@ -17,13 +17,13 @@
 
 namespace cli {
 
-/// What a journal or several hold together.
+/// Rows that one or several journals hold.
 struct SweepRows {
   nlohmann::json header;
   std::vector<std::string> rows;  ///< by index, as Study::run_row gives them; empty: not done
   std::uint64_t done = 0;
 
-  /// The same row twice counts once. Throws UserError where both differ, measured times apart.
+  /// Adds a row; a repeated one counts once. Throws UserError where both differ, measured times apart.
   void add(std::string row, const std::string& from);
   /// Hash of all rows in the order of their index, measured times left out, as 16 hexadecimal digits.
   std::string table_hash() const;

@@ -90,7 +90,7 @@ void set_in(toml::node& node, const Path& parts, std::size_t at, const SweepValu
   fail(path, fmt::format("'{}' lies within a value, which has no parts", part));
 }
 
-/// What stands for a table in a path: its name, or the patch that it moves.
+/// Name of a table in a path: its name, or the patch that it moves.
 std::string name_of(const toml::table& table, const std::string& kind) {
   const toml::node* name = table.get(kind == "motion" ? "patch" : "name");
   return name && name->is_string() ? name->as_string()->get() : std::string();

@@ -1,4 +1,4 @@
-// What `--vary KEY=RANGE` says: a key of a scene, and the values it takes.
+// Meaning of `--vary KEY=RANGE`: a key of a scene, and the values it takes.
 #pragma once
 
 #include <cstdint>

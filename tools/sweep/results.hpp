@@ -1,4 +1,4 @@
-// What a row of a study says of its run: columns with units.
+// Results of a row of a study: columns with units.
 #pragma once
 
 #include <cstdint>
@@ -56,8 +56,8 @@ struct SweepResult {
 /// All results of the scene. `with_error`: the study has a reference.
 std::vector<SweepResult> all_results(const Scene& scene, bool with_error, bool with_window);
 
-/// Those that `report` chooses: a full name, the name after the dot for all patches, a patch or body for all
-/// of it, "default", "all". Nothing chosen: the default. Throws UserError with the nearest name.
+/// Results that `report` chooses: a full name, the name after the dot for all patches, a patch or body for
+/// all of it, "default", "all". Nothing chosen: the default. Throws UserError with the nearest name.
 std::vector<SweepResult> chosen_results(const Scene& scene, const std::vector<std::string>& report,
                                         bool with_error, bool with_window);
 

@@ -238,7 +238,7 @@ std::string stamp_of(const std::string& path) {
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
-/// What this machine cannot do now says nothing about the row.
+/// A failure of this machine, which says nothing about the row.
 struct NotHere : UserError {
   using UserError::UserError;
 };

@@ -55,7 +55,7 @@ class Study {
   const std::vector<SweepColumn>& columns() const { return columns_; }
   const std::vector<VariedKey>& varied() const { return varied_; }
   const StudyOptions& options() const { return options_; }
-  /// What a journal begins with, and a table's attributes.
+  /// First line of a journal, and a table's attributes.
   nlohmann::json header() const;
 
   /// The row as JSON, an array with a cell for each column. A scene that the values make impossible is a row

@@ -85,8 +85,8 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
 }
 
-// What is shown of cohorts is their bristles, spread by mass: those of one cohort are bent alike, and follow
-// each other. From picture to picture a cohort moves with the block; one that was not there before is new.
+// Shows cohorts as bristles, spread by mass: bristles of one cohort are bent alike, and follow each other.
+// From picture to picture a cohort moves with the block; one that was not there before is new.
 void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
   const BristleView& now = room.bristles;
   const std::size_t count = std::min(now.count, bristles_shown);

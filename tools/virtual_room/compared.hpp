@@ -110,7 +110,7 @@ inline double carriage_place(const Settings& s, double t) {
 
 // ----------------------------------------------------------------------------------- what is said of each
 
-/// Of a block that a carriage moves.
+/// Strength of the contact of a block that a carriage moves.
 class Strength {
  public:
   void begin() noexcept { *this = {}; }

@@ -1,5 +1,5 @@
-// What the hand holds: position in, force out. Every device, from a mouse to a driver for a six-axis arm,
-// stands behind this.
+// Device that the hand holds: position in, force out. Every device, from a mouse to a driver for a six-axis
+// arm, stands behind this.
 #pragma once
 
 namespace room {

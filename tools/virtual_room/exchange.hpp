@@ -1,4 +1,4 @@
-// How the haptic and the graphic loop talk: no lock, no waiting, no allocation on either side.
+// Exchange between haptic and graphic loop: no lock, no waiting, no allocation on either side.
 //
 // What has a newest value (the room, the settings, the hand) goes through a triple buffer: the writer never
 // waits, the reader sees the newest whole value. What must arrive one by one (acts, points of the plots) goes

@@ -122,8 +122,8 @@ std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t firs
   return count;
 }
 
-// What was found is one displacement and one spin; the cells go the chords of these. So deflections follow
-// the poses of block and tool, and what returns has not crept.
+// Moves the cells along the chords of one displacement and one spin. So deflections follow the poses of block
+// and tool, and what returns has not crept.
 void Friction::move_pad(double dt_s, const Velocity& mean,
                         bristle::Span<const PatchContact> contacts) noexcept {
   if (cells_ == 0) return;

@@ -50,7 +50,7 @@ class Friction {
   /// Moves the patches by these displacements, and gives `body` the velocity of the forces that acted.
   void step(double dt_s, Body& body, const Velocity& external, bristle::Span<PatchContact> contacts) noexcept;
 
-  /// Of a pad its first cell.
+  /// Patch of a contact; of a pad, its first cell.
   bristle::PatchId patch(std::size_t i) const noexcept {
     return is_pad(i) ? pad_->cell_patches(pad_id_)[0] : ids_[i];
   }

@@ -190,7 +190,7 @@ struct HapticLoop::Impl {
       if (hand_recorded) recording = hand_recorded = false;  // the time goes back now, before the desk knows
       reset_worlds();
     }
-    // What comes back to the hand after it felt nothing comes without a jump; the world has it whole.
+    // A force that returns to the hand rises without a jump; the world has all of it at once.
     feedback = std::min(1.0, feedback + change);
     double force[3];
     for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
@@ -460,7 +460,7 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Of a block beside the first one: only a brush has patches, in a batch of its own.
+  // Parameters of a block beside the first one: only a brush has patches, in a batch of its own.
   Parameters beside_parameters(Beside& other, const Parameters& main, std::size_t i, bool anew) {
     Parameters p = main;
     p.settings = settings_beside(main.settings, i);
@@ -477,7 +477,7 @@ struct HapticLoop::Impl {
     return p;
   }
 
-  // What an order replaced is no longer used once it was taken.
+  // Frees what an order replaced, once the haptic loop has taken the order.
   void clear_up() {
     maker.remove_old();
     for (const auto& other : beside) other->maker.remove_old();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t most_ticks_at_once = 1000;  // far less than the ring of plot points holds
 
-/// What is worth knowing of all ticks.
+/// Summary of all ticks.
 struct Summary {
   double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N
   double farthest = 0.0;                                                             // m

@@ -8,7 +8,7 @@
 
 namespace room {
 
-/// What draws, on the graphic side; both empty where nothing is drawn.
+/// Functions that draw, on the graphic side; both empty where nothing is drawn.
 struct DrawFrame {
   std::function<void(const PlotPoint& point)> see;                   ///< each tick, in order
   std::function<void(const Snapshot& room, long frame)> draw_frame;  ///< `frame` counts from 0

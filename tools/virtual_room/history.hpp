@@ -1,4 +1,4 @@
-// What the plots look back on: the points of the last seconds, and how long ticks took.
+// Memory of the plots: the points of the last seconds, and how long ticks took.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ class History {
 
   History() : points_(capacity) {}
 
-  /// A time before that of the last point (reset, replay) begins anew; one that is no number is
+  /// A time before that of the last point (reset, replay) restarts the history; one that is no number is
   /// left out.
   void add(const PlotPoint& point);
   void clear();
@@ -43,7 +43,7 @@ class FirstBending {
   static constexpr float lengths = 4.0f;  ///< of the presliding length: as far as it goes
   static constexpr float back = 0.5f;     ///< it ends where the block has come back by so many
 
-  /// Each tick once, in order. A time that goes back begins anew.
+  /// Each tick once, in order. A time that goes back restarts it.
   void add(const PlotPoint& point);
   /// `presliding_length`, m: how finely it is kept, and when it is complete.
   void set_length(double presliding_length);

@@ -31,7 +31,7 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
                                                            {"file", room::DeviceKind::file},
                                                            {"udp", room::DeviceKind::udp}};
   const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
-  // What the transformers say of themselves holds the enumerators' bytes.
+  // The transformers' own description would print the enumerators' bytes.
   CLI::CheckedTransformer to_device(devices, CLI::ignore_case), to_clock(clocks, CLI::ignore_case);
   to_device.description("{mouse,script,file,udp}");
   to_clock.description("{real,virtual}");
@@ -152,7 +152,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
     return 2;
   }
-  // What was given says what moves the tool.
+  // The given options choose what moves the tool.
   if (device->count() == 0 && !options.script.empty()) options.device = room::DeviceKind::script;
   if (device->count() == 0 && !options.motion.empty()) options.device = room::DeviceKind::file;
   try {

@@ -1,4 +1,4 @@
-// What the mouse means: the left button holds the tool, the others turn and move the view.
+// Control by the mouse: the left button holds the tool, the others turn and move the view.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// How far a block has crept, apart from its swing under the taps: its mean place over each pair of taps.
+// Creep of a block, apart from its swing under the taps: its mean place over each pair of taps.
 #pragma once
 
 #include <cmath>

@@ -73,7 +73,7 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
   }
 }
 
-// What is said of a block, behind its name: how far it has crept, or how strong its contact is.
+// Text behind a block's name: its creep, or the strength of its contact.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
   if (room.settings.compare == Comparison::models) {
     if (room.time < 6.5) return " settles";

@@ -552,7 +552,8 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
   FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
-    // What the bristles hold now: it grows while they rest, which the plot over time shows as a curve.
+    // Friction that the bristles hold at present: it grows while they rest, which the plot over time shows as
+    // a curve.
     levels.peak = over_time.peak = 0;
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;

@@ -24,7 +24,7 @@ struct Layout {
 /// `glass_left`: the glass is at the left of the room instead of the right.
 Layout make_layout(int width, int height, float scale, bool panels, bool glass, bool glass_left = false);
 
-/// What the person asked for in the last picture.
+/// Requests of the person in the last picture.
 struct Wishes {
   bool settings = false;  ///< they changed
   Act act = Act::none;
@@ -50,7 +50,7 @@ class SettingsUndo {
   bool changing_ = false;
 };
 
-/// What a control does under these settings.
+/// Controls that have an effect under these settings.
 struct Effective {
   explicit Effective(const Settings& s);
   bool peak, bristles, damping, stribeck, ageing_time, pad;

@@ -95,7 +95,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
   if (s.keep && s.infinite) {
-    // What was chosen last holds.
+    // The last choice wins.
     (before.infinite ? s.infinite : s.keep) = false;
     say(s.infinite ? "infinitely many bristles are replaced at each snap: rule redraw taken"
                    : "rule keep is for a number of bristles: representatives taken");

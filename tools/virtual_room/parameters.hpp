@@ -58,7 +58,7 @@ using PatchIds = std::array<bristle::PatchId, patch_count>;
 inline constexpr int pad_rings = 3;
 inline constexpr std::size_t pad_cells = 27;
 
-/// What the haptic loop works with. Plain data.
+/// Data that the haptic loop works with, plain.
 struct Parameters {
   Settings settings;
   PatchIds patches;

@@ -97,7 +97,7 @@ class Frame {
     const bool left = p.x - wide - 2 * radius > inner_.x;
     label(left ? p.x - 2 * radius : p.x + 2 * radius, p.y - 0.9f * size, colour, text, left ? 1.0f : 0.0f);
   }
-  // What stands above the range, named at its place on the upper edge.
+  // Names a value above the range at its place on the upper edge.
   void name_above(double x, ImU32 colour, const std::string& text) const {
     label(at(x, y_.high).x + 4, inner_.y + 2, colour, text, 0.0f);
   }

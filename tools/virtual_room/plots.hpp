@@ -25,7 +25,7 @@ struct ValueRange {
 };
 ValueRange range_of_most(std::vector<float>& values, double sure);
 
-/// How an axis is written: value = offset + number * scale.
+/// Labels of an axis: value = offset + number * scale.
 struct AxisText {
   double scale = 1, offset = 0;
   std::string unit;  ///< with the offset, if there is one: "µm from 249 mm"
@@ -46,7 +46,7 @@ struct ShownBeside {
   const char* names[1 + most_compared] = {};
 };
 
-/// What the plots remember from picture to picture.
+/// Ranges that the plots keep from picture to picture.
 struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };

@@ -79,7 +79,7 @@ void Recorder::abandon() noexcept {
     if (forces_) forces_->finish();
     if (hand_) hand_->finish();
   } catch (const cli::UserError&) {
-    // What brought this about was said.
+    // The cause has been reported.
   }
   forces_.reset();
   hand_.reset();

@@ -21,7 +21,8 @@ struct Picture {
 Eigen::Matrix3f room_tilt(double slope);
 Eigen::Vector3f to_vector(const double (&v)[3]);
 
-/// How far aside a block of Settings::compare is drawn, m: the first to the back, the second to the front.
+/// Distance aside at which a block of Settings::compare is drawn, m: the first to the back, the second to the
+/// front.
 inline float aside_of(std::size_t compared) { return compared == 0 ? 0.12f : -0.12f; }
 
 /// Length of the arrow that shows a force, m.

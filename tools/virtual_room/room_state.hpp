@@ -1,4 +1,4 @@
-// What the haptic loop and the graphic loop tell each other: plain data, copied whole (exchange.hpp).
+// Data that the haptic loop and the graphic loop exchange: plain, copied whole (exchange.hpp).
 //
 // Axes are the room's: x along the floor (the way the block is pushed), y to the left, z off the floor; the
 // origin is the middle of the floor. A slope tilts the whole room about y, so that in these axes gravity is
@@ -14,11 +14,11 @@ namespace room {
 
 enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 
-/// What stands beside the block, and moves as it does (compared.hpp).
+/// Blocks that stand beside the first and move as it does (compared.hpp).
 enum class Comparison : unsigned char { none, models, rubbing, rest };
 
-/// What a person can change while the loops run. The graphic loop sends it whole; the desk makes patches and
-/// materials of the newest and hands them to the haptic loop (haptic_loop.cpp).
+/// Settings that a person can change while the loops run. The graphic loop sends it whole; the desk makes
+/// patches and materials of the newest and hands them to the haptic loop (haptic_loop.cpp).
 struct Settings {
   FrictionModel model = FrictionModel::brush;
   double kinetic = 0.40, peak = 0.46;  ///< friction over load

@@ -1,4 +1,4 @@
-// What the person asks of bristle-room on the command line.
+// Options of bristle-room on the command line.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What is seen: the window, and pictures without a window. In builds without OpenGL neither is there
+// The screen: the window, and pictures without a window. In builds without OpenGL neither is there
 // (BRISTLE_ROOM_SCREEN = 0).
 #pragma once
 

@@ -44,7 +44,7 @@ void read_settings(const TomlTable& table, Settings& s) {
   if (!message.empty()) table.fail(message);
 }
 
-// What of the settings the surface is made of: the first so many of setting_ranges, and the rule.
+// Settings of which the surface is made: the first so many of setting_ranges, and the rule.
 constexpr std::size_t material_numbers = 10;
 static_assert(setting_ranges[material_numbers - 1].member == &Settings::ageing_time);
 

@@ -30,7 +30,7 @@ Script read_script(const std::string& path, const RoomMeasures& measures, const 
 
 /// Settings as a TOML table's lines, exact to the bit: what parse_script reads.
 std::string settings_as_toml(const Settings& settings);
-/// The same of what the surface is made of, for the table [material].
+/// Settings of the surface, for the table [material].
 std::string material_as_toml(const Settings& settings);
 
 }  // namespace room

@@ -73,7 +73,7 @@ vec3 wood(vec3 p) {
   return mix(early_wood, late_wood, 0.75 * late) * (0.78 + 0.38 * fibre);
 }
 
-// How much of a line of this width (m) every `step` metres covers the pixel.
+// Share of the pixel covered by a line of this width (m) every `step` metres.
 float grid_line(float x, float every, float width) {
   float pixel = fwidth(x);
   float away = abs(fract(x / every - 0.5) - 0.5) * every;
@@ -170,7 +170,7 @@ void main() {
 }
 )";
 
-// What the glass shows, cut to its circle. Looks 0 hair, 1 floor, 2 the block's underside, 3 what is behind.
+// Picture in the glass, cut to its circle. Looks 0 hair, 1 floor, 2 the block's underside, 3 what is behind.
 inline constexpr const char* glass_fragment = R"(#version 330 core
 in vec3 facing, at;
 in float bent, flash, along;

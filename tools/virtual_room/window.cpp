@@ -151,7 +151,7 @@ class RoomWindow {
     if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    // No larger than the panels have room for, in steps: each draws the type anew.
+    // No larger than the panels have room for, in steps: each redraws the type.
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
@@ -245,7 +245,7 @@ class RoomWindow {
     write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
   }
 
-  // What 'Load' offers: the newest first.
+  // Lists the files of 'Load', the newest first.
   void list_files() {
     std::vector<std::pair<std::filesystem::file_time_type, std::string>> found;
     std::error_code error;

@@ -60,7 +60,7 @@ class World {
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
 
  private:
-  // What lasts while a place touches.
+  // State of a place while it touches.
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();

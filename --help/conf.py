@@ -1,0 +1,26 @@
+# Sphinx: the guides as a site. tools/site/build gathers the sources and calls it.
+import os
+
+project = "bristle"
+author = "the bristle project"
+release = os.environ.get("BRISTLE_VERSION", "")
+copyright = author
+extensions = ["myst_parser"]
+html_theme = "furo"
+html_title = f"bristle {release}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_extra_path = ["extra"]  # the page that runs, and the headers as HTML
+templates_path = ["_templates"]
+html_sidebars = {"**": ["sidebar/brand.html", "sidebar/search.html", "site_links.html", "sidebar/scroll-start.html",
+                        "sidebar/navigation.html", "sidebar/scroll-end.html"]}
+html_context = {"with_page": bool(os.environ.get("BRISTLE_WITH_PAGE"))}
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {"navigation_with_keys": True}
+source_suffix = {".md": "markdown"}
+myst_heading_anchors = 6  # anchors as GitHub makes them
+myst_enable_extensions = []
+highlight_language = "none"
+suppress_warnings = ["myst.header"]  # a README may begin below the first level
+pygments_style = "friendly"

@@ -1,0 +1,91 @@
+// A block on a slope, in the loop of a small physics engine: contacts are listed afresh in every step, friction
+// is solved implicitly. It holds still, is tapped, and holds still again. Exits with 1 when it creeps.
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+// begin
+#include <bristle/bristle.hpp>
+#include <bristle/coupling.hpp>
+
+constexpr double dt = 1e-3, mass = 2.0, slope = 0.3, half = 0.05;  // s, kg, rad, m
+
+// The engine's part: positions and loads of the contacts, in any order. Normal forces are its own affair.
+struct EngineContact {
+  double x, y, load;  // m from the centre of mass in the plane of the slope, N
+};
+std::vector<EngineContact> find_contacts(double along) {
+  const double weight = mass * 9.81 * std::cos(slope) / 4, shift = along * 0.02 / (4 * half);
+  return {{half, half, weight + shift},  // `along` acts 0.02 m above the feet: those in front carry more
+          {-half, half, weight - shift},
+          {half, -half, weight + shift},
+          {-half, -half, weight - shift}};
+}
+
+struct Engine {
+  bristle::PatchBatch batch;
+  bristle::ContactMatcher matcher{bristle::MatcherOptions{}.with_capacity(64).with_reach(0.01)};
+  bristle::KeyedPatches patches{batch, bristle::Material{}.with_bristle_damping(0.02),
+                                bristle::PatchOptions{}
+                                    .with_max_normal_load(20.0)
+                                    .with_population(bristle::Population::infinite)
+                                    .with_resolution(4)
+                                    .with_cohorts(24),
+                                bristle::KeyedOptions{}.with_capacity(64)};
+  bristle::MovingBody<3> block;  // along x, along y, about the normal
+  double position[3] = {0.0, 0.0, 0.0};
+
+  void step(double push) {  // N, along x
+    const double along = mass * 9.81 * std::sin(slope) + push;
+    const std::vector<EngineContact> contacts = find_contacts(along);
+    const std::size_t n = contacts.size();
+    std::vector<bristle::ContactPoint> points(n);
+    std::vector<std::uint64_t> keys(n);
+    std::vector<bristle::Motion> motions(n);
+    std::vector<bristle::Response> responses(n);
+    std::vector<bristle::BodyContact<3>> feet(n);
+    for (std::size_t i = 0; i < n; ++i) points[i] = {7 /* this pair */, {contacts[i].x, contacts[i].y, 0.0}};
+    matcher.match(points, keys);
+    for (std::size_t i = 0; i < n; ++i) {
+      motions[i].id = patches.find_or_add(keys[i]);
+      motions[i].normal_load = contacts[i].load;
+      feet[i].place = i;
+      feet[i].jacobian << 1, 0, -contacts[i].y, 0, 1, contacts[i].x;
+    }
+    const bristle::BodyVector<3> force = Eigen::Vector3d(along, 0, 0);
+    bristle::predict_displacements(batch, dt, block, force, feet, motions);
+    batch.step(dt, motions, responses);
+    bristle::apply_end_forces(dt, block, force, feet, responses);
+    patches.end_step();
+    for (int a = 0; a < 3; ++a) position[a] += dt * block.velocity[a];
+  }
+};
+// end
+
+int main() {
+  Engine engine;
+  engine.block.mass.diagonal() << mass, mass, mass * half * half;
+  const auto report = [&](const char* what, double from) {
+    std::printf("%-28s at %10.4f um, moved %.3g um/s\n", what, 1e6 * engine.position[0],
+                1e6 * (engine.position[0] - from));
+    return std::abs(engine.position[0] - from);
+  };
+  const auto run = [&](int steps, double tap) {
+    for (int k = 0; k < steps; ++k) engine.step(k % 100 < 5 ? tap : 0.0);
+  };
+  run(1000, 0.0);
+  report("put down, a second ago", 0.0);
+  double before = engine.position[0];
+  run(1000, 0.0);
+  const double creep = report("a second later", before);
+  before = engine.position[0];
+  run(1000, 1.5 /* N, of 5.8 */);
+  report("tapped ten times", before);
+  run(1000, 0.0);
+  before = engine.position[0];
+  run(1000, 0.0);
+  const double creep_after = report("and a second later still", before);
+  const bool right = creep < 1e-14 && creep_after < 1e-14 && std::abs(engine.position[0]) < 20e-6;
+  if (!right) std::printf("not as it should be\n");
+  return right ? 0 : 1;
+}

@@ -1,0 +1,31 @@
+#include <cstdio>
+
+#include <bristle/bristle.hpp>
+#include <bristle/contact_frame.hpp>
+
+int main() {
+  bristle::PatchBatch batch;
+  const auto options = bristle::PatchOptions{}
+                           .with_max_normal_load(50.0 /* N */)
+                           .with_population(bristle::Population::infinite)
+                           .with_resolution(4)
+                           .with_cohorts(24);
+  bristle::KeyedPatches patches(batch, bristle::Material{}, options,
+                                bristle::KeyedOptions{}.with_capacity(1000));  // all memory is taken here
+  batch.warm_up();
+  bristle::ContactFrame frame(Eigen::Vector3d::UnitZ());  // one for each contact, kept as long as its key
+  for (int step = 0; step < 300; ++step) {
+    // From the engine: contact 42 between two bodies, its normal (from the other body to the moving one), its
+    // force, and the velocity of the one relative to the other where they touch.
+    const Eigen::Vector3d normal(0, 0, 1), velocity(0.01, 0.002, 0.0), arm(0.0, 0.0, -0.05 /* m */);
+    bristle::Motion motion{patches.find_or_add(42), {0.0, 0.0}, 20.0 /* N */};
+    frame.carry(normal);
+    frame.set_displacement(1e-3 /* s */ * velocity, motion);
+    bristle::Response response;
+    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // all contacts in one call
+    patches.end_step();                                      // contacts not seen in this step go back
+    const auto wrench = bristle::ContactFrame::wrench(frame.force(response.end), arm);
+    if (step % 100 == 99)
+      std::printf("force %.3f %.3f N, moment %.3f N m\n", wrench[0], wrench[1], wrench[4]);
+  }
+}
