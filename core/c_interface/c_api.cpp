@@ -20,89 +20,47 @@
 using namespace bristle;
 
 // ------------------------------------------------------------------------- layouts shared with C++
-#define BRISTLE_SAME_PLACE(c_type, cpp_type, field)                     \
-  static_assert(offsetof(c_type, field) == offsetof(cpp_type, field) && \
-                    sizeof(c_type::field) == sizeof(cpp_type::field),   \
-                #c_type "." #field " must lie where " #cpp_type " has it")
-static_assert(sizeof(bristle_motion) == sizeof(Motion) && alignof(bristle_motion) == alignof(Motion));
-static_assert(std::is_standard_layout_v<Motion> && std::is_trivially_copyable_v<Motion>);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, id);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, displacement);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, normal_load);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, has_velocity);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, velocity);
-static_assert(sizeof(bristle_response) == sizeof(Response) && alignof(bristle_response) == alignof(Response));
-static_assert(std::is_standard_layout_v<Response> && std::is_trivially_copyable_v<Response>);
-BRISTLE_SAME_PLACE(bristle_response, Response, id);
-BRISTLE_SAME_PLACE(bristle_response, Response, status);
-BRISTLE_SAME_PLACE(bristle_response, Response, end);
-BRISTLE_SAME_PLACE(bristle_response, Response, elastic);
-BRISTLE_SAME_PLACE(bristle_response, Response, damper);
-BRISTLE_SAME_PLACE(bristle_response, Response, mean);
-BRISTLE_SAME_PLACE(bristle_response, Response, stiffness);
-BRISTLE_SAME_PLACE(bristle_response, Response, damping);
-BRISTLE_SAME_PLACE(bristle_response, Response, force_limit);
-BRISTLE_SAME_PLACE(bristle_response, Response, dissipated);
-BRISTLE_SAME_PLACE(bristle_response, Response, contact_loss);
-BRISTLE_SAME_PLACE(bristle_response, Response, damper_work);
-BRISTLE_SAME_PLACE(bristle_response, Response, snaps);
-
-static_assert(sizeof(bristle_contact_point) == sizeof(ContactPoint) &&
-              std::is_standard_layout_v<ContactPoint>);
-BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, pair);
-BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, point);
-static_assert(sizeof(bristle_detail_decision) == sizeof(DetailDecision) &&
-              std::is_standard_layout_v<DetailDecision>);
-BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, step);
-BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, patch);
-BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, bristles);
-static_assert(sizeof(bristle_cell) == sizeof(PatchCell) && std::is_standard_layout_v<PatchCell>);
-BRISTLE_SAME_PLACE(bristle_cell, PatchCell, position);
-BRISTLE_SAME_PLACE(bristle_cell, PatchCell, weight);
-static_assert(sizeof(bristle_bed_cell) == sizeof(BedCell) && std::is_standard_layout_v<BedCell>);
-BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, position);
-BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, stiffness);
-BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, load);
-static_assert(sizeof(bristle_bed_motion) == sizeof(BedMotion) && std::is_standard_layout_v<BedMotion>);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, id);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, displacement);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, spin);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, rolled);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, normal_load);
-static_assert(sizeof(bristle_bed_response) == sizeof(BedResponse) && std::is_standard_layout_v<BedResponse>);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, id);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, status);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, force);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, torque);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, mean);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, mean_torque);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, dissipated);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, stored);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, tangent);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, slipping_share);
-static_assert(sizeof(bristle_extended_motion) == sizeof(ExtendedMotion) &&
-              std::is_standard_layout_v<ExtendedMotion>);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, id);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, displacement);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, normal_load);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, has_velocity);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, velocity);
-static_assert(sizeof(bristle_extended_response) == sizeof(ExtendedResponse) &&
-              std::is_standard_layout_v<ExtendedResponse>);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, id);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, status);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, end);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, elastic);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damper);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, mean);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, stiffness);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damping);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, force_limit);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, torque_limit);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, dissipated);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, contact_loss);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damper_work);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, snaps);
+#define BRISTLE_SAME(field) \
+  (offsetof(C, field) == offsetof(Cpp, field) && sizeof(C::field) == sizeof(Cpp::field))
+#define BRISTLE_SAME_LAYOUT(c_type, cpp_type, places)                                                      \
+  static_assert(                                                                                           \
+      [] {                                                                                                 \
+        using C = c_type;                                                                                  \
+        using Cpp = cpp_type;                                                                              \
+        return sizeof(C) == sizeof(Cpp) && alignof(C) == alignof(Cpp) && std::is_standard_layout_v<Cpp> && \
+               std::is_trivially_copyable_v<Cpp> && (places);                                              \
+      }(),                                                                                                 \
+      #c_type " must lie as " #cpp_type " does")
+BRISTLE_SAME_LAYOUT(bristle_motion, Motion,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(normal_load) &&
+                        BRISTLE_SAME(has_velocity) && BRISTLE_SAME(velocity));
+BRISTLE_SAME_LAYOUT(bristle_response, Response,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(end) && BRISTLE_SAME(elastic) &&
+                        BRISTLE_SAME(damper) && BRISTLE_SAME(mean) && BRISTLE_SAME(stiffness) &&
+                        BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(dissipated) &&
+                        BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) && BRISTLE_SAME(snaps));
+BRISTLE_SAME_LAYOUT(bristle_contact_point, ContactPoint, BRISTLE_SAME(pair) && BRISTLE_SAME(point));
+BRISTLE_SAME_LAYOUT(bristle_detail_decision, DetailDecision,
+                    BRISTLE_SAME(step) && BRISTLE_SAME(patch) && BRISTLE_SAME(bristles));
+BRISTLE_SAME_LAYOUT(bristle_cell, PatchCell, BRISTLE_SAME(position) && BRISTLE_SAME(weight));
+BRISTLE_SAME_LAYOUT(bristle_bed_cell, BedCell,
+                    BRISTLE_SAME(position) && BRISTLE_SAME(stiffness) && BRISTLE_SAME(load));
+BRISTLE_SAME_LAYOUT(bristle_bed_motion, BedMotion,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(spin) &&
+                        BRISTLE_SAME(rolled) && BRISTLE_SAME(normal_load));
+BRISTLE_SAME_LAYOUT(bristle_bed_response, BedResponse,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(force) && BRISTLE_SAME(torque) &&
+                        BRISTLE_SAME(mean) && BRISTLE_SAME(mean_torque) && BRISTLE_SAME(dissipated) &&
+                        BRISTLE_SAME(stored) && BRISTLE_SAME(tangent) && BRISTLE_SAME(slipping_share));
+BRISTLE_SAME_LAYOUT(bristle_extended_motion, ExtendedMotion,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(normal_load) &&
+                        BRISTLE_SAME(has_velocity) && BRISTLE_SAME(velocity));
+BRISTLE_SAME_LAYOUT(bristle_extended_response, ExtendedResponse,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(end) && BRISTLE_SAME(elastic) &&
+                        BRISTLE_SAME(damper) && BRISTLE_SAME(mean) && BRISTLE_SAME(stiffness) &&
+                        BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(torque_limit) &&
+                        BRISTLE_SAME(dissipated) && BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) &&
+                        BRISTLE_SAME(snaps));
 static_assert(BRISTLE_NO_CONTACT_KEY == no_contact_key);
 
 template <auto c_value, auto cpp_value>
