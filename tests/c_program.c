@@ -232,67 +232,6 @@ int c_program_finds_all_as_it_was(void) {
   return 0;
 }
 
-/* Structs as a program of another version has them: shorter, and longer. */
-int c_program_of_another_version(void) {
-  const double dbar = 10e-6;
-  enum { n = 100, count = 3 };
-  struct longer_motion {
-    bristle_motion motion;
-    double news[3];
-  } motions[count];
-  struct shorter_response {
-    bristle_id id;
-    uint32_t status, reserved;
-    double end[2], elastic[2];
-  } responses[count + 1]; /* the last one is not the library's */
-  struct shorter_options {
-    size_t struct_size;
-    double max_normal_load;
-  } options;
-  bristle_batch* batch = NULL;
-  bristle_id ids[count];
-  bristle_material material = plain_material(dbar);
-  bristle_patch_info info;
-  double guard;
-  int i;
-  EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
-  EXPECT(bristle_init_patch_options((bristle_patch_options*)&options, sizeof options) == BRISTLE_OK);
-  EXPECT(options.struct_size == sizeof options && options.max_normal_load == 1.0);
-  options.max_normal_load = n;
-  memset(motions, 0, sizeof motions);
-  memset(responses, 0, sizeof responses);
-  responses[count].id = 4711;
-  responses[count].end[0] = -7.5;
-  for (i = 0; i < count; ++i) {
-    /* The default of the options that this program does not know is two axes: as C++ has it. */
-#if BRISTLE_MINIMAL
-    bristle_patch_options known = plain_options(n);
-    EXPECT(bristle_add(batch, &material, &known, &ids[i]) == BRISTLE_OK);
-#else
-    EXPECT(bristle_add(batch, &material, (const bristle_patch_options*)&options, &ids[i]) == BRISTLE_OK);
-#endif
-    motions[i].motion.id = ids[i];
-    motions[i].motion.displacement[0] = (i + 1) * 0.1 * dbar;
-    motions[i].motion.normal_load = n;
-    motions[i].news[0] = 1e300;
-  }
-  EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
-  EXPECT(bristle_step(batch, 1e-3, &motions[0].motion, sizeof motions[0], (bristle_response*)responses,
-                      sizeof responses[0], count, NULL) == BRISTLE_OK);
-  for (i = 0; i < count; ++i) {
-    EXPECT(responses[i].id == ids[i] && responses[i].status == BRISTLE_STATUS_OK);
-    EXPECT(fabs(responses[i].elastic[0] + (i + 1) * 0.1 * dbar * n) < 1e-6 * dbar * n);
-  }
-  EXPECT(responses[count].id == 4711 && responses[count].end[0] == -7.5);
-  memset(&info, 0, sizeof info);
-  info.struct_size = offsetof(bristle_patch_info, weight);
-  guard = info.weight = -7.5;
-  EXPECT(bristle_find_info(batch, ids[0], &info) == BRISTLE_OK);
-  EXPECT(info.weight == guard && info.struct_size == offsetof(bristle_patch_info, weight));
-  bristle_destroy(batch);
-  return 0;
-}
-
 int c_program_goes_to_coefficients_and_back(void) {
   bristle_coefficients there, back;
   bristle_material material;

@@ -9,7 +9,6 @@ int c_program_follows_the_virgin_curve(void);
 int c_program_reads_and_restores(const char* path);
 int c_program_hears_why(void);
 int c_program_finds_all_as_it_was(void);
-int c_program_of_another_version(void);
 int c_program_goes_to_coefficients_and_back(void);
 int c_program_names_contacts(void);
 int c_program_twists_a_pad(void);

@@ -20,89 +20,47 @@
 using namespace bristle;
 
 // ------------------------------------------------------------------------- layouts shared with C++
-#define BRISTLE_SAME_PLACE(c_type, cpp_type, field)                     \
-  static_assert(offsetof(c_type, field) == offsetof(cpp_type, field) && \
-                    sizeof(c_type::field) == sizeof(cpp_type::field),   \
-                #c_type "." #field " must lie where " #cpp_type " has it")
-static_assert(sizeof(bristle_motion) == sizeof(Motion) && alignof(bristle_motion) == alignof(Motion));
-static_assert(std::is_standard_layout_v<Motion> && std::is_trivially_copyable_v<Motion>);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, id);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, displacement);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, normal_load);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, has_velocity);
-BRISTLE_SAME_PLACE(bristle_motion, Motion, velocity);
-static_assert(sizeof(bristle_response) == sizeof(Response) && alignof(bristle_response) == alignof(Response));
-static_assert(std::is_standard_layout_v<Response> && std::is_trivially_copyable_v<Response>);
-BRISTLE_SAME_PLACE(bristle_response, Response, id);
-BRISTLE_SAME_PLACE(bristle_response, Response, status);
-BRISTLE_SAME_PLACE(bristle_response, Response, end);
-BRISTLE_SAME_PLACE(bristle_response, Response, elastic);
-BRISTLE_SAME_PLACE(bristle_response, Response, damper);
-BRISTLE_SAME_PLACE(bristle_response, Response, mean);
-BRISTLE_SAME_PLACE(bristle_response, Response, stiffness);
-BRISTLE_SAME_PLACE(bristle_response, Response, damping);
-BRISTLE_SAME_PLACE(bristle_response, Response, force_limit);
-BRISTLE_SAME_PLACE(bristle_response, Response, dissipated);
-BRISTLE_SAME_PLACE(bristle_response, Response, contact_loss);
-BRISTLE_SAME_PLACE(bristle_response, Response, damper_work);
-BRISTLE_SAME_PLACE(bristle_response, Response, snaps);
-
-static_assert(sizeof(bristle_contact_point) == sizeof(ContactPoint) &&
-              std::is_standard_layout_v<ContactPoint>);
-BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, pair);
-BRISTLE_SAME_PLACE(bristle_contact_point, ContactPoint, point);
-static_assert(sizeof(bristle_detail_decision) == sizeof(DetailDecision) &&
-              std::is_standard_layout_v<DetailDecision>);
-BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, step);
-BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, patch);
-BRISTLE_SAME_PLACE(bristle_detail_decision, DetailDecision, bristles);
-static_assert(sizeof(bristle_cell) == sizeof(PatchCell) && std::is_standard_layout_v<PatchCell>);
-BRISTLE_SAME_PLACE(bristle_cell, PatchCell, position);
-BRISTLE_SAME_PLACE(bristle_cell, PatchCell, weight);
-static_assert(sizeof(bristle_bed_cell) == sizeof(BedCell) && std::is_standard_layout_v<BedCell>);
-BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, position);
-BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, stiffness);
-BRISTLE_SAME_PLACE(bristle_bed_cell, BedCell, load);
-static_assert(sizeof(bristle_bed_motion) == sizeof(BedMotion) && std::is_standard_layout_v<BedMotion>);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, id);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, displacement);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, spin);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, rolled);
-BRISTLE_SAME_PLACE(bristle_bed_motion, BedMotion, normal_load);
-static_assert(sizeof(bristle_bed_response) == sizeof(BedResponse) && std::is_standard_layout_v<BedResponse>);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, id);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, status);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, force);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, torque);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, mean);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, mean_torque);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, dissipated);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, stored);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, tangent);
-BRISTLE_SAME_PLACE(bristle_bed_response, BedResponse, slipping_share);
-static_assert(sizeof(bristle_extended_motion) == sizeof(ExtendedMotion) &&
-              std::is_standard_layout_v<ExtendedMotion>);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, id);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, displacement);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, normal_load);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, has_velocity);
-BRISTLE_SAME_PLACE(bristle_extended_motion, ExtendedMotion, velocity);
-static_assert(sizeof(bristle_extended_response) == sizeof(ExtendedResponse) &&
-              std::is_standard_layout_v<ExtendedResponse>);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, id);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, status);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, end);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, elastic);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damper);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, mean);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, stiffness);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damping);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, force_limit);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, torque_limit);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, dissipated);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, contact_loss);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, damper_work);
-BRISTLE_SAME_PLACE(bristle_extended_response, ExtendedResponse, snaps);
+#define BRISTLE_SAME(field) \
+  (offsetof(C, field) == offsetof(Cpp, field) && sizeof(C::field) == sizeof(Cpp::field))
+#define BRISTLE_SAME_LAYOUT(c_type, cpp_type, places)                                                      \
+  static_assert(                                                                                           \
+      [] {                                                                                                 \
+        using C = c_type;                                                                                  \
+        using Cpp = cpp_type;                                                                              \
+        return sizeof(C) == sizeof(Cpp) && alignof(C) == alignof(Cpp) && std::is_standard_layout_v<Cpp> && \
+               std::is_trivially_copyable_v<Cpp> && (places);                                              \
+      }(),                                                                                                 \
+      #c_type " must lie as " #cpp_type " does")
+BRISTLE_SAME_LAYOUT(bristle_motion, Motion,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(normal_load) &&
+                        BRISTLE_SAME(has_velocity) && BRISTLE_SAME(velocity));
+BRISTLE_SAME_LAYOUT(bristle_response, Response,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(end) && BRISTLE_SAME(elastic) &&
+                        BRISTLE_SAME(damper) && BRISTLE_SAME(mean) && BRISTLE_SAME(stiffness) &&
+                        BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(dissipated) &&
+                        BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) && BRISTLE_SAME(snaps));
+BRISTLE_SAME_LAYOUT(bristle_contact_point, ContactPoint, BRISTLE_SAME(pair) && BRISTLE_SAME(point));
+BRISTLE_SAME_LAYOUT(bristle_detail_decision, DetailDecision,
+                    BRISTLE_SAME(step) && BRISTLE_SAME(patch) && BRISTLE_SAME(bristles));
+BRISTLE_SAME_LAYOUT(bristle_cell, PatchCell, BRISTLE_SAME(position) && BRISTLE_SAME(weight));
+BRISTLE_SAME_LAYOUT(bristle_bed_cell, BedCell,
+                    BRISTLE_SAME(position) && BRISTLE_SAME(stiffness) && BRISTLE_SAME(load));
+BRISTLE_SAME_LAYOUT(bristle_bed_motion, BedMotion,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(spin) &&
+                        BRISTLE_SAME(rolled) && BRISTLE_SAME(normal_load));
+BRISTLE_SAME_LAYOUT(bristle_bed_response, BedResponse,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(force) && BRISTLE_SAME(torque) &&
+                        BRISTLE_SAME(mean) && BRISTLE_SAME(mean_torque) && BRISTLE_SAME(dissipated) &&
+                        BRISTLE_SAME(stored) && BRISTLE_SAME(tangent) && BRISTLE_SAME(slipping_share));
+BRISTLE_SAME_LAYOUT(bristle_extended_motion, ExtendedMotion,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(normal_load) &&
+                        BRISTLE_SAME(has_velocity) && BRISTLE_SAME(velocity));
+BRISTLE_SAME_LAYOUT(bristle_extended_response, ExtendedResponse,
+                    BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(end) && BRISTLE_SAME(elastic) &&
+                        BRISTLE_SAME(damper) && BRISTLE_SAME(mean) && BRISTLE_SAME(stiffness) &&
+                        BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(torque_limit) &&
+                        BRISTLE_SAME(dissipated) && BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) &&
+                        BRISTLE_SAME(snaps));
 static_assert(BRISTLE_NO_CONTACT_KEY == no_contact_key);
 
 template <auto c_value, auto cpp_value>
@@ -134,14 +92,10 @@ static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
 struct bristle_batch {
   explicit bristle_batch(const BatchOptions& options) : batch(options, header_build) {}
   PatchBatch batch;
-  // For callers whose structs have other sizes.
-  std::vector<Motion> motions;
-  std::vector<Response> responses;
 };
 
 struct bristle_shedder {
   LoadShedder shedder;
-  std::vector<Motion> motions;  ///< for callers whose structs have other sizes
 };
 
 struct bristle_keyed {
@@ -309,37 +263,27 @@ constexpr const char* name_of<bristle_monitor_report> = "bristle_monitor_report"
 template <>
 constexpr const char* name_of<bristle_bed> = "bristle_bed";
 
-// ------------------------------------------------------------------------- structs of the caller's size
+// ------------------------------------------------------------------------- structs of the caller
 
-constexpr std::size_t largest_struct = 65536;  // more is memory that nobody initialised
-
-std::string size_range(const char* type) {
-  return "; allowed is " + std::to_string(sizeof(std::size_t)) + " to " + std::to_string(largest_struct) +
-         ": give sizeof(" + type + ")";
-}
-
-/// Bytes of the caller's struct that may be read or written.
+/// Refuses a size that is not that of the library's struct: that of a program built against another header.
 template <class Struct>
-std::size_t size_of(const Struct& s, const char* name) {
-  if (s.struct_size < sizeof(std::size_t) || s.struct_size > largest_struct)
-    throw BadArgument{std::string(name) + ".struct_size = " + std::to_string(s.struct_size) +
-                      size_range(name_of<Struct>) + ", or call its bristle_init_ function first"};
-  return std::min(s.struct_size, sizeof(Struct));
+void check_size(std::size_t size, const std::string& name, const char* advice = "") {
+  if (size != sizeof(Struct))
+    throw BadArgument{name + " = " + std::to_string(size) + "; allowed is " + std::to_string(sizeof(Struct)) +
+                      ": give sizeof(" + name_of<Struct> + ")" + advice};
 }
-
-/// Fields that the caller's struct lacks keep the values they have in `to`.
 template <class Struct>
-void read_struct(const Struct* from, Struct& to, const char* name) {
-  need(from, name);
-  std::memcpy(&to, from, size_of(*from, name));
+void check_size(const Struct& s, const char* name) {
+  check_size<Struct>(s.struct_size, std::string(name) + ".struct_size",
+                     ", or call its bristle_init_ function first");
 }
 
 template <class Struct>
-void write_struct(const Struct& from, Struct* to, const char* name) {
+void write_struct(Struct from, Struct* to, const char* name) {
   need(to, name);
-  constexpr std::size_t head = sizeof(std::size_t);
-  std::memcpy(reinterpret_cast<char*>(to) + head, reinterpret_cast<const char*>(&from) + head,
-              size_of(*to, name) - head);
+  check_size(*to, name);
+  from.struct_size = sizeof from;
+  *to = from;
 }
 
 /// Writes what `function` makes of each value: all or, where it refuses one, nothing.
@@ -356,10 +300,9 @@ template <class Struct>
 bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, const char* name) noexcept {
   return guarded([&] {
     need(s, name);
-    if (struct_size < sizeof(std::size_t) || struct_size > largest_struct)
-      throw BadArgument{"struct_size = " + std::to_string(struct_size) + size_range(name_of<Struct>)};
+    check_size<Struct>(struct_size, "struct_size");
     defaults.struct_size = struct_size;
-    std::memcpy(s, &defaults, std::min(struct_size, sizeof(Struct)));
+    *s = defaults;
   });
 }
 
@@ -430,15 +373,14 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
   return cpp;
 }
 
-/// Copies the caller's struct; fields it lacks get their defaults. `name`: the caller's argument, for errors.
+/// Reads the caller's struct. `name` is that of the caller's argument.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
-  const typename Mirror<C>::Cpp defaults;
-  C c = to_c<C>(defaults);
-  read_struct(from, c, name);
-  return to_cpp(c);
+  need(from, name);
+  check_size(*from, name);
+  return to_cpp(*from);
 }
-/// As read_cpp(); null gives the default options.
+/// Reads options, of which null is the defaults.
 template <class C>
 typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
@@ -450,30 +392,6 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
-/// Copies coefficients. A struct from a header without rubbing gets no residual and no shared renewal.
-Coefficients read_coefficients(const bristle_coefficients* from) {
-  Coefficients c = read_cpp(from, "coefficients");
-  if (from->struct_size <= offsetof(bristle_coefficients, residual_share))
-    c.residual_share = c.shared_renewal = 0.0;
-  return c;
-}
-
-/// Refuses a struct of an older header, which would lose some of the material without a word.
-void check_holds(const Material& made, const bristle_material* to) {
-  need(to, "material");
-  bristle_material kept = to_c<bristle_material>(Material{});
-  const bristle_material all = to_c<bristle_material>(made);
-  std::memcpy(&kept, &all, size_of(*to, "material"));
-  if (to_cpp(kept) != made)
-    throw BadArgument{"material: struct_size = " + std::to_string(to->struct_size) +
-                      " is that of an older header, without fields that these coefficients ask for: build "
-                      "against this one, or give coefficients of that header"};
-}
-
-// A motion needs its load, a response its end force; what later fields a caller does not have is left out.
-constexpr std::size_t least_motion = offsetof(bristle_motion, has_velocity);
-constexpr std::size_t least_response = offsetof(bristle_response, elastic);
-
 /// Null when the arrays can be stepped; the refusal else.
 const char* refusal_of(const bristle_batch* batch, const void* motions, std::size_t motion_size,
                        const void* responses, std::size_t response_size, std::size_t count) noexcept {
@@ -481,66 +399,18 @@ const char* refusal_of(const bristle_batch* batch, const void* motions, std::siz
   if (count == 0) return nullptr;
   if (motions == nullptr) return "motions is null";
   if (responses == nullptr) return "responses is null";
-  if (motion_size < least_motion || motion_size > largest_struct)
-    return "motion_size: give sizeof(bristle_motion)";
-  if (response_size < least_response || response_size > largest_struct)
-    return "response_size: give sizeof(bristle_response)";
+  if (motion_size != sizeof(Motion)) return "motion_size: give sizeof(bristle_motion)";
+  if (response_size != sizeof(Response)) return "response_size: give sizeof(bristle_response)";
   return nullptr;
 }
 
-/// Options i of an array whose elements are `size` bytes long: nothing behind these is read, whatever the
-/// element says of its own size.
-PatchOptions read_options_at(const bristle_patch_options* options, std::size_t size, std::size_t i) {
-  bristle_patch_options c = to_c<bristle_patch_options>(PatchOptions{});
-  const char* const from = reinterpret_cast<const char*>(options) + i * size;
-  std::size_t given = 0;
-  std::memcpy(&given, from, sizeof given);
-  const std::string name = "options[" + std::to_string(i) + "]";
-  if (given > size && given <= largest_struct)
-    throw BadArgument{name + ".struct_size = " + std::to_string(given) + ", but options_size = " +
-                      std::to_string(size) + ": give sizeof(bristle_patch_options) for both"};
-  c.struct_size = given;
-  std::memcpy(&c, from, size_of(c, name.c_str()));
-  return to_cpp(c);
-}
-
-template <class To>
-void read_element(const void* array, std::size_t size, std::size_t i, To& to) noexcept {
-  std::memcpy(&to, static_cast<const char*>(array) + i * size, std::min(size, sizeof(To)));
-}
-template <class From>
-void write_element(const From& from, void* array, std::size_t size, std::size_t i) noexcept {
-  std::memcpy(static_cast<char*>(array) + i * size, &from, std::min(size, sizeof(From)));
-}
-
-StepReport step_copies(bristle_batch& b, double dt_s, const void* motions, std::size_t motion_size,
-                       void* responses, std::size_t response_size, std::size_t count) {
-  // Each by its own size: there may have been memory for the first only.
-  if (b.motions.size() < count) b.motions.resize(count);
-  if (b.responses.size() < count) b.responses.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    b.motions[i] = Motion{};
-    read_element(motions, motion_size, i, b.motions[i]);
-    read_element(responses, response_size, i, b.responses[i]);  // outputs not computed stay as they are
-  }
-  const StepReport report = b.batch.step(dt_s, {b.motions.data(), count}, {b.responses.data(), count});
-  for (std::size_t i = 0; i < count; ++i) write_element(b.responses[i], responses, response_size, i);
-  return report;
-}
-
-/// The caller's motions in place, or copies of them where its structs have another size.
-Span<const Motion> motions_of(bristle_shedder* shedder, const bristle_batch* batch,
+/// The caller's motions, in place.
+Span<const Motion> motions_of(const bristle_shedder* shedder, const bristle_batch* batch,
                               const bristle_motion* motions, std::size_t motion_size, std::size_t count) {
   need(shedder, "shedder");
   if (const char* refusal = refusal_of(batch, motions, motion_size, motions, sizeof(Response), count))
     throw BadArgument{refusal};
-  if (motion_size == sizeof(Motion)) return {reinterpret_cast<const Motion*>(motions), count};
-  if (shedder->motions.size() < count) shedder->motions.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    shedder->motions[i] = Motion{};
-    read_element(motions, motion_size, i, shedder->motions[i]);
-  }
-  return {shedder->motions.data(), count};
+  return {reinterpret_cast<const Motion*>(motions), count};
 }
 
 Pressure read_pressure(std::uint32_t pressure) {
@@ -615,8 +485,7 @@ bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t
 bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                   bristle_material* material) {
   return guarded([&] {
-    const Material made = Material::from_coefficients(read_coefficients(coefficients));
-    check_holds(made, material);
+    const Material made = Material::from_coefficients(read_cpp(coefficients, "coefficients"));
     write_struct(to_c<bristle_material>(made), material, "material");
   });
 }
@@ -753,12 +622,11 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
   return guarded([&] {
     need(batch, "batch");
     need_columns(options, "options", ids, "ids", count);
-    if (count > 0 && (options_size < sizeof(size_t) || options_size > largest_struct))
-      throw BadArgument{"options_size = " + std::to_string(options_size) +
-                        size_range("bristle_patch_options")};
+    if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
     std::vector<PatchOptions> all(count);  // looked through before anything is added
-    for (size_t i = 0; i < count; ++i) all[i] = read_options_at(options, options_size, i);
+    for (size_t i = 0; i < count; ++i)
+      all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
     std::vector<PatchId> added;
     added.reserve(count);
     try {
@@ -803,27 +671,16 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
                             size_t count, bristle_step_report* report) {
   if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
     return fail(BRISTLE_BAD_ARGUMENT, refusal);
-  if (report != nullptr) {  // before the step, which cannot be taken back
-    const bristle_result result = guarded([&] { size_of(*report, "report"); });
-    if (result != BRISTLE_OK) return result;
+  if (report != nullptr &&
+      report->struct_size != sizeof *report)  // before the step, which cannot be taken back
+    return guarded([&] { check_size(*report, "report"); });
+  const StepReport done = batch->batch.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
+                                            {reinterpret_cast<Response*>(responses), count});
+  if (report != nullptr) {
+    *report = to_c<bristle_step_report>(done);
+    report->struct_size = sizeof *report;
   }
-  StepReport done;
-  if (motion_size == sizeof(Motion) && response_size == sizeof(Response)) {
-    done = batch->batch.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
-                             {reinterpret_cast<Response*>(responses), count});
-  } else {
-    const bristle_result result = guarded(
-        [&] { done = step_copies(*batch, dt_s, motions, motion_size, responses, response_size, count); });
-    if (result != BRISTLE_OK) return result;
-  }
-  if (report == nullptr) return BRISTLE_OK;
-  bristle_step_report c = to_c<bristle_step_report>(done);
-  c.struct_size = sizeof c;
-  if (report->struct_size == sizeof c) {
-    *report = c;
-    return BRISTLE_OK;
-  }
-  return guarded([&] { write_struct(c, report, "report"); });
+  return BRISTLE_OK;
 }
 
 bristle_result bristle_find_force(bristle_batch* batch, double dt_s, const bristle_motion* motions,
@@ -832,9 +689,8 @@ bristle_result bristle_find_force(bristle_batch* batch, double dt_s, const brist
   if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
     return fail(BRISTLE_BAD_ARGUMENT, refusal);
   for (size_t i = 0; i < count; ++i) {
-    Motion motion;
-    read_element(motions, motion_size, i, motion);
-    write_element(batch->batch.find_force(dt_s, motion), responses, response_size, i);
+    const Response response = batch->batch.find_force(dt_s, reinterpret_cast<const Motion&>(motions[i]));
+    std::memcpy(&responses[i], &response, sizeof response);
   }
   return BRISTLE_OK;
 }
@@ -934,7 +790,7 @@ bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t stru
 bristle_result bristle_shedder_create(const bristle_shedder_options* options, bristle_shedder** shedder) {
   return guarded([&] {
     need(shedder, "shedder");
-    *shedder = new bristle_shedder{LoadShedder(read_options(options, "options")), {}};
+    *shedder = new bristle_shedder{LoadShedder(read_options(options, "options"))};
   });
 }
 
@@ -1050,8 +906,9 @@ bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bris
   return guarded([&] {
     need(beds, "beds");
     need(id, "id");
-    bristle_bed given = default_bed();
-    read_struct(bed, given, "bed");
+    need(bed, "bed");
+    check_size(*bed, "bed");
+    const bristle_bed& given = *bed;
     BedMaterial material(given.static_friction, given.kinetic_friction);
     material.normal_modulus = given.normal_modulus;
     material.shear_modulus = given.shear_modulus;
@@ -1096,7 +953,7 @@ bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* m
   return guarded([&] {
     need(beds, "beds");
     need_columns(motions, "motions", responses, "responses", count);
-    if (report != nullptr) size_of(*report, "report");  // before the step, which cannot be taken back
+    if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
     const StepReport done = beds->batch.step({reinterpret_cast<const BedMotion*>(motions), count},
                                              {reinterpret_cast<BedResponse*>(responses), count});
     if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
@@ -1191,7 +1048,7 @@ bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
   return guarded([&] {
     need(extended, "extended");
     need_columns(motions, "motions", responses, "responses", count);
-    if (report != nullptr) size_of(*report, "report");  // before the step, which cannot be taken back
+    if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
     const StepReport done =
         extended->patches.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
                                {reinterpret_cast<ExtendedResponse*>(responses), count});

@@ -15,7 +15,7 @@ class Material(c.Structure):
                 ("snap_length", SnapLength), ("snap_rule", c.c_uint32), ("damper_decay", c.c_uint32),
                 ("residual_length", c.c_double), ("shared_renewal", c.c_double), ("ageing_form", c.c_uint32),
                 ("reserved", c.c_uint32), ("ageing_strength", c.c_double), ("ageing_time", c.c_double),
-                ("speed_strengthening", c.c_double), ("strengthening_speed", c.c_double)]
+                ("speed_strengthening", c.c_double), ("strengthening_speed", c.c_double), ("drop", c.c_double)]
 
 
 class Coefficients(c.Structure):
@@ -26,14 +26,16 @@ class Coefficients(c.Structure):
                 ("damper_decay", c.c_uint32), ("reserved", c.c_uint32), ("residual_share", c.c_double),
                 ("shared_renewal", c.c_double), ("kinetic_speed", c.c_double), ("fall_per_decade", c.c_double),
                 ("growth_per_decade", c.c_double), ("ageing_time", c.c_double), ("ageing_form", c.c_uint32),
-                ("reserved_too", c.c_uint32), ("speed_strengthening", c.c_double), ("strengthening_speed", c.c_double)]
+                ("reserved_too", c.c_uint32), ("speed_strengthening", c.c_double), ("strengthening_speed", c.c_double),
+                ("spread", c.c_double), ("drop", c.c_double)]
 
 
 class PatchOptions(c.Structure):
     _fields_ = [("struct_size", c.c_size_t), ("max_normal_load", c.c_double), ("key", c.c_uint64),
                 ("bristles", c.c_uint32), ("seed", c.c_uint32), ("axes", c.c_int32), ("outputs", c.c_uint32),
                 ("precision", c.c_uint32), ("step_rule", c.c_uint32), ("sampling", c.c_uint32),
-                ("reserved", c.c_uint32)]
+                ("population", c.c_uint32), ("cohorts", c.c_uint32), ("fluctuation", c.c_uint32),
+                ("resolution", c.c_double)]
 
 
 class Motion(c.Structure):

@@ -645,8 +645,8 @@ Action add_completion(CLI::App* command) {
       "For this session: source <(bristle completion bash), or bristle completion fish | source. The "
       "packages "
       "install all three.");
-  return [shell, command] {
-    cli::print_text(cli::completion_script(*command->get_parent(), *shell));
+  return [shell] {
+    cli::print_text(cli::completion_script(*shell));
     return exit_done;
   };
 }
@@ -710,6 +710,10 @@ int run(int argc, char** argv) {
     if (entry.prints_figures) add_wide(*command, wide);
   }
   cli::refuse_empty_files(app, cli::file_value);
+  if (argc > 1 && std::string(argv[1]) == "--complete") {
+    cli::print_text(cli::completions(app, {argv + 2, argv + argc}));
+    return exit_done;
+  }
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
     const std::string name = argv[2];

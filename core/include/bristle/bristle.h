@@ -7,10 +7,10 @@
  * bristle_last_error() is the text of the calling thread's last failure. No exception leaves a function, and
  * no call ends the program. A null pointer where one is not allowed gives BRISTLE_BAD_ARGUMENT.
  *
- * Structs that may grow. Structs with a `struct_size` are filled with defaults by their bristle_init_...()
- * function, which also sets that size; arrays of structs are passed with the size of one element. The library
- * reads and writes only that many bytes of a struct, so a program continues to work with a later library of
- * the same minor version. The other structs never change.
+ * Sizes of structs. Structs with a `struct_size` are filled with defaults by their bristle_init_...()
+ * function, which also sets that size; arrays of structs are passed with the size of one element. Another
+ * size than the library's is refused: that of a program built against another header. The other structs never
+ * change.
  *
  * Enumerations are passed as uint32_t. Every handle is opaque and owned by its creator; names and kernel
  * texts stay valid until the program ends.
@@ -157,7 +157,7 @@ typedef struct bristle_coefficients {
   double speed_strengthening; /**< a of bristle_material; not part of `kinetic` */
   double strengthening_speed; /**< m/s, v* */
   double spread; /**< standard deviation over mean of the snap length (normal: uncut); 0 = solved from peak */
-  double drop; /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
+  double drop;   /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
 } bristle_coefficients;
 
 /** What follows from a material. */
@@ -374,9 +374,7 @@ BRISTLE_API bristle_result bristle_warm_up(bristle_batch* batch);
  * sizeof(bristle_response). `report` may be null. BRISTLE_OK means that the step was made; each response has
  * the result of its motion.
  *
- *  Never allocates or locks, and waits only for its own workers, with one exception: for a program
- *  compiled with another version, whose structs have other sizes, the arrays are copied, into memory that
- *  is allocated when `count` is larger than before. [step] */
+ *  Never allocates or locks, and waits only for its own workers. [step] */
 BRISTLE_API bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_motion* motions,
                                         size_t motion_size, bristle_response* responses, size_t response_size,
                                         size_t count, bristle_step_report* report);
