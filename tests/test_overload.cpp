@@ -551,6 +551,69 @@ TEST_CASE("A replay of the decisions gives the same bits, whatever the clock say
   }
 }
 
+namespace {
+
+/// A shedder over one infinite brush that moves, and steps of `time_s` each.
+struct InfiniteLoop {
+  InfiniteLoop(double resolution, std::uint32_t least, double time)
+      : time_s(time), shedder(LoadShedderOptions{}.with_budget(1e-3).with_wait_steps(2)) {
+    PatchOptions options = plain_options(0, 1);
+    options.population = bristle::Population::infinite;
+    options.resolution = resolution;
+    options.max_normal_load = 1.0;
+    id = batch.add(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), options);
+    shedder.add(id, 0, least);
+    motion = same_motion({id}, 0.3 * dbar, 0.0, 0.5)[0];
+  }
+  int tick_once() {
+    Response response;
+    if (++steps % 3 == 0) motion.displacement[0] = -motion.displacement[0];  // a steady slide visits nothing
+    const StepReport report = batch.step(tick, {&motion, 1}, {&response, 1});
+    return shedder.after_step(batch, {&motion, 1}, time_s, report);
+  }
+  std::uint32_t pieces() const { return batch.info(id).detail; }
+  ShedReport report() const { return shedder.report(batch); }
+
+  double time_s;
+  int steps = 0;
+  PatchBatch batch;
+  LoadShedder shedder;
+  PatchId id;
+  Motion motion;
+};
+
+}  // namespace
+
+TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "[overload][shedder]") {
+  struct Case {
+    double resolution;
+    std::uint32_t least, pieces, kept;
+  };
+  // The default of 64 is more than there is: half is kept. Never fewer than 4.
+  for (const Case& c : {Case{0.0, 64, 8, 4}, Case{0.0, 6, 8, 4}, Case{0.0, 1, 8, 4}, Case{64.0, 64, 64, 32},
+                        Case{64.0, 10, 64, 10}, Case{64.0, 1, 64, 4}, Case{7.0, 64, 7, 4}, Case{4.0, 1, 4, 4},
+                        Case{2.0, 64, 2, 2}}) {
+    INFO("resolution " << c.resolution << ", least " << c.least);
+    InfiniteLoop loop(c.resolution, c.least, 4e-3);
+    REQUIRE(loop.pieces() == c.pieces);
+    CHECK(loop.report().at_least == (c.pieces == c.kept ? 1 : 0));
+    for (int k = 0; k < 20; ++k) loop.tick_once();
+    CHECK(loop.pieces() == c.kept);
+    const double growth = static_cast<double>(c.pieces) / c.kept;
+    ShedReport report = loop.report();
+    CHECK(report.at_least == 1);
+    CHECK(report.patches == (c.pieces == c.kept ? 0 : 1));
+    CHECK(report.least_share == Approx(1.0 / growth));
+    CHECK(report.noise_growth == 1.0);
+    CHECK(report.error_growth == Approx(growth * growth));
+    // They come back when there is room.
+    loop.time_s = 1e-7;
+    for (int k = 0; k < 20000; ++k) loop.tick_once();
+    CHECK(loop.pieces() == c.pieces);
+    CHECK(loop.report().error_growth == 1.0);
+  }
+}
+
 TEST_CASE("A full record counts the decisions that it lost", "[overload][shedder]") {
   Loop loop({1000, 1000, 1000}, {0, 1, 2}, LoadShedderOptions{}.with_budget(1e-6).with_record(2));
   for (int k = 0; k < 20; ++k) loop.tick_once(one_nanosecond_each);

@@ -6,7 +6,9 @@ import concurrent.futures
 import copy
 import csv
 import importlib.util
+import inspect
 import json
+import math
 import multiprocessing
 import os
 import pathlib
@@ -380,6 +382,82 @@ class Copies(unittest.TestCase):
             wrong[place] = other
             with self.assertRaises(bristle.Error):
                 bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(wrong))
+
+    def test_states_of_wrong_contents_are_refused(self):
+        """In our own words: bristle.Error, which is a ValueError."""
+        batch = bristle.PatchBatch()
+        batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
+        raw = bristle.Material.__new__(bristle.Material)  # without a C++ object
+        wrong = (None, 7, -1, 2**70, 0.5, "x", b"x", (), [], (1,), [1], {}, {"a": 1}, [None], [(raw, None, None)],
+                 np.zeros(3), np.zeros((2, 2), "u8"), np.array(["x"]), raw, batch, float("nan"))
+        things = [batch, self.LAWS[1], self.LAWS[5], bristle.Material(), bristle.PatchOptions(), bristle.Coefficients()]
+        for thing in things:
+            kind, state = type(thing), thing.__getstate__()
+            fresh = lambda: kind.__new__(kind)
+            forged = [w for w in wrong if not (isinstance(state, dict) and isinstance(w, dict) and not w)]  # {}: every default
+            if isinstance(state, tuple):
+                forged += [state[:n] for n in range(len(state))]
+                deeper = [(i, part) for i, part in enumerate(state) if isinstance(part, (tuple, list)) and len(part)]
+                for i, part in deeper:
+                    forged += [(*state[:i], part[:-1], *state[i + 1:])]
+                    for w in wrong:
+                        forged.append((*state[:i], type(part)([w, *part[1:]]), *state[i + 1:]))
+                for i in range(len(state)):
+                    forged += [(*state[:i], w, *state[i + 1:]) for w in wrong]
+                if kind is bristle.PatchBatch:
+                    material, options, weight = state[3][0]
+                    for w in wrong + (math.inf, -1.0, 0.0):
+                        for row in ((w, options, weight), (material, w, weight), (material, options, w)):
+                            forged.append((*state[:3], [row], *state[4:]))
+            else:
+                forged += [{**state, name: raw} for name in state] + [{**state, name: batch} for name in state]
+                forged += [{**state, 3: 1.0}, {**state, "__class__": int}, {**state, "__init__": 1}]
+            refused = 0
+            for other in forged:
+                try:
+                    fresh().__setstate__(other)  # some are as good: True for 1, an unused parameter
+                except ValueError as error:
+                    refused += 1
+                    self.assertIs(type(error), bristle.Error)
+                    self.assertNotRegex(str(error), "incompatible|C\\+\\+|cast")
+            self.assertGreater(refused, 0.7 * len(forged), kind)
+
+    def test_an_object_without_init_is_refused(self):
+        """Every class of the module, every method, property and operator, and as every argument."""
+        classes = [kind for _, kind in inspect.getmembers(bristle._bristle, inspect.isclass)
+                   if type(kind).__name__ == "pybind11_type"]
+        self.assertGreater(len(classes), 10)
+        used = 0
+        for kind in classes:
+            for name, member in inspect.getmembers(kind):
+                own = vars(kind).get(name)
+                if own is None or isinstance(own, staticmethod) or name in ("__init__", "__new__", "__setstate__"):
+                    continue
+                if not (callable(member) or isinstance(member, property)):
+                    continue
+                raw = kind.__new__(kind)
+                if isinstance(member, property):
+                    with self.assertRaisesRegex(TypeError, kind.__name__ + ": __init__ was not called"):
+                        getattr(raw, name)
+                    used += 1
+                    continue
+                for count in range(5):
+                    with self.assertRaises((TypeError, ValueError)):
+                        getattr(raw, name)(*[kind.__new__(kind)] * count)
+                    used += 1
+            with self.assertRaises(TypeError):
+                pickle.dumps(kind.__new__(kind))
+        self.assertGreater(used, 500)
+        raw = bristle.PatchBatch.__new__(bristle.PatchBatch)
+        for use in (len, lambda b: b.threads, lambda b: b.step(1e-3), lambda b: b.add(bristle.Material()),
+                    lambda b: b.save_state(), lambda b: b.restore_state(b""), copy.copy):
+            with self.assertRaisesRegex(TypeError, "PatchBatch: __init__ was not called"):
+                use(raw)
+        batch = bristle.PatchBatch()
+        with self.assertRaisesRegex(TypeError, "Material: __init__ was not called"):
+            batch.add(bristle.Material.__new__(bristle.Material))
+        with self.assertRaisesRegex(TypeError, "PatchOptions: __init__ was not called"):
+            batch.add(bristle.Material(), bristle.PatchOptions.__new__(bristle.PatchOptions))
 
     def test_arrays_of_responses_stay_what_they_are(self):
         responses = bristle.responses(4)

@@ -246,9 +246,10 @@ BRISTLE_MIRROR(bristle_shedder_options, LoadShedderOptions, 0, BRISTLE_FIELD2(bu
                BRISTLE_FIELD(shed_above), BRISTLE_FIELD(shed_to), BRISTLE_FIELD(restore_to),
                BRISTLE_FIELD2(rate, rate_s), BRISTLE_FIELD2(change, change_s), BRISTLE_FIELD(record),
                BRISTLE_FIELD(late_steps), BRISTLE_FIELD(wait_steps));
-BRISTLE_MIRROR(bristle_shed_report, ShedReport, 1, BRISTLE_FIELD(bristles), BRISTLE_FIELD(least_share),
+BRISTLE_MIRROR(bristle_shed_report, ShedReport, 0, BRISTLE_FIELD(bristles), BRISTLE_FIELD(least_share),
                BRISTLE_FIELD(noise_growth), BRISTLE_FIELD2(rate, rate_s), BRISTLE_FIELD(late_steps),
-               BRISTLE_FIELD(decisions), BRISTLE_FIELD(decisions_lost), BRISTLE_FIELD(patches));
+               BRISTLE_FIELD(decisions), BRISTLE_FIELD(decisions_lost), BRISTLE_FIELD(patches),
+               BRISTLE_FIELD(error_growth), BRISTLE_FIELD(at_least));
 BRISTLE_MIRROR(bristle_keyed_options, KeyedOptions, 1, BRISTLE_FIELD(capacity), BRISTLE_FIELD(keep_steps),
                BRISTLE_FIELD(seed_from_key));
 BRISTLE_MIRROR(bristle_matcher_options, MatcherOptions, 0, BRISTLE_FIELD(reach), BRISTLE_FIELD(capacity),

@@ -27,14 +27,29 @@ constexpr std::uint64_t regret_waits = 4;
 constexpr std::uint64_t calm_waits = 16;
 constexpr std::uint64_t longest_wait = 64;  ///< in terms of the first
 
+/// Cohorts that a step visits per piece of an infinite brush, for lognormal 0.3 and uniform lengths.
+constexpr double cohorts_per_piece = 2.0;
+/// An infinite brush keeps half of its pieces and at least so many: at 1 or 2 it makes energy with renewal.
+constexpr std::uint32_t fewest_pieces = 4;
+
+bool is_infinite(const PatchInfo& info) noexcept { return info.weight == 0.0; }
+
+/// The number of representatives, or of pieces, that a patch added with `least_bristles` keeps.
+std::uint32_t find_floor(const PatchInfo& info, std::uint32_t least_bristles) noexcept {
+  if (!is_infinite(info)) return std::min(least_bristles, info.bristles);
+  const std::uint32_t half = std::max((info.bristles + 1) / 2, fewest_pieces);
+  return std::min(std::clamp(least_bristles, fewest_pieces, half), info.bristles);
+}
+
 }  // namespace
 
 struct LoadShedder::Impl {
   struct Entry {
     PatchId id;
     int priority = 0;
-    std::uint32_t least = 1;
+    std::uint32_t least_bristles = 1;
     // --- of the last survey
+    std::uint32_t least = 1;
     std::uint64_t survey = 0;
     double active = 0.0;  ///< representatives in contact of a patch that moves; else 0
     std::uint32_t detail = 0, bristles = 0, wanted = 0;
@@ -87,7 +102,8 @@ struct LoadShedder::Impl {
       units += patch_overhead;
       const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
       const double share = std::min(motion.normal_load / info.max_normal_load, 1.0);
-      const double active = moves && share > 0.0 ? share * info.detail : 0.0;
+      const double visited = is_infinite(info) ? cohorts_per_piece * info.detail : share * info.detail;
+      const double active = moves && share > 0.0 ? visited : 0.0;
       units += active;
       Entry* entry = find(motion.id);
       if (entry == nullptr) continue;
@@ -95,6 +111,7 @@ struct LoadShedder::Impl {
       entry->active = active;
       entry->detail = entry->wanted = info.detail;
       entry->bristles = info.bristles;
+      entry->least = find_floor(info, entry->least_bristles);
     }
     return units;
   }
@@ -235,7 +252,7 @@ void LoadShedder::add(PatchId patch, int priority, std::uint32_t least_bristles)
   Impl::Entry entry;
   entry.id = patch;
   entry.priority = priority;
-  entry.least = least_bristles;
+  entry.least_bristles = least_bristles;
   const auto at = std::upper_bound(impl.entries.begin(), impl.entries.end(), priority,
                                    [](int p, const Impl::Entry& e) { return p < e.priority; });
   const auto first = static_cast<std::size_t>(at - impl.entries.begin());
@@ -290,14 +307,20 @@ std::uint64_t LoadShedder::steps() const noexcept { return impl_->steps; }
 
 ShedReport LoadShedder::report(const PatchBatch& batch) const noexcept {
   ShedReport report;
+  double of_bristles = 1.0, of_pieces = 1.0;  // least shares
   for (const Impl::Entry& entry : impl_->entries) {
     const PatchInfo info = batch.info(entry.id);
+    if (info.bristles == 0) continue;
+    if (info.detail <= find_floor(info, entry.least_bristles)) ++report.at_least;
     if (info.detail >= info.bristles) continue;
     ++report.patches;
     report.bristles += info.bristles - info.detail;
-    report.least_share = std::min(report.least_share, static_cast<double>(info.detail) / info.bristles);
+    double& least = is_infinite(info) ? of_pieces : of_bristles;
+    least = std::min(least, static_cast<double>(info.detail) / info.bristles);
   }
-  report.noise_growth = 1.0 / std::sqrt(report.least_share);
+  report.least_share = std::min(of_bristles, of_pieces);
+  report.noise_growth = 1.0 / std::sqrt(of_bristles);
+  report.error_growth = 1.0 / (of_pieces * of_pieces);
   report.rate_s = impl_->rate;
   report.late_steps = impl_->late;
   report.decisions = impl_->decided;

@@ -681,7 +681,8 @@ void BatchAccess::fill(PatchBatch& empty, const BatchRecipe& recipe) {
   for (const std::uint32_t slot : recipe.free_slots) use(slot);
   for (const PatchRecipe& patch : recipe.patches) {
     use(patch.slot);
-    require(patch.material < recipe.materials.size() && patch.full_weight > 0.0);
+    require(patch.material < recipe.materials.size() && patch.full_weight > 0.0 &&
+            std::isfinite(patch.full_weight));
   }
   const FloatModeScope mode;
   impl.slots.assign(recipe.generations, recipe.free_slots);

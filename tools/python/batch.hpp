@@ -49,12 +49,16 @@ class Batch {
   std::atomic<bool> stepping_{false};
 };
 
+template <>
+inline constexpr bool is_module_class<Batch> = true;
+
 // State and pickles (batch_state.cpp).
 
 py::bytes save_state(Batch& self);
 void restore_state(Batch& self, const py::bytes& state);
 /// Data from which `unpickled` makes a batch of equal patches, ids and state.
-py::tuple pickled(Batch& self);
-std::unique_ptr<Batch> unpickled(const py::tuple& state);
+py::object pickled(Batch& self);
+/// Throws bristle::Error unless `state` has the form that pickled() gives.
+std::unique_ptr<Batch> unpickled(const py::object& state);
 
 }  // namespace bristle_python

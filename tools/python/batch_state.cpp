@@ -66,7 +66,7 @@ constexpr py::ssize_t slot_column = 0, kind_column = 1, seed_column = 2, key_col
 
 template <class T>
 std::vector<T> vector_of(const py::handle& object) {
-  const auto array = py::cast<py::array_t<T, py::array::c_style>>(object);
+  const auto array = py::cast<py::array_t<T, py::array::c_style>>(py::cast<py::array>(object));
   return {array.data(), array.data() + array.size()};
 }
 
@@ -83,7 +83,7 @@ void restore_state(Batch& self, const py::bytes& state) {
                             static_cast<std::size_t>(PyBytes_Size(state.ptr()))});
 }
 
-py::tuple pickled(Batch& self) {
+py::object pickled(Batch& self) {
   const Batch::Turn turn(self);
   const BatchRecipe recipe = bristle::find_recipe(self.batch);
   Kinds kinds;
@@ -106,28 +106,41 @@ py::tuple pickled(Batch& self) {
       state_of(self));
 }
 
-std::unique_ptr<Batch> unpickled(const py::tuple& state) {
-  if (state.size() != 8 || py::cast<int>(state[0]) != format)
+namespace {
+
+struct Pickled {
+  ThreadsAndKernels made_with;
+  BatchRecipe recipe;
+  py::bytes state;
+};
+
+Pickled read_state(const py::object& object) {
+  const auto state = py::cast<py::tuple>(object);
+  if (state.empty() || py::cast<int>(state[0]) != format)
     throw bristle::Error("PatchBatch: pickled by another version of bristle; this one reads format " +
                          std::to_string(format));
   const py::tuple made_with = state[1];
-  auto self = std::make_unique<Batch>(
+  Pickled read{
       ThreadsAndKernels{py::cast<int>(made_with[0]), py::cast<std::optional<std::string>>(made_with[1]),
-                        py::cast<bool>(made_with[2]), py::cast<int>(made_with[3])});
-  BatchRecipe recipe;
+                        py::cast<bool>(made_with[2]), py::cast<int>(made_with[3])},
+      {},
+      py::cast<py::bytes>(state[7])};
+  BatchRecipe& recipe = read.recipe;
   recipe.materials = py::cast<std::vector<Material>>(state[2]);
   recipe.generations = vector_of<std::uint32_t>(state[5]);
   recipe.free_slots = vector_of<std::uint32_t>(state[6]);
   const py::list kinds = state[3];
   std::vector<PatchRecipe> of_kind;
   for (const py::handle& kind : kinds) {
-    const auto fields = py::reinterpret_borrow<py::tuple>(kind);
+    const auto fields = py::cast<py::tuple>(kind);
     of_kind.push_back({0, py::cast<std::uint32_t>(fields[0]), py::cast<PatchOptions>(fields[1]),
                        py::cast<double>(fields[2])});
   }
-  const auto patches = py::cast<py::array_t<std::uint64_t, py::array::c_style>>(state[4]);
+  const auto patches =
+      py::cast<py::array_t<std::uint64_t, py::array::c_style>>(py::cast<py::array>(state[4]));
+  if (patches.ndim() != 2 || patches.shape(1) != columns)
+    throw bristle::Error("PatchBatch: these are not the patches of a batch");
   const auto rows = patches.unchecked<2>();
-  if (rows.shape(1) != columns) throw bristle::Error("PatchBatch: these are not the patches of a batch");
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
     if (rows(i, kind_column) >= of_kind.size())
       throw bristle::Error("PatchBatch: these are not the patches of a batch");
@@ -137,8 +150,16 @@ std::unique_ptr<Batch> unpickled(const py::tuple& state) {
     patch.options.key = rows(i, key_column);
     recipe.patches.push_back(patch);
   }
-  bristle::fill_batch(self->batch, recipe);
-  restore_state(*self, state[7]);
+  return read;
+}
+
+}  // namespace
+
+std::unique_ptr<Batch> unpickled(const py::object& state) {
+  const Pickled read = read_pickle("PatchBatch", [&] { return read_state(state); });
+  auto self = std::make_unique<Batch>(read.made_with);
+  bristle::fill_batch(self->batch, read.recipe);
+  restore_state(*self, read.state);
   return self;
 }
 

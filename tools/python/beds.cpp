@@ -44,6 +44,13 @@ class Beds {
   std::atomic<bool> busy_{false};
 };
 
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<Beds> = true;
+
+namespace {
+
 std::vector<BedMotion> read_motions(const Ids& ids, const Numbers& motions) {
   if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 6)
     throw bristle::Error(

@@ -65,6 +65,13 @@ class Patches {
   std::atomic<bool> busy_{false};
 };
 
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<Patches> = true;
+
+namespace {
+
 std::vector<ExtendedMotion> read_motions(const Ids& ids, const Numbers& motions) {
   if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 4)
     throw bristle::Error(

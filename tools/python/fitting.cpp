@@ -17,6 +17,9 @@
 #include "tools/python/tools.hpp"
 
 namespace bristle_python {
+template <>
+inline constexpr bool is_module_class<cli::FitEstimate> = true;
+
 namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
@@ -30,6 +33,13 @@ struct Fit {
   cli::FitData data;
   cli::FitResult result;
 };
+
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<Fit> = true;
+
+namespace {
 
 struct FitNames {
   std::string sign, law, rule, damper_decay;

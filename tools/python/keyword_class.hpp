@@ -70,12 +70,14 @@ class KeywordClass {
     type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature);
     // Pickles and copies hold the fields by name: those of a later version may have more.
     type.def(py::pickle(
-        [fields = fields_](const py::object& self) {
+        [fields = fields_](const py::object& self) -> py::object {
           py::dict state;
           for (const std::string& field : fields) state[py::str(field)] = self.attr(field.c_str());
           return state;
         },
-        make));
+        [make, name = name_](const py::object& state) {
+          return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
+        }));
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
       std::string text = name + "(";
       for (const std::string& field : fields) {

@@ -34,14 +34,14 @@ std::string text_of(const SnapLength& law) {
 }
 
 /// Name and parameters, as the static methods take them.
-py::tuple parameters_of(const SnapLength& law) {
+py::object parameters_of(const SnapLength& law) {
   const bristle::Span<const double> values = law.table_values();
   py::list table;
   for (std::size_t i = 0; i < values.size(); ++i) table.append(values[i]);
   return py::make_tuple(to_string(law.law()), law.first_parameter(), law.second_parameter(), table);
 }
 
-SnapLength law_of(const py::tuple& parameters) {
+SnapLength read_law(const py::tuple& parameters) {
   const auto name = py::cast<std::string>(parameters[0]);
   const auto a = py::cast<double>(parameters[1]), b = py::cast<double>(parameters[2]);
   for (const SnapLaw law : {SnapLaw::single, SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal,
@@ -56,6 +56,10 @@ SnapLength law_of(const py::tuple& parameters) {
     return SnapLength::table({values.data(), values.size()});
   }
   throw bristle::Error("SnapLength: \"" + name + "\" is not the name of a law");
+}
+
+SnapLength law_of(const py::object& state) {
+  return read_pickle("SnapLength", [&] { return read_law(py::cast<py::tuple>(state)); });
 }
 
 void define_snap_length(py::module_& module) {

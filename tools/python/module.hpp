@@ -2,6 +2,9 @@
 #pragma once
 
 #include <atomic>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -11,6 +14,44 @@
 namespace bristle_python {
 
 namespace py = pybind11;
+
+/// Whether T is a class of the module whose objects `T.__new__(T)` can leave without a C++ object. Set it
+/// before the py::class_ of T.
+template <class T>
+inline constexpr bool is_module_class = false;
+template <>
+inline constexpr bool is_module_class<bristle::BedMaterial> = true;
+template <>
+inline constexpr bool is_module_class<bristle::BedShape> = true;
+template <>
+inline constexpr bool is_module_class<bristle::Coefficients> = true;
+template <>
+inline constexpr bool is_module_class<bristle::DeadlineMonitor> = true;
+template <>
+inline constexpr bool is_module_class<bristle::Material> = true;
+template <>
+inline constexpr bool is_module_class<bristle::Outline> = true;
+template <>
+inline constexpr bool is_module_class<bristle::PatchOptions> = true;
+template <>
+inline constexpr bool is_module_class<bristle::SnapLength> = true;
+template <>
+inline constexpr bool is_module_class<bristle::StepReport> = true;
+
+/// Calls `read`, which takes the state of a pickle apart. Throws bristle::Error that names `name` where the
+/// state has other types or fewer entries than `read` expects.
+template <class Read>
+auto read_pickle(const char* name, const Read& read) {
+  const std::string refusal = std::string(name) + ": this is not the state of a pickled " + name;
+  try {
+    return read();
+  } catch (py::error_already_set& error) {
+    if (error.matches(PyExc_MemoryError) || !error.matches(PyExc_Exception)) throw;
+    throw bristle::Error(refusal);
+  } catch (const py::builtin_exception&) {
+    throw bristle::Error(refusal);
+  }
+}
 
 /// Of numpy arrays over bristle::Motion and bristle::Response: the same bytes, nothing is copied.
 const py::dtype& motion_dtype();
@@ -48,3 +89,21 @@ void define_monitor(py::module_& module);
 void define_tools(py::module_& module);
 
 }  // namespace bristle_python
+
+namespace pybind11::detail {
+
+/// Refuses objects without a C++ object: pybind11 would lend them uninitialized memory.
+template <class T>
+class type_caster<T, std::enable_if_t<bristle_python::is_module_class<T>>> : public type_caster_base<T> {
+ public:
+  bool load(handle source, bool convert) { return this->template load_impl<type_caster>(source, convert); }
+  void load_value(value_and_holder&& object) {
+    if (object.value_ptr() == nullptr) {
+      const PyTypeObject* type = object.type != nullptr ? object.type->type : this->typeinfo->type;
+      throw type_error(std::string(type->tp_name) + ": __init__ was not called on this object");
+    }
+    type_caster_base<T>::load_value(std::move(object));
+  }
+};
+
+}  // namespace pybind11::detail

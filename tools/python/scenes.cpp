@@ -13,6 +13,9 @@
 #include "tools/scene/scene_stepper.hpp"
 
 namespace bristle_python {
+template <>
+inline constexpr bool is_module_class<cli::Scene> = true;
+
 namespace {
 
 using Path = std::filesystem::path;
@@ -24,6 +27,13 @@ struct SceneRun {
   py::array_t<double> t;  ///< s, at the end of each step
   py::dict motions, responses;
 };
+
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<SceneRun> = true;
+
+namespace {
 
 /// Arrays of a patch, a row a step, and where their rows are.
 struct Recorded {

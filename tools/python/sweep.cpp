@@ -14,6 +14,9 @@
 #include "tools/sweep/table_file.hpp"
 
 namespace bristle_python {
+template <>
+inline constexpr bool is_module_class<cli::Study> = true;
+
 namespace {
 
 using cli::Study;
@@ -76,6 +79,13 @@ class Rows {
   std::unique_ptr<cli::Journal> journal_;
   cli::SweepRows rows_;
 };
+
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<Rows> = true;
+
+namespace {
 
 void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
   const std::vector<std::uint64_t> indices = cli::rows_to_do(study, {}, rows.rows());

@@ -115,7 +115,8 @@ void Overload::note_worst(int changed) {
   for (const bristle::Motion& motion : stepper_.motions()) {
     const bristle::PatchInfo info = stepper_.batch().info(motion.id);
     left_out += info.bristles - info.detail;
-    result_.least_share = std::min(result_.least_share, static_cast<double>(info.detail) / info.bristles);
+    double& least = info.weight == 0.0 ? result_.least_pieces : result_.least_share;
+    least = std::min(least, static_cast<double>(info.detail) / info.bristles);
   }
   result_.most_bristles = std::max(result_.most_bristles, left_out);
   result_.decisions += static_cast<std::uint64_t>(changed);

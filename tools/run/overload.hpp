@@ -26,8 +26,9 @@ struct OverloadResult {
   std::uint64_t late_steps = 0;
   std::uint64_t most_bristles = 0, bristles = 0;  ///< left out: at worst, and at the end
   double least_share = 1.0;                       ///< of its bristles that a patch had, at worst
-  std::uint32_t patches = 0;                      ///< with bristles left out at the end
-  double rate_s = 0.0;                            ///< s per bristle, as learnt
+  double least_pieces = 1.0;  ///< share of its pieces that an infinite brush had, at worst
+  std::uint32_t patches = 0;  ///< with bristles left out at the end
+  double rate_s = 0.0;        ///< s per bristle, as learnt
 };
 
 /// Between the steps of a run. Without a budget and without a replay it does nothing.

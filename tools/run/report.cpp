@@ -312,6 +312,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
                           {"most_bristles_left_out", o.most_bristles},
                           {"least_share", o.least_share},
                           {"noise_growth", 1.0 / std::sqrt(o.least_share)},
+                          {"error_growth", 1.0 / (o.least_pieces * o.least_pieces)},
                           {"bristles_left_out", o.bristles},
                           {"patches_with_less", o.patches},
                           {"bristle_s", o.replayed ? Json(nullptr) : Json(o.rate_s)}};

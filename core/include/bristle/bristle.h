@@ -455,13 +455,14 @@ typedef struct bristle_shed_report {
   size_t struct_size;
   uint64_t bristles;       /**< representatives left out */
   double least_share;      /**< share of its representatives that the most reduced patch keeps */
-  double noise_growth;     /**< growth of that patch's force fluctuation in sliding */
+  double noise_growth;     /**< growth of the force fluctuation in sliding, of representatives */
   double rate;             /**< s per bristle, estimated */
   uint64_t late_steps;     /**< steps that took more than the budget, so far */
   uint64_t decisions;      /**< changes of the number of representatives, so far */
   uint64_t decisions_lost; /**< decisions missing from the record */
   uint32_t patches;        /**< patches with fewer representatives than they have */
-  uint32_t reserved;       /**< 0 */
+  uint32_t at_least;       /**< patches from which nothing more can be left out */
+  double error_growth;     /**< growth of the error of an infinite brush with fewer pieces */
 } bristle_shed_report;
 
 /** One change of the number of representatives: bristle::DetailDecision. The struct never changes. */
@@ -481,7 +482,8 @@ BRISTLE_API bristle_result bristle_shedder_create(const bristle_shedder_options*
                                                   bristle_shedder** shedder);
 /** Null does nothing. [alone] */
 BRISTLE_API void bristle_shedder_destroy(bristle_shedder* shedder);
-/** The patch may be reduced to `least_bristles`, before patches of higher priority. Allocates. [step] */
+/** The patch may be reduced to `least_bristles`, before patches of higher priority; an infinite brush to half
+ * of its pieces: see LoadShedder::add. Allocates. [step] */
 BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
                                                uint32_t least_bristles);
 /** Removes a patch from the shedder. Null does nothing. [step] */

@@ -57,16 +57,22 @@ struct ShedReport {
   std::uint32_t patches = 0;     ///< patches with fewer representatives than they have
   std::uint64_t bristles = 0;    ///< representatives left out
   double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
-  double noise_growth = 1.0;     ///< growth of that patch's force fluctuation in sliding: least_share^-1/2
+  double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
+                                 ///< least share of its representatives: share^-1/2
   double rate_s = 0.0;           ///< s per bristle, estimated
   std::uint64_t late_steps = 0;  ///< steps that took more than the budget, so far
   std::uint64_t decisions = 0;   ///< changes of the number of representatives, so far
   std::uint64_t decisions_lost = 0;  ///< decisions missing from the record because it was full
+  double error_growth = 1.0;  ///< growth of the error of the infinite brush that keeps the least share of its
+                              ///< pieces: share^-2
+  std::uint32_t at_least = 0;  ///< patches of the shedder from which nothing more can be left out; all of
+                               ///< them: a late step stays late
 };
 
 /// Sheds load when steps would exceed their time budget: patches, lowest priority first, use fewer
 /// representatives of larger weight, and get them back when time allows. Forces stay continuous but fluctuate
-/// more (`sliding_noise`). Without such an object nothing is shed.
+/// more (`sliding_noise`). An infinite brush uses fewer pieces of path instead: its force gets no noise, but
+/// its error grows (ShedReport::error_growth). Without such an object nothing is shed.
 ///
 /// Every decision is recorded. A run that applies the record (`apply_decisions`) instead of reading a clock
 /// gives the same bits.
@@ -84,7 +90,9 @@ class BRISTLE_API LoadShedder {
   LoadShedder& operator=(LoadShedder&&) noexcept;
 
   /// The patch may be reduced to `least_bristles` (at least 1; the default keeps the force within a few per
-  /// cent), before patches of higher priority; patches of equal priority are reduced by the same share.
+  /// cent), before patches of higher priority; patches of equal priority are reduced by the same share. An
+  /// infinite brush keeps `least_bristles` pieces or half of its own, whichever is fewer, and at least 4: at
+  /// 1 or 2 pieces its energy does not balance. So 8 pieces, the default, can become 4, and 4 stay.
   /// Allocates. Throws bristle::Error.
   void add(PatchId patch, int priority = 0, std::uint32_t least_bristles = 64);
   /// Removes a patch from the shedder: its number of representatives stays as it is.
