@@ -412,9 +412,13 @@ template <bool rubs, bool ages>
     // Newborn bristles are renewed too, in proportion to the path since their birth, halfway along it on
     // average.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
-    const double path = least(p.gap_gap / most(p.gap, 1e-300), piece);
-    const double half = 0.5 * path;
-    mean_gap = most(mean_gap - drawn / p.lost * half, 0.0);
+    double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
+    // In pieces of a snap length many are drawn, and second snaps have left some less path than that.
+    const double drawn_share = drawn / p.lost;
+    const double halved = mean_gap - drawn_share * half;
+    if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))
+      half = 0.5 * mean_gap;
+    mean_gap = mean_gap - drawn_share * half;
     gap_gap -= drawn * (2.0 * half * half);
     gap_gap_left -= drawn * (3.0 * half * half);
     of_second += drawn * (half * half + 2.0 * law.residual * half);

@@ -371,6 +371,26 @@ TEST_CASE("Energy of a rubbed infinite brush balances under loads that change",
   }
 }
 
+TEST_CASE("Energy of a rubbed infinite brush balances at the lowest resolutions",
+          "[cohorts][rubbing][energy]") {
+  for (double resolution : {1.0, 1.5, 2.0, 3.0})
+    for (const Rubbing& r : {settings[0], settings[2], settings[3]})
+      for (double beta : {0.0, 0.1}) {
+        INFO("resolution " << resolution << ", residual " << r.residual << ", renewal " << r.renewal
+                           << ", beta " << beta);
+        Brush brush(rubbed(lognormal, r).with_ageing(bristle::Ageing::logarithmic(beta, 1e-3)),
+                    infinite_options(resolution));
+        std::mt19937 generator(4);
+        std::uniform_real_distribution<double> flat(-1.0, 1.0);
+        for (int i = 0; i < 1500; ++i) {
+          const double s = i % 700 < 350 ? 0.1 : i % 3 == 0 ? 13.0 : 0.9;
+          brush.step(s * flat(generator), s * flat(generator));
+        }
+        CHECK(brush.imbalance < 1e-11);
+        CHECK(brush.most_negative >= 0.0);
+      }
+}
+
 TEST_CASE("Residual and renewal of a sliding infinite brush change live", "[cohorts][rubbing][material]") {
   Brush brush(lognormal, infinite_options(32.0, 512));
   const auto slide = [&] {

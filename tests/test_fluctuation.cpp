@@ -297,6 +297,32 @@ TEST_CASE("Energy balances at every step of a brush that fluctuates, and none is
   }
 }
 
+// A load that falls may end among bristles that are many on hardly any ranks: no cut there has the wanted
+// mass.
+TEST_CASE("Energy of a brush that fluctuates balances where a load ends among bristles of nearly one rank",
+          "[fluctuation]") {
+  for (const SnapLength& law : {uniform, SnapLength::exponential(dbar)}) {
+    INFO(to_string(law.law()));
+    Brush brush(material_of(law, {0.4, 0.0}), infinite_options(8.0).with_fluctuation(100));
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> flat(-1.0, 1.0);
+    for (int k = 0; k < 20000; ++k) {
+      const double length = std::pow(10.0, 2.0 * flat(random) - 1.0) * (flat(random) > 0.99 ? 20.0 : 1.0);
+      const double dx = length * flat(random), dy = length * flat(random), kind = flat(random);
+      if (kind > 0.98)
+        brush.load = 0.0;
+      else if (kind > 0.9)
+        brush.load = load_n * std::pow(10.0, -3.0 + 3.5 * std::abs(flat(random)));
+      else if (kind > 0.5)
+        brush.load = std::max(0.3 * load_n, brush.load) * (1.0 + 0.01 * flat(random));
+      brush.step(dx, dy);
+      brush.most_negative = std::min(brush.most_negative, brush.response.contact_loss);
+    }
+    CHECK(brush.imbalance < 1e-10);
+    CHECK(brush.most_negative >= 0.0);
+  }
+}
+
 TEST_CASE("Seeds and keys give independent noise, the same seed the same", "[fluctuation]") {
   const Path path{0.3, 0.0, 10000};
   const Material material = material_of(lognormal, rubbed);

@@ -68,8 +68,10 @@ struct PatchOptions {
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::automatic;
   std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
-  double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; error
-                              ///< falls with its square, time grows with it; 0 = automatic (8)
+  double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; 0 =
+                              ///< automatic (8). Time grows with it. In sliding the error falls with its
+                              ///< square until cohorts merge. Under a load that changes at random the error
+                              ///< stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1)
   std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of so many bristles
                                   ///< would, keyed by `seed`; 0 = no noise
 

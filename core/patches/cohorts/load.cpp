@@ -62,30 +62,27 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   double kept_of[most_cohorts];
   for (std::uint32_t i = 0; i < r.count; ++i) kept_of[i] = cut_cohort(r.rows, i, cut, mass_now);
   if (r.noise != nullptr) draw_cut(r, kept_of);
-  double all_kept = 0.0;
-  double most_kept = -1.0;
+  double missing = mass_now;
   std::uint32_t largest = 0;
+  for (std::uint32_t i = 0; i < r.count; ++i) {
+    missing -= kept_of[i];
+    if (kept_of[i] > kept_of[largest]) largest = i;
+  }
+  // Each mass was rounded, and a cut through many bristles of nearly one rank falls between two numbers. The
+  // largest cohort takes the difference, and the next ones what that one cannot.
+  for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
+    const std::uint32_t i = (largest + k) % r.count;
+    const double kept = std::clamp(kept_of[i] + missing, 0.0, mass_of(r.rows, i));
+    missing -= kept - kept_of[i];
+    kept_of[i] = kept;
+  }
   for (std::uint32_t i = 0; i < r.count; ++i) {
     const double before = mass_of(r.rows, i);
     const double kept = kept_of[i];
-    all_kept += kept;
-    if (kept > most_kept) {
-      most_kept = kept;
-      largest = i;
-    }
     if (kept == before) continue;
     const double zx = at[0] - entry(r.rows, i, cohort_x);
     const double zy = at[1] - entry(r.rows, i, cohort_y);
     lost += (before - kept) * (zx * zx + zy * zy);
-    entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;
-  }
-  // Each was rounded: what is missing or too much, a few units, is made up by the largest; where that is all
-  // there is, by the next ones too.
-  double missing = mass_now - all_kept;
-  for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
-    const std::uint32_t i = (largest + k) % r.count;
-    const double kept = std::max(kept_of[i] + missing, 0.0);
-    missing -= kept - kept_of[i];
     entry(r.rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, entry(r.rows, i, cohort_left)) : 0.0;
   }
   remove_empty(r);
