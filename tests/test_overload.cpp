@@ -591,8 +591,8 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
   };
   // The default of 64 is more than there is: half is kept. Never fewer than 4.
   for (const Case& c : {Case{0.0, 64, 8, 4}, Case{0.0, 6, 8, 4}, Case{0.0, 1, 8, 4}, Case{64.0, 64, 64, 32},
-                        Case{64.0, 10, 64, 10}, Case{64.0, 1, 64, 4}, Case{7.0, 64, 7, 4}, Case{4.0, 1, 4, 4},
-                        Case{2.0, 64, 2, 2}}) {
+                        Case{64.0, 10, 64, 10}, Case{64.0, 1, 64, 4}, Case{7.0, 64, 7, 4},
+                        Case{9.0, 64, 9, 5}, Case{4.0, 1, 4, 4}, Case{2.0, 64, 2, 2}}) {
     INFO("resolution " << c.resolution << ", least " << c.least);
     InfiniteLoop loop(c.resolution, c.least, 4e-3);
     REQUIRE(loop.pieces() == c.pieces);

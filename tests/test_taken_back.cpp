@@ -339,10 +339,27 @@ TEST_CASE("An infinite brush that is lifted, carried away and set down slides as
 }
 
 TEST_CASE("Times and paths that nobody gave are refused, or step on without overflow", "[state][hostile]") {
-  for (const bool infinite : {false, true}) {
-    OnePatch patch(
-        redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3)),
-        infinite ? infinite_options() : PatchOptions{}.with_max_normal_load(1.0).with_bristles(64));
+  const PatchOptions few = PatchOptions{}.with_max_normal_load(1.0).with_bristles(64);
+  PatchOptions noisy = infinite_options();
+  noisy.fluctuation = 100;
+  const Ageing ageing = Ageing::logarithmic(0.05, 1e-3);
+  const Material rubbed = redrawn().with_shared_renewal(1.0);
+  struct Kind {
+    const char* name;
+    Material material;
+    PatchOptions options;
+  };
+  for (const Kind& kind :
+       {Kind{"keep", plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep), few},
+        Kind{"redraw", redrawn(), few}, Kind{"rubbed", rubbed, few},
+        Kind{"aged", redrawn().with_ageing(ageing), few},
+        Kind{"aged-rubbed", Material(rubbed).with_ageing(ageing), few},
+        Kind{"slide", plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::slide), few},
+        Kind{"infinite", redrawn(), infinite_options()}, Kind{"infinite-rubbed", rubbed, infinite_options()},
+        Kind{"infinite-aged", redrawn().with_ageing(ageing), infinite_options()},
+        Kind{"infinite-fluctuating", redrawn(), noisy}}) {
+    INFO(kind.name);
+    OnePatch patch(kind.material, kind.options);
     patch.step(3.3 * dbar, 0.7 * dbar, 0.8);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.8);
     const std::vector<std::byte> good = saved(patch.batch);

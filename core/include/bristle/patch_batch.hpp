@@ -67,7 +67,10 @@ struct StepReport {
 /// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, set_detail,
 /// info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
 /// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
-/// once, the change takes effect at the stepping thread's next call. Any thread may call threads() and isa().
+/// once, the change takes effect at the stepping thread's next call. That call carries out every change that
+/// waits, so that no id is unknown to it: 100 adds take some 1 us, 1,000 some 70 us, 10,000 some 0.8 ms. A
+/// loop with a deadline spreads more than some hundreds over several steps. Any thread may call threads() and
+/// isa().
 /// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
 /// thread that calls add, remove, set_material, warm_up or the constructor and destructor.
 class BRISTLE_API PatchBatch {
