@@ -63,6 +63,8 @@ struct Distance {
 }  // namespace
 
 // BRISTLE_LAWS: how many laws, BRISTLE_FIRST_LAW: the first of them.
+// Of the laws 25 to 324 fifteen checks fail. Of five looked at, three end within 1/128 of the fall of an
+// atom, one is 0.04 wrong at 8 pieces (0.01 at 32), and one is an error of the bristles in their long pieces.
 TEST_CASE("Laws at random slide and turn as bristles one by one do", "[cohorts][redraw][physics]") {
   constexpr std::size_t truths = 20000;
   constexpr std::uint32_t representatives = 4096;
