@@ -79,6 +79,39 @@ int steps_to(double x, double step) {
   return std::abs(k - std::round(k)) < 1e-6 ? static_cast<int>(std::round(k)) : 0;
 }
 
+/// A path of steps of one length that turns by `turn` rad a step, or that much at random, with the default
+/// material.
+struct Bends {
+  double turn;
+  bool at_random;
+  double heading = 0.0;
+  std::mt19937 random{5};
+
+  void next() { heading += turn * (at_random ? std::normal_distribution<double>()(random) : 1.0); }
+};
+
+/// What a step does: forces along and across the motion, dissipation and snaps by length.
+struct BentStep {
+  double end_along = 0.0, end_across = 0.0, mean_along = 0.0, mean_across = 0.0, dissipated = 0.0,
+         snaps = 0.0;
+};
+
+/// Takes a step in `parts` equal ones. Forces in newtons, lengths in metres.
+BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts) {
+  const double e[2] = {std::cos(heading), std::sin(heading)};
+  BentStep sum;
+  for (int k = 0; k < parts; ++k) {
+    const Response r = patch.step(length / parts * e[0], length / parts * e[1], 1.0);
+    sum.end_along = -(r.elastic[0] * e[0] + r.elastic[1] * e[1]);
+    sum.end_across = -(r.elastic[1] * e[0] - r.elastic[0] * e[1]);
+    sum.mean_along -= (r.mean[0] * e[0] + r.mean[1] * e[1]) / parts;
+    sum.mean_across -= (r.mean[1] * e[0] - r.mean[0] * e[1]) / parts;
+    sum.dissipated += r.dissipated / length;
+    sum.snaps += static_cast<double>(r.snaps);
+  }
+  return sum;
+}
+
 /// Slides to steady sliding in the steps given, lengths of dbar.
 void slide(Rub& rub, double path, double step) {
   for (double way = 0.0; way < path - 1e-9; way += step) rub.move(step);
@@ -647,6 +680,103 @@ TEST_CASE("A slide on another line than the last begins anew, however long the l
     INFO("a step of " << length);
     CHECK(-on.elastic[0] / n / dbar == Approx(steady).epsilon(0.03));
     CHECK(-on.elastic[1] / n / dbar == Approx(0.0).margin(0.01));
+  }
+}
+
+TEST_CASE("A slide that bends in long steps has the forces and losses of one in short steps",
+          "[rubbing][bends]") {
+  const Material material = Material::from_coefficients({});
+  const double mean = material.snap_length.mean();
+  const std::uint32_t n = test_size(20000);
+  const auto options = PatchOptions{}.with_bristles(n).with_axes(2).with_outputs(Outputs::all);
+  for (const double length : {0.3, 0.75, 1.2, 3.0, 10.0}) {
+    for (const auto& [turn, at_random] : {std::pair{0.02, false}, {0.3, false}, {0.1, true}}) {
+      INFO("steps of " << length << ", turn " << turn << (at_random ? " at random" : ""));
+      OnePatch patch(material, PatchOptions(options).with_seed(1));
+      OnePatch judge(material, PatchOptions(options).with_seed(2));
+      Bends path{turn, at_random};
+      BentStep a, b;
+      double off_across = 0.0;
+      const int steps = 100, settle = 20;
+      for (int k = 0; k < steps; ++k) {
+        path.next();
+        const BentStep now = step_in_parts(patch, length * mean, path.heading, 1);
+        const BentStep right =
+            step_in_parts(judge, length * mean, path.heading, static_cast<int>(std::ceil(length / 0.1)));
+        if (k < settle) continue;
+        for (const auto field : {&BentStep::end_along, &BentStep::end_across, &BentStep::mean_along,
+                                 &BentStep::mean_across, &BentStep::dissipated, &BentStep::snaps}) {
+          a.*field += now.*field / (steps - settle);
+          b.*field += right.*field / (steps - settle);
+        }
+        off_across += std::pow(now.mean_across - right.mean_across, 2) / (steps - settle);
+      }
+      const double noise = 0.4 / std::sqrt(static_cast<double>(n));  // of one force, in newtons
+      // To first order in the angle: what is left grows with its square and with the curvature.
+      const double allowed = turn > 0.2 ? 0.008 : 0.004;
+      CHECK(a.end_along == Approx(b.end_along).epsilon(allowed));
+      CHECK(a.mean_along == Approx(b.mean_along).epsilon(allowed));
+      CHECK(a.dissipated == Approx(b.dissipated).epsilon(allowed));
+      CHECK(a.snaps == Approx(b.snaps).epsilon(allowed));
+      CHECK(a.end_across == Approx(b.end_across).margin(allowed * 0.4));
+      CHECK(a.mean_across == Approx(b.mean_across).margin(allowed * 0.4));
+      CHECK(std::sqrt(off_across) < 0.002 + noise);
+    }
+  }
+}
+
+TEST_CASE("A step round a bend visits bristles twice as often as a straight one at most",
+          "[rubbing][bends]") {
+  const Material material = Material::from_coefficients({});
+  const double mean = material.snap_length.mean();
+  const std::uint32_t n = 4000;
+  const auto visits = [&](double length, double turn) {
+    OnePatch patch(material, PatchOptions{}.with_bristles(n).with_axes(2));
+    Bends path{turn, false};
+    for (int k = 0; k < 60; ++k) {
+      path.next();
+      step_in_parts(patch, length * mean, path.heading, 1);
+    }
+    return static_cast<double>(patch.report.bristles_visited);
+  };
+  for (const double length : {0.1, 0.4, 1.2, 3.0, 12.0, 120.0})
+    for (const double turn : {0.001, 0.02, 0.1, 0.3}) {
+      INFO("steps of " << length << ", turn " << turn);
+      CHECK(visits(length, turn) <= 2.0 * visits(length, 0.0));
+    }
+}
+
+TEST_CASE("A slide that bends keeps its energy, and its bits on any instruction set and number of threads",
+          "[rubbing][bends][energy]") {
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    for (const Precision precision : precisions()) {
+      const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.2, 1.0);
+      const std::uint32_t n = test_size(70000);
+      const auto options = plain_options(n, 2, precision);
+      OnePatch one(material, options, BatchOptions{}.with_threads(1));
+      OnePatch eager(material, options, BatchOptions{}.with_threads(1).with_eager(true));
+      OnePatch four(material, options, BatchOptions{}.with_threads(4));
+      OnePatch scalar(material, options, BatchOptions{}.with_threads(1).with_isa("scalar"));
+      int different = 0, off = 0;
+      Bends path{0.1, true};
+      for (int k = 0; k < 40; ++k) {
+        path.next();
+        const double length = dbar * (k % 3 == 0 ? 0.7 : k % 3 == 1 ? 2.0 : 30.0);
+        const double d[2] = {length * std::cos(path.heading), length * std::sin(path.heading)};
+        const double load = n * (k % 8 == 7 ? 0.9003 : 0.8001);
+        const double before = one.energy();
+        const Response r = one.step(d[0], d[1], load);
+        const double work = -(r.mean[0] - r.damper[0]) * d[0] - (r.mean[1] - r.damper[1]) * d[1];
+        const double lost = work - (one.energy() - before) - r.dissipated - r.contact_loss;
+        if (!(std::abs(lost) <= (precision == Precision::double_ ? 1e-11 : 2e-6) * work)) ++off;
+        for (OnePatch* other : {&eager, &four, &scalar})
+          if (!first_difference(r, other->step(d[0], d[1], load)).empty()) ++different;
+      }
+      CHECK(off == 0);
+      CHECK(different == 0);
+      CHECK(one.hash() == four.hash());
+      CHECK(one.hash() == scalar.hash());
+    }
   }
 }
 

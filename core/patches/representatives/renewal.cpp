@@ -6,12 +6,15 @@
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/patches/representatives/corner.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
 namespace {
 
 constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
+// Sine of the angle by which a slide may turn within a mean snap length or one step and go on.
+constexpr double gentle = 0.4;
 constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
 
 /// Draws per bristle in a piece in which `snaps` of a bristle would reach their snap without renewals. Some
@@ -138,25 +141,30 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
   return shortened_run(run, r.shared->walked.forget, change);
 }
 
-/// Length of the straight slide that a step continues; 0 = a slide begins. Detours without a snap do not
-/// matter if the patch is back on the line.
+/// Finds how far the slide has come that a step goes on with, and whether the step turns off its line; a run
+/// of 0 begins a slide. Where the patch went since without a snap does not matter, if it is on the line
+/// again; a turn begins where the slide ended. Bristles that age begin a slide with every turn.
 template <class T>
-double find_run(const Patch& p, const Advance& a) noexcept {
+double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   if (r.shared->run == 0.0) return 0.0;
   const double(&e)[2] = r.shared->direction;
   const double x = to_lengths(difference(p.position[0], r.shared->slid_to[0]));
   const double y = to_lengths(difference(p.position[1], r.shared->slid_to[1]));
-  const bool goes_on = std::abs(a.direction[0] * e[1] - a.direction[1] * e[0]) <= straight &&
-                       a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0 &&
-                       std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean <= straight;
-  if (!goes_on) return 0.0;
+  if (!(a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0)) return 0.0;
+  const double sine = std::abs(a.direction[0] * e[1] - a.direction[1] * e[0]);
+  if (sine > straight) {
+    turns = !r.ages() && sine <= gentle * std::min(a.length * r.shared->inverse_mean, 1.0) &&
+            std::max(std::abs(x), std::abs(y)) * r.shared->inverse_mean <= straight;
+    return turns ? std::min(r.shared->run, r.shared->walked.forget) : 0.0;
+  }
+  if (std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean > straight) return 0.0;
   const double way = x * e[0] + y * e[1];
   const double run = std::clamp(r.shared->run + way, 0.0, r.shared->walked.forget);
   return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
-/// The straight slide after a step in which something snapped.
+/// Notes the slide after a step in which something snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -164,18 +172,68 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   r.shared->run_ageing = r.shared->walked.per_length;
   r.shared->run_until = r.shared->walked.until;
   for (int axis = 0; axis < 2; ++axis) {
-    if (r.shared->walked.run == 0.0) r.shared->direction[axis] = direction[axis];
+    if (r.shared->walked.run == 0.0 || r.shared->walked.turns) r.shared->direction[axis] = direction[axis];
     r.shared->slid_to[axis] = p.position[axis];
   }
 }
 
-/// Length of a step that is followed: the part that is missing to steady sliding, and at least the length
-/// that makes end and start independent. Few bristles are followed until some have snapped.
+/// Rewrites the deflections of block b at the position of the patch.
+template <class T>
+void write_down(Patch& p, std::uint32_t b) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const bool full = b < r.full_blocks();
+  if (full) book_block<T>(p, b, -1);
+  r.kernels->rewrite(r.view(), b, p.position);
+  if (full) book_block<T>(p, b, +1);
+  r.groups[b / blocks_per_group].reach = p.bound.reach = -1.0;
+  note_tail<T>(p);
+}
+
+/// Carries the patch along `length` in the direction of the step, before its last piece; up to here it moved
+/// in the direction `before`. Sums by how much the carried path differs from steady sliding along the motion.
+template <class T>
+void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const Advance& a = step.advance;
+  for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
+    if (r.blocks[b].zero) write_down<T>(p, b);
+  Corner corner{};
+  for (int axis = 0; axis < 2; ++axis) {
+    corner.at[axis] = p.position[axis];
+    corner.direction[axis] = a.direction[axis];
+    corner.before[axis] = before[axis];
+  }
+  corner.length = length;
+  corner.residual = a.residual;
+  corner.unit = a.energy_unit;
+  const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
+  const RenewalTotals totals =
+      share_out<RenewalTotals>(step.crew, &Crew::pieces, r.active_blocks(), blocks_per_range,
+                               [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
+                                 carry_blocks<T>(r, corner, sums_lag, first, last, sum);
+                               });
+  PieceSums& walked = r.shared->walked;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double twice_integral = to_double(totals.twice_integral[axis]) / corner.unit;
+    p.sum[axis] += totals.stored[axis];
+    walked.twice_integral[axis] += twice_integral * fixed_per_length;
+    walked.lag += twice_integral * a.direction[axis];
+  }
+  walked.changed = true;
+  if (totals.tail_changed) note_tail<T>(p);
+  p.bound.reach = -1.0;
+}
+
+/// How much of a step is followed: what is missing to steady sliding, and at least what makes its end
+/// another than its start. Few bristles go on until some have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
-  return std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
+  const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
+  // Carrying round a corner costs as much as following that.
+  const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
+  return pays ? followed : length;
 }
 
 }  // namespace
@@ -232,7 +290,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     return;
   }
-  r.shared->walked.run = find_run<T>(p, whole);
+  r.shared->walked.run = find_run<T>(p, whole, r.shared->walked.turns);
   const double followed = way_followed(r, whole.length);
   const double pieces = std::max(std::ceil(followed / r.shared->piece * (1.0 - 1e-12)), 1.0);
   if (pieces <= 1.0 && followed == whole.length) {
@@ -259,6 +317,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     a.rounding = rounding_of_times(step.ends, k);
     find_direction(a);
     prepare_kernel<T>(p, step);
+    const bool turns = r.shared->walked.turns && k >= pieces && way < whole.length;
+    if (turns) carry_round<T>(p, step, k > 1.0 ? a.direction : r.shared->direction, whole.length - way);
     const std::uint64_t beyond = renew<T>(p, step);
     // A patch in which nothing has snapped does not slide, so it is not carried but bent further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
@@ -287,12 +347,7 @@ void bring_along(Patch& p) noexcept {
     const double x = to_lengths(difference(p.position[0], r.blocks[b].position[0]));
     const double y = to_lengths(difference(p.position[1], r.blocks[b].position[1]));
     if (std::max(std::abs(x), std::abs(y)) <= farthest) continue;
-    const bool full = b < r.full_blocks();
-    if (full) book_block<T>(p, b, -1);
-    r.kernels->rewrite(r.view(), b, p.position);
-    if (full) book_block<T>(p, b, +1);
-    r.groups[b / blocks_per_group].reach = p.bound.reach = -1.0;
-    note_tail<T>(p);
+    write_down<T>(p, b);
   }
 }
 
@@ -331,10 +386,10 @@ double held_mean(const Patch& p, int axis) noexcept {
 
 /// Snaps of the path along which the patch is carried: a whole number, unbiased over many steps.
 template <class T>
-std::uint64_t snaps_carried(const Representatives<T>& r) noexcept {
+std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
   const double rate = r.ages() ? r.aged->steady_snaps : r.shared->steady_snaps;
-  const double snaps = std::floor(r.shared->walked.carried * rate * r.in_contact() + share);
+  const double snaps = std::floor(carried * rate * r.in_contact() + share);
   return snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u};
 }
 
@@ -365,10 +420,12 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  const double squares = walked.squares + steady * walked.carried;
+  // Bristles that lag behind a turn bend less along the motion, and snap less often.
+  const double carried = walked.turns ? std::max(walked.carried + walked.lag / steady, 0.0) : walked.carried;
+  const double squares = walked.squares + steady * carried;
   sums.dissipated = std::min(joules_per_square<T>(p) * squares, highest_energy);
   sums.snaps = walked.snaps;
-  if (walked.carried > 0.0) sums.snaps += snaps_carried(r);
+  if (walked.carried > 0.0) sums.snaps += snaps_carried(r, carried);
 }
 
 #define BRISTLE_RENEWAL(T)                                                       \

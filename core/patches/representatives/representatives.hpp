@@ -32,13 +32,13 @@ struct RepresentativeCount {
 struct RenewalState {
   double due = 0.0;         ///< draws owed: kappa for each snap so far, less those made
   std::uint64_t draws = 0;  ///< made so far: numbers the next
-  // The straight slide that the last step with a snap belongs to; steps in which nothing snaps change
-  // nothing.
+  // The slide, straight or gently bent, that the last step with a snap belongs to; steps in which nothing
+  // snaps change nothing.
   double run = 0.0;  ///< its length, at most `forget`; 0 = none
   // For bristles that age, at the end of the slide:
   double run_ageing = 0.0;           ///< AgedSliding::per_length
   double run_until = 0.0;            ///< the patch's time, s
-  double direction[2] = {0.0, 0.0};  ///< in which it began
+  double direction[2] = {0.0, 0.0};  ///< since its last bend
   std::int64_t slid_to[2] = {0, 0};  ///< patch position at its end
 };
 
@@ -55,17 +55,19 @@ struct AgedSliding {
 
 /// Sums over the pieces of a step under shared renewal.
 struct PieceSums {
-  double length = 0.0;                    ///< of the whole step, scaled
-  double until = 0.0, duration = 0.0;     ///< its end and its duration, s
-  double forget = 0.0;                    ///< way after which a straight slide is steady at its speed
-  double per_length = 0.0;                ///< with ageing: AgedSliding::per_length
-  double carried = 0.0;                   ///< of it: the way along which the patch is carried as it stands
-  double run = 0.0;                       ///< length of the straight slide that the step goes on with
+  double length = 0.0;                 ///< of the whole step, scaled
+  double until = 0.0, duration = 0.0;  ///< its end and its duration, s
+  double forget = 0.0;                 ///< way after which a straight slide is steady at its speed
+  double per_length = 0.0;             ///< with ageing: AgedSliding::per_length
+  double carried = 0.0;                ///< of it: the way along which the patch is carried as it stands
+  double run = 0.0;                    ///< length of the slide that the step goes on with
+  double lag = 0.0;  ///< of `squares`: what carrying round a corner takes from steady sliding
   double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
   double squares = 0.0;                   ///< of what slipped, scaled
   std::uint64_t snaps = 0, visited = 0;
   std::int64_t from[2] = {0, 0};  ///< patch position at the start of the step
-  bool changed = false;           ///< a bristle snapped or was renewed
+  bool changed = false;           ///< a bristle snapped, was renewed or carried round a corner
+  bool turns = false;             ///< the step goes on with a slide in another direction
 };
 
 /// Shared renewal of a patch: state, the material's plan (scaled), and the step under way.
