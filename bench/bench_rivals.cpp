@@ -101,9 +101,9 @@ void register_slide(bool zigzag) {
   ours.bristles = n;
   add_one_patch_benchmark(group + "keep", ours);
   ours.rule = SnapRule::slide;
-  add_one_patch_benchmark(group + "slide", ours);
+  add_one_patch_benchmark(group + "bristle", ours);
   ours.outputs = Outputs::mean;
-  add_one_patch_benchmark(group + "slide_mean", ours);
+  add_one_patch_benchmark(group + "bristle_mean", ours);
   add_loop_benchmark<bristle::plain::SlideLoop>(
       group + "plain", regime, 0.0, [n] { return std::make_shared<bristle::plain::SlideLoop>(n, dbar); });
 }
