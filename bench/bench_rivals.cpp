@@ -14,13 +14,13 @@ void add_loop_benchmark(const std::string& name, const Regime& regime, double by
     const double x = usual_axes == 1 ? 1.0 : 0.8;
     const double y = usual_axes == 1 ? 0.0 : 0.6;
     bool back = false;
-    const auto move = [&](Loop& loop, double step) {
-      benchmark::DoNotOptimize(loop.step(step * x * dbar, step * y * dbar));
+    const auto move = [&](Loop& loop, double step, bool across = false) {
+      benchmark::DoNotOptimize(loop.step(step * (across ? y : x) * dbar, step * (across ? -x : y) * dbar));
       benchmark::ClobberMemory();
     };
     const auto next = [&](Loop& loop) {
-      move(loop, back ? -regime.step : regime.step);
-      back = regime.there_and_back && !back;
+      move(loop, back && regime.there_and_back ? -regime.step : regime.step, back && regime.zigzag);
+      back = (regime.there_and_back || regime.zigzag) && !back;
     };
     Loop& loop = keep_while_named<Loop>(name, [&] {
       auto made = make();
@@ -87,10 +87,32 @@ void register_group(const Regime& regime, SnapRule rule, bool mean, std::uint32_
   add_stream_benchmark(group + "stream", n, read, written);
 }
 
+/// Bristles that slide, beside keep where all snap and the plain loop.
+void register_slide(bool zigzag) {
+  if (BRISTLE_MINIMAL) return;
+  constexpr std::uint32_t n = 14400;
+  Regime regime = all_snap;
+  regime.zigzag = zigzag;
+  regime.motion = zigzag ? "1.5 dbar a step in zigzag" : "1.5 dbar a step one way";
+  const std::string group = std::string("rivals/all_slide/") + (zigzag ? "zigzag" : "straight") + '/';
+  OnePatchCase ours;
+  ours.regime = regime;
+  ours.outputs = Outputs::end;
+  ours.bristles = n;
+  add_one_patch_benchmark(group + "keep", ours);
+  ours.rule = SnapRule::slide;
+  add_one_patch_benchmark(group + "bristle", ours);
+  ours.outputs = Outputs::mean;
+  add_one_patch_benchmark(group + "bristle_mean", ours);
+  add_loop_benchmark<bristle::plain::SlideLoop>(
+      group + "plain", regime, 0.0, [n] { return std::make_shared<bristle::plain::SlideLoop>(n, dbar); });
+}
+
 }  // namespace
 
 void register_rivals() {
   if (!bristle::plain::plain_loops_run_here()) return;
+  for (bool zigzag : {false, true}) register_slide(zigzag);
   for (const Regime& regime : {stick, presliding, two_snaps, all_snap}) {
     for (SnapRule rule : rules()) {
       for (bool mean : {false, true}) {

@@ -492,6 +492,73 @@ Bristle PlainLoop::get(std::size_t i) const noexcept {
 }
 
 // ---------------------------------------------------------------------------------------------------------
+// Bristles that slide
+
+namespace {
+
+/// exp(-y) for y >= 0, to 1e-7.
+inline float shrink(float y) {
+  const float x = smaller(y, 80.0f) * 1.44269504f;
+  const float k = std::floor(x + 0.5f);
+  const float f = k - x;
+  const float series =
+      1.0f +
+      f * (0.693147182f + f * (0.240226462f + f * (0.0555032864f + f * (0.00961835f + f * 0.00133947f))));
+  const std::int32_t bits = (127 - static_cast<std::int32_t>(k)) * (1 << 23);
+  float scale;
+  std::memcpy(&scale, &bits, sizeof scale);
+  return series * scale;
+}
+
+}  // namespace
+
+SlideLoop::SlideLoop(std::size_t n, double mean_limit_m)
+    : n_(n),
+      mean_m_(mean_limit_m),
+      zx_(static_cast<float*>(take(n * sizeof(float)))),
+      zy_(static_cast<float*>(take(n * sizeof(float)))),
+      limit_(static_cast<float*>(take(n * sizeof(float)))) {
+  for (std::size_t i = 0; i < n; ++i) limit_[i] = static_cast<float>(first_length(i));
+}
+
+SlideLoop::~SlideLoop() {
+  std::free(zx_);
+  std::free(zy_);
+  std::free(limit_);
+}
+
+Force SlideLoop::step(double dx_m, double dy_m) noexcept {
+  float* __restrict zx = zx_;
+  float* __restrict zy = zy_;
+  const float* __restrict limit = limit_;
+  const float dx = static_cast<float>(dx_m / mean_m_), dy = static_cast<float>(dy_m / mean_m_);
+  const float h = std::sqrt(dx * dx + dy * dy);
+  const float ex = dx / h, ey = dy / h;
+  float sum_x = 0.0f, sum_y = 0.0f;
+  for (std::size_t i = 0; i < n_; ++i) {
+    const float x = zx[i], y = zy[i], l = limit[i];
+    const float along = x * ex + y * ey;
+    const float aside = x * ey - y * ex;
+    const float tau = larger(std::sqrt(larger(l * l - aside * aside, 0.0f)) - along, 0.0f);
+    const float p = l + along + tau;
+    const float w = aside * shrink(larger(h - tau, 0.0f) / l);
+    const float scale = l / (p * p + w * w);
+    const float new_along = (p * p - w * w) * scale;
+    const float new_aside = 2.0f * p * w * scale;
+    const float new_x = tau < h ? new_along * ex + new_aside * ey : x + dx;
+    const float new_y = tau < h ? new_along * ey - new_aside * ex : y + dy;
+    zx[i] = new_x;
+    zy[i] = new_y;
+    sum_x += new_x;
+    sum_y += new_y;
+  }
+  Force force;
+  force.end[0] = -static_cast<double>(sum_x) * mean_m_;
+  force.end[1] = -static_cast<double>(sum_y) * mean_m_;
+  return force;
+}
+
+// ---------------------------------------------------------------------------------------------------------
 // The streaming limit
 
 namespace {

@@ -111,6 +111,27 @@ class PlainLoop {
   Step step_;
 };
 
+/// Bristles that slide at their limit (SnapRule::slide), two axes, single precision, end force: one loop that
+/// the compiler turns into vectors, with a polynomial for exp. Limits uniform on 0.5 to 1.5 means.
+class SlideLoop {
+ public:
+  SlideLoop(std::size_t n, double mean_limit_m);
+  ~SlideLoop();
+  SlideLoop(const SlideLoop&) = delete;
+  SlideLoop& operator=(const SlideLoop&) = delete;
+
+  /// Moves the body by (dx, dy), not both 0. The force is that of a stiffness of 1 N/m a bristle.
+  Force step(double dx_m, double dy_m) noexcept;
+  std::size_t size() const noexcept { return n_; }
+
+ private:
+  std::size_t n_;
+  double mean_m_;
+  float* zx_;  ///< all lengths over the mean limit
+  float* zy_;
+  float* limit_;
+};
+
 /// The streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of
 /// them back, in chunks of 256 like bristle's blocks, doing next to nothing with them.
 /// One step with two axes and keep: 3 read; 2 written where bristles snap.

@@ -9,10 +9,24 @@
 // nothing overflows.
 #pragma once
 
+#include <limits>
+
 #include "elementary.hpp"
 
 namespace bristle::detail {
 namespace {
+
+/// Polynomial, lowest power first, as two of half the degree: half as long a wait.
+template <class T, class V, std::size_t n>
+inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
+  constexpr int last = static_cast<int>(n) - 1;
+  const V x2 = x * x;
+  V even(static_cast<T>(coefficients[last - last % 2])),
+      odd(static_cast<T>(coefficients[last - 1 + last % 2]));
+  for (int i = last - last % 2 - 2; i >= 0; i -= 2) even = even * x2 + V(static_cast<T>(coefficients[i]));
+  for (int i = last - 3 + last % 2; i >= 1; i -= 2) odd = odd * x2 + V(static_cast<T>(coefficients[i]));
+  return even + x * odd;
+}
 
 /// exp(-y) and 1 - exp(-y) for y >= 0, both to a few ulp; y above 80 reads as 80.
 template <class V>
@@ -21,43 +35,62 @@ struct Decay {
 };
 template <class T, class V>
 inline Decay<V> decay(V y) {
-  constexpr int terms = sizeof(T) == 4 ? 7 : 13;
-  const V x = least(y, V(T(80)));
-  const V k = whole_part(x * V(T(1.4426950408889634)) + V(T(0.5)));
-  // ln 2 in two parts: k times the first is exact.
-  const V r = (k * V(T(0.693145751953125)) - x) + k * V(T(1.4286068203094173e-06));
-  // (exp(r) - 1) / r
-  constexpr double inverse_factorial[] = {
-      1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,       1.0 / 5040,
-      1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800};
-  V series(static_cast<T>(inverse_factorial[terms - 1]));
-  for (int i = terms - 2; i >= 0; --i) series = series * r + V(static_cast<T>(inverse_factorial[i]));
-  const V scale = power_of_two<T>(V(T(0)) - k);
-  const V more = scale * (r * series);
-  return {scale + more, (V(T(1)) - scale) - more};
+  // 2^-x with x = k + f, k whole and f at most a half. Adding `magic` rounds.
+  constexpr T magic = T(1.5) * (sizeof(T) == 4 ? T(8388608) : T(4503599627370496));
+  const V x = least(y, V(T(80))) * V(T(1.4426950408889634));
+  const V minus_k = (V(magic) - x) - V(magic);
+  const V f = x + minus_k;
+  // (1 - 2^-f) / f: least error in single precision, 1e-8; Taylor in double.
+  constexpr double single[] = {0.6931471879266934,    -0.24022649794958215, 0.0555035743363792,
+                               -0.009618237495071513, 0.001339073547708347, -0.0001540351232574011};
+  constexpr double taylor[] = {0.6931471805599453,     -0.24022650695910072,    0.05550410866482158,
+                               -0.009618129107628477,  0.0013333558146428443,   -0.0001540353039338161,
+                               1.5252733804059841e-05, -1.3215486790144307e-06, 1.0178086009239699e-07,
+                               -7.054911620801123e-09, 4.44553827187081e-10,    -2.5678435993488206e-11,
+                               1.3691488853904128e-12};
+  V series;
+  if constexpr (sizeof(T) == 4)
+    series = polynomial_in_halves<T>(single, f);
+  else
+    series = polynomial_in_halves<T>(taylor, f);
+  const V scale = power_of_two<T>(minus_k);
+  const V less = scale * (f * series);
+  return {scale - less, (V(T(1)) - scale) + less};
 }
 
-/// ln(1 + x) for 0 <= x <= 1, also relative to a small x: 2 artanh(x / (2 + x)).
+/// artanh(t) / t as a polynomial in t^2, for t <= 1/3.
 template <class T, class V>
-inline V log_of_one_plus(V x) {
-  constexpr int terms = sizeof(T) == 4 ? 7 : 16;
-  const V t = divide(x, V(T(2)) + x);
-  const V t2 = t * t;
-  V series(static_cast<T>(1.0 / (2 * terms + 1)));
-  for (int k = terms - 1; k >= 0; --k) series = series * t2 + V(static_cast<T>(1.0 / (2 * k + 1)));
-  return (t + t) * series;
+inline V log_series(V t2) {
+  constexpr double single[] = {1.0000000039605197, 0.33333157341063313, 0.20012455137606738,
+                               0.13980301428296538, 0.14089167218473486};
+  constexpr double taylor[] = {1.0,      1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11,
+                               1.0 / 13, 1.0 / 15, 1.0 / 17, 1.0 / 19, 1.0 / 21, 1.0 / 23,
+                               1.0 / 25, 1.0 / 27, 1.0 / 29, 1.0 / 31, 1.0 / 33};
+  if constexpr (sizeof(T) == 4)
+    return polynomial_in_halves<T>(single, t2);
+  else
+    return polynomial_in_halves<T>(taylor, t2);
 }
 
-/// arctan(u) for |u| <= 1, also relative to a small u: angles halved once or twice, then the series.
+/// ln(1 + part / whole) for 0 <= part <= whole, also relative to a small one: 2 artanh(t) with
+/// t = part / (2 whole + part).
+template <class T, class V>
+inline V log_of_one_plus(V part, V whole) {
+  const V t = divide(part, (whole + whole) + part);
+  return (t + t) * log_series<T>(t * t);
+}
+
+/// arctan(u) for |u| <= 1, also relative to a small u. In double the angle is halved twice first.
 template <class T, class V>
 inline V arc_tangent(V u) {
-  constexpr int halvings = sizeof(T) == 4 ? 1 : 2;
-  constexpr int terms = sizeof(T) == 4 ? 8 : 11;
-  for (int i = 0; i < halvings; ++i) u = divide(u, V(T(1)) + root(V(T(1)) + u * u));
-  const V minus = V(T(0)) - u * u;
-  V series(static_cast<T>(1.0 / (2 * terms + 1)));
-  for (int k = terms - 1; k >= 0; --k) series = series * minus + V(static_cast<T>(1.0 / (2 * k + 1)));
-  return V(T(1 << halvings)) * (u * series);
+  constexpr double single[] = {0.9999999846670059,  -0.33333071910176365,  0.1999258568843616,
+                               -0.1420334635383251, 0.10639651206002876,   -0.07501320095496422,
+                               0.04265356152088699, -0.016043546652153916, 0.002843188724029338};
+  constexpr double taylor[] = {1.0,      -1.0 / 3,  1.0 / 5,  -1.0 / 7,  1.0 / 9,  -1.0 / 11,
+                               1.0 / 13, -1.0 / 15, 1.0 / 17, -1.0 / 19, 1.0 / 21, -1.0 / 23};
+  if constexpr (sizeof(T) == 4) return u * polynomial_in_halves<T>(single, u * u);
+  for (int i = 0; i < 2; ++i) u = divide(u, V(T(1)) + root(V(T(1)) + u * u));
+  return V(T(4)) * (u * polynomial_in_halves<T>(taylor, u * u));
 }
 
 /// A bristle before a step: z in parts along and across the motion. One axis has no second part.
@@ -80,6 +113,32 @@ inline V way_to_slide(const SlideStart<V>& start, V limit) {
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
 }
 
+/// Whether a bristle within `limit` slides before the end of the step: whether it would end beyond the limit,
+/// as a disc is convex.
+template <class T, int axes, class V>
+inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
+  const V ahead = start.along + length;
+  if constexpr (axes == 1) return ahead > limit;
+  return ahead * ahead + start.aside * start.aside > limit * limit;
+}
+
+/// The distance over which the tip sticks, of bristles of which `slides` slide. A bristle that lies at its
+/// limit to a few digits, and does not unload, slides at once: no root.
+template <class T, int axes, class V, class Which>
+inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
+  if constexpr (axes == 1) {
+    return select_lanes(slides, least(way_to_slide<T, axes>(start, limit), length), length);
+  } else {
+    constexpr T inside = T(1) - 32 * std::numeric_limits<T>::epsilon();
+    V path = select_lanes(slides, V(T(0)), length);
+    const V bent2 = start.along * start.along + start.aside * start.aside;
+    const auto sticks = slides & ((bent2 < limit * limit * V(inside)) | (start.along < V(T(0))));
+    if (any_lane(sticks))
+      path = select_lanes(sticks, least(way_to_slide<T, axes>(start, limit), length), path);
+    return path;
+  }
+}
+
 /// A bristle after a step. The last four are filled where they are asked for.
 template <class V>
 struct Slid {
@@ -90,46 +149,52 @@ struct Slid {
   V dissipated = {};  ///< energy over stiffness (`energy`)
 };
 
-/// Advances bristles that stick over `path` <= length, and then slide at `limit`, if anything is left of the
-/// length. `holds` is |z| where sliding begins; a bristle that holds more than its limit drops to it there.
-template <class T, int axes, bool mean, bool energy, class V>
-inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex, V ey, V length) {
+/// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
+/// their z' is filled. `holds` is |z| where sliding begins; a bristle that holds more than its limit drops to
+/// it there.
+template <class T, int axes, bool mean, bool energy, class V, class Which>
+inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V holds, V limit, V ex, V ey,
+                        V length) {
   const V none(T(0));
   const V half(T(0.5));
-  const V smallest(T(1e-30));
-  const auto slides = path < length;
   Slid<V> end;
   end.path = path;
+  end.x = limit * ex;
+  end.y = limit * ey;
   const V s = length - path;
-  V along_integral = none;  // of z along the motion, and across it, while the tip slides
+  V along_integral = limit * s;  // of z along the motion, and across it, while the tip slides
   V aside_integral = none;
-  if constexpr (axes == 1) {
-    end.x = select_lanes(slides, limit * ex, start.x + ex * length);
-    end.y = none;
-    along_integral = limit * s;
-  } else {
-    // With p = l + l cos(theta) and a = l sin(theta), t = a / p: no quotient until the end. The tip begins to
-    // slide where z along the motion is l cos(theta).
-    const V bound = most(holds, none);
-    const V a = least(most(start.aside, none - bound), bound);
-    const V p = bound + most(start.along + path, none);
-    const Decay<V> turn = decay<T>(divide(s, most(limit, smallest)));
-    const V w = a * turn.left;
-    const V p2 = p * p;
-    const V inverse = divide(V(T(1)), (p2 + w * w) + smallest);
-    const V along = limit * ((p2 - w * w) * inverse);
-    const V aside = limit * ((p + p) * w * inverse);
-    end.x = select_lanes(slides, along * ex + aside * ey, start.x + ex * length);
-    end.y = select_lanes(slides, along * ey - aside * ex, start.y + ey * length);
-    if constexpr (mean || energy) {
-      // l s - l^2 ln((1 + t^2) / (1 + t'^2)), where the quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2)
-      const V grown = a * a * (turn.lost * (V(T(1)) + turn.left)) * inverse;
-      along_integral = limit * (s - limit * log_of_one_plus<T>(least(grown, V(T(1)))));
-    }
-    if constexpr (mean) {
-      // l^2 (theta - theta'), where half of it has the tangent (t - t') / (1 + t t')
-      const V tangent = divide(a * p * turn.lost, (p2 + a * w) + smallest);
-      aside_integral = limit * limit * (V(T(2)) * arc_tangent<T>(tangent));
+  if constexpr (axes == 2) {
+    // An angle of 4 eps s / l is rounding: it adds up to 4 eps, however short the steps.
+    constexpr T few = 4 * std::numeric_limits<T>::epsilon();
+    const V a = start.aside;
+    const V rounds = least(s, limit) * V(few);
+    const auto turns = slides & (a * a > rounds * rounds);
+    if (any_lane(turns)) {
+      // With p = l + l cos(theta) and a = l sin(theta), t = a / p: no quotient until the end. The tip begins
+      // to slide where z along the motion is l cos(theta).
+      const V p = most(holds + (start.along + path), V(T(1e-15)));
+      const Decay<V> turn = decay<T>(divide(s, most(limit, V(T(1e-30)))));
+      const V w = a * turn.left;
+      const V p2 = p * p;
+      const V w2 = w * w;
+      const V both = p2 + w2;
+      const V scale = divide(limit, both);
+      const V along = (p2 - w2) * scale;
+      const V aside = ((p + p) * w) * scale;
+      end.x = select_lanes(turns, along * ex + aside * ey, end.x);
+      end.y = select_lanes(turns, along * ey - aside * ex, end.y);
+      if constexpr (mean || energy) {
+        // l s - l^2 ln((1 + t^2) / (1 + t'^2)), where the quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2)
+        const V grown = (a * a) * (turn.lost * (V(T(1)) + turn.left));
+        const V lost = limit * log_of_one_plus<T>(grown, both);
+        along_integral = select_lanes(turns, limit * (s - lost), along_integral);
+      }
+      if constexpr (mean) {
+        // l^2 (theta - theta'), where half of it has the tangent (t - t') / (1 + t t')
+        const V angle = arc_tangent<T>(divide((a * p) * turn.lost, p2 + a * w));
+        aside_integral = select_lanes(turns, (limit * limit) * (angle + angle), none);
+      }
     }
   }
   if constexpr (energy)
@@ -139,11 +204,20 @@ inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit,
     end.integral_x = start.x * path + stuck * ex;
     end.integral_y = none;
     if constexpr (axes == 2) {
-      const V across = select_lanes(slides, aside_integral, none);
-      end.integral_x = end.integral_x + across * ey;
-      end.integral_y = start.y * path + (stuck * ey - across * ex);
+      end.integral_x = end.integral_x + aside_integral * ey;
+      end.integral_y = start.y * path + (stuck * ey - aside_integral * ex);
     }
   }
+  return end;
+}
+
+/// As slide_on() for bristles that slide if anything is left of the length; z' of the others is filled too.
+template <class T, int axes, bool mean, bool energy, class V>
+inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex, V ey, V length) {
+  const auto slides = path < length;
+  Slid<V> end = slide_on<T, axes, mean, energy>(start, slides, path, holds, limit, ex, ey, length);
+  end.x = select_lanes(slides, end.x, start.x + ex * length);
+  end.y = select_lanes(slides, end.y, start.y + ey * length);
   return end;
 }
 
@@ -151,7 +225,8 @@ inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit,
 template <class T, int axes, bool mean, bool energy, class V>
 inline Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
   const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
-  const V path = least(way_to_slide<T, axes>(start, limit), length);
+  const auto slides = slides_within<T, axes>(start, limit, length);
+  const V path = way_that_sticks<T, axes>(start, limit, slides, length);
   return slide_after<T, axes, mean, energy>(start, path, limit, limit, ex, ey, length);
 }
 

@@ -31,15 +31,18 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     return most(root(most(radius * radius - aside * aside, T(0))) - along, T(0));
   };
 
-  // Where it begins to slide, and at which limit.
+  // Where it begins to slide, and at which limit. In a disc it slides if it would end outside.
+  constexpr T eps = std::numeric_limits<T>::epsilon();
   T holds = patch.limit[i] * patch.share;
   T limit = holds;
-  T tau = way_to(holds);
+  T path = length;
+  bool slides = false;
   bool still_slides = false;
   if constexpr (ages) {
     const T fresh = holds;
     limit = fresh * patch.kinetic;
     still_slides = !(patch.since[i] < advance.start - advance.rounding) && along >= T(0);
+    T tau;
     if (still_slides) {
       holds = limit;
       tau = way_to(limit);
@@ -51,42 +54,51 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
       tau = aged_way<T, axes>(ageing, Bent<T>{along, aside * aside}, T(0), fresh, age, tau, tau < length);
       const T reached = along + tau;
       holds = root(reached * reached + aside * aside);
+    } else {
+      tau = way_to(holds);
     }
+    path = least(tau, length);
+    slides = path < length;
+  } else {
+    const T ahead = along + length;
+    slides = axes == 2 ? ahead * ahead + aside * aside > limit * limit : ahead > limit;
+    // At its limit already, it slides at once.
+    const bool at_limit =
+        axes == 2 && along >= T(0) && along * along + aside * aside >= limit * limit * (T(1) - 32 * eps);
+    if (slides) path = at_limit ? T(0) : least(way_to(limit), length);
   }
-  limit = limit * (T(1) - 4 * std::numeric_limits<T>::epsilon());
-  const T path = least(tau, length);
+  limit = limit * (T(1) - 4 * eps);
 
   OneSlid<T> end{};
-  end.slides = path < length;
-  end.goes_on = end.slides || still_slides;
+  end.slides = slides;
+  end.goes_on = slides || still_slides;
   T along_integral = T(0.5) * path * path;
   T aside_integral = T(0);
-  if (end.slides) {
+  if (slides) {
     const T s = length - path;
-    if constexpr (axes == 1) {
-      end.x = limit * ex;
-      const T work = limit * s;
-      end.dissipated = work;
-      along_integral += work;
-    } else {
+    end.x = limit * ex;
+    end.y = limit * ey;
+    T work = limit * s;
+    const T rounds = least(s, limit) * (4 * eps);
+    if (axes == 2 && aside * aside > rounds * rounds) {
       // t = a / p is the tangent of half the angle; it falls as exp(-s / limit).
-      const T a = least(most(aside, -holds), holds);
-      const T p = holds + most(along + path, T(0));
+      const T a = aside;
+      const T p = most(holds + (along + path), T(1e-15));
       const Decay<T> turn = decay<T>(s / most(limit, T(1e-30)));
       const T w = a * turn.left;
-      const T inverse = T(1) / ((p * p + w * w) + T(1e-30));
-      const T along_now = limit * ((p * p - w * w) * inverse);
-      const T aside_now = limit * ((p + p) * w * inverse);
+      const T both = p * p + w * w;
+      const T scale = limit / both;
+      const T along_now = (p * p - w * w) * scale;
+      const T aside_now = ((p + p) * w) * scale;
       end.x = along_now * ex + aside_now * ey;
       end.y = along_now * ey - aside_now * ex;
-      const T grown = a * a * (turn.lost * (T(1) + turn.left)) * inverse;
-      const T work = limit * (s - limit * log_of_one_plus<T>(least(grown, T(1))));
-      end.dissipated = work;
-      along_integral += work;
-      const T turned = arc_tangent<T>(a * p * turn.lost / ((p * p + a * w) + T(1e-30)));
-      aside_integral = limit * limit * (T(2) * turned);
+      const T grown = (a * a) * (turn.lost * (T(1) + turn.left));
+      work = limit * (s - limit * log_of_one_plus<T>(grown, both));
+      const T angle = arc_tangent<T>((a * p) * turn.lost / (p * p + a * w));
+      aside_integral = (limit * limit) * (angle + angle);
     }
-    end.dissipated += T(0.5) * ((holds - limit) * (holds + limit));
+    along_integral += work;
+    end.dissipated = work + T(0.5) * ((holds - limit) * (holds + limit));
   }
   end.integral_x = x * path + along_integral * ex;
   if constexpr (axes == 2) {

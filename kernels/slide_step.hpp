@@ -138,7 +138,8 @@ class Slider {
   /// Bristles before they slide.
   struct Begin {
     SlideStart<Lanes<T>> start;
-    Lanes<T> path, holds, limit;
+    Lanes<T> path;  ///< over which they stick; without ages not filled
+    Lanes<T> holds, limit;
     Mask<T> slides;   ///< within the step
     Mask<T> goes_on;  ///< or slid at its beginning, and was not unloaded
   };
@@ -150,8 +151,8 @@ class Slider {
     b.start = slide_start<T, axes>(load(patch.zx + i) + m.p0x, y, m.ex, m.ey);
     b.limit = load(patch.limit + i) * m.share;
     b.holds = b.limit;
-    Lanes<T> tau;
     if constexpr (ages) {
+      Lanes<T> tau;
       alignas(64) T age[width], held[width];
       for (std::uint32_t k = 0; k < width; ++k) {
         const double since = patch.since[i + k];
@@ -174,15 +175,13 @@ class Slider {
       }
       tau = select_lanes(b.goes_on, way_to_slide<T, axes>(b.start, b.limit), tau);
       b.holds = select_lanes(b.goes_on, b.limit, b.holds);
-    } else {
-      tau = way_to_slide<T, axes>(b.start, b.holds);
-    }
-    b.path = least(tau, m.length);
-    b.slides = b.path < m.length;
-    if constexpr (ages)
+      b.path = least(tau, m.length);
+      b.slides = b.path < m.length;
       b.goes_on = b.goes_on | b.slides;
-    else
+    } else {
+      b.slides = slides_within<T, axes>(b.start, b.limit, m.length);
       b.goes_on = b.slides;
+    }
     return b;
   }
 
@@ -212,11 +211,12 @@ class Slider {
     const Lanes<T> none(T(0));
     for (std::uint32_t i = extent.first; i < extent.end; i += width) {
       const std::uint32_t part = i / width % Row<T>::parts;
-      const Begin b = begin(m, i);
+      Begin b = begin(m, i);
+      if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, m.length);
       // Short of the limit by what a step may round: the next one sticks until it has moved by more.
       const Lanes<T> limit = b.limit * Lanes<T>(T(1) - 4 * eps);
       const Slid<Lanes<T>> end =
-          slide_after<T, axes, mean, energy>(b.start, b.path, b.holds, limit, m.ex, m.ey, m.length);
+          slide_on<T, axes, mean, energy>(b.start, b.slides, b.path, b.holds, limit, m.ex, m.ey, m.length);
       const Lanes<T> weight = load(patch.weight + i);
       const Lanes<T> x = select_lanes(b.slides, end.x - m.keep_x, load(patch.zx + i) + m.shift_x);
       stored[0].part[part] = stored[0].part[part] + weight * x;
