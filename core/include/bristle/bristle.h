@@ -157,7 +157,7 @@ typedef struct bristle_coefficients {
   double speed_strengthening; /**< a of bristle_material; not part of `kinetic` */
   double strengthening_speed; /**< m/s, v* */
   double spread; /**< standard deviation over mean of the snap length (normal: uncut); 0 = solved from peak */
-  double drop; /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
+  double drop;   /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
 } bristle_coefficients;
 
 /** What follows from a material. */
@@ -576,6 +576,11 @@ BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
 /** Number of new keys that got no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
+/** Which contact has which patch: bristle::KeyedPatches. Save it beside the batch's state, and restore it
+ * after that. [step] */
+BRISTLE_API size_t bristle_keyed_state_size(const bristle_keyed* keyed);
+BRISTLE_API size_t bristle_keyed_save_state(const bristle_keyed* keyed, void* to, size_t size);
+BRISTLE_API bristle_result bristle_keyed_restore_state(bristle_keyed* keyed, const void* from, size_t size);
 
 /** A new matcher. `options` may be null: defaults. Destroy it by bristle_matcher_destroy. [any] */
 BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options* options,
@@ -589,6 +594,11 @@ BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
                                                  size_t count, size_t* found);
 /** Forgets all contacts. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
+/** The contacts that the next bristle_matcher_match finds again: bristle::ContactMatcher. [alone] */
+BRISTLE_API size_t bristle_matcher_state_size(const bristle_matcher* matcher);
+BRISTLE_API size_t bristle_matcher_save_state(const bristle_matcher* matcher, void* to, size_t size);
+BRISTLE_API bristle_result bristle_matcher_restore_state(bristle_matcher* matcher, const void* from,
+                                                         size_t size);
 
 /* ------------------------------------------------------------------------------ patches with an extent */
 
