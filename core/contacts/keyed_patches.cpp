@@ -7,6 +7,7 @@
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
+#include "core/runtime/stepping_side.hpp"
 
 namespace bristle {
 
@@ -14,6 +15,8 @@ using detail::ByteReader;
 using detail::ByteWriter;
 using detail::KeyTable;
 using detail::mix_key;
+using detail::SteppingCall;
+using detail::SteppingSide;
 
 namespace {
 
@@ -123,6 +126,7 @@ struct KeyedPatches::Impl {
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
+  SteppingSide stepping_side;
   const Owner owner;
   const KeyedOptions options;
   const std::uint32_t seed;
@@ -147,6 +151,7 @@ KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
 
 PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   Impl& impl = *impl_;
   if (key == no_contact_key) return {};
   std::uint32_t i = impl.table.find(key);
@@ -169,11 +174,13 @@ PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
 }
 
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
   return i == none ? PatchId{} : impl_->pool[i].id;
 }
 
 bool KeyedPatches::remove(std::uint64_t key) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
   if (i == none) return false;
   impl_->give_back(i);
@@ -181,11 +188,13 @@ bool KeyedPatches::remove(std::uint64_t key) noexcept {
 }
 
 void KeyedPatches::clear() noexcept {
+  const SteppingCall call(impl_->stepping_side);
   while (impl_->last != none) impl_->give_back(impl_->last);
   impl_->refused = 0;
 }
 
 std::uint32_t KeyedPatches::end_step() noexcept {
+  const SteppingCall call(impl_->stepping_side);
   Impl& impl = *impl_;
   std::uint32_t count = 0;
   for (; impl.first != none && impl.step - impl.pool[impl.first].seen > impl.options.keep_steps; ++count)
@@ -195,6 +204,7 @@ std::uint32_t KeyedPatches::end_step() noexcept {
 }
 
 std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   std::size_t k = 0;
   for (std::uint32_t i = impl_->first; i != none && k < out.size(); i = impl_->pool[i].after)
     out[k++] = {impl_->pool[i].key, impl_->pool[i].id};
@@ -204,6 +214,7 @@ std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
 std::size_t KeyedPatches::state_size() const noexcept { return saved_head + capacity() * saved_place; }
 
 std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   const Impl& impl = *impl_;
   if (to.size() < state_size()) return 0;
   ByteWriter write(to.data() + detail::seal_size);
@@ -222,6 +233,7 @@ std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept {
 }
 
 void KeyedPatches::restore_state(Span<const std::byte> from) {
+  const SteppingCall call(impl_->stepping_side);
   Impl& impl = *impl_;
   const auto fail = [](const char* why) { detail::refuse_saved("KeyedPatches", why); };
   ByteReader read = detail::open_sealed("KeyedPatches", from, saved_magic);
@@ -268,6 +280,7 @@ void KeyedPatches::restore_state(Span<const std::byte> from) {
 }
 
 std::uint32_t KeyedPatches::size() const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   return capacity() - static_cast<std::uint32_t>(impl_->free.size());
 }
 std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.capacity; }

@@ -93,9 +93,11 @@ struct PatchBatch::Impl {
   std::vector<std::shared_ptr<const CompiledMaterial>> materials;  ///< recently used first
   int chunks = 1;
   std::size_t scratch_bytes = 0;
+  bool publishes_later = false;  ///< commands are published when BatchAccess::Changes ends
 
   // --- the stepping thread's side
   mutable SteppingSide stepping_side;
+  bool is_in_turn = false;  ///< BatchAccess::Turn has taken the changes of the call that is under way
   PatchPool pool;
   std::unique_ptr<MoveQueue> queue;
   std::uint32_t queue_length = 0;
@@ -167,6 +169,7 @@ struct PatchBatch::Impl {
 
   /// Takes what the adding thread had handed over when the call began. Neither allocates nor frees.
   void apply_commands() noexcept {
+    if (is_in_turn) return;
     const std::uint64_t last = commands.pushed();
     while (Command* c = commands.take(last)) {
       trial.of = nullptr;
@@ -203,6 +206,9 @@ struct PatchBatch::Impl {
           std::copy_n(queue->motions.begin(), queue_length, c->queue->motions.begin());
           std::swap(queue, c->queue);
           break;
+        case Command::Kind::change:
+          c->change->apply();
+          break;
         case Command::Kind::none:
           break;
       }
@@ -220,7 +226,7 @@ struct PatchBatch::Impl {
   /// Nothing can fail any more: only now is what comes with the command counted as there.
   void send(std::unique_ptr<Command> command) noexcept {
     if (command->scratch.memory) scratch_bytes = command->scratch.bytes;
-    commands.push(std::move(command));
+    commands.push(std::move(command), !publishes_later);
   }
 
   PatchId add(const Patch& made) {
@@ -630,11 +636,34 @@ PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) {
   return batch.impl_->add(made);
 }
 
-void BatchAccess::begin_step(PatchBatch& batch) noexcept {
-  const SteppingCall call(batch.impl_->stepping_side);
-  batch.impl_->apply_commands();
-  batch.impl_->trial.of = nullptr;
+BatchAccess::Turn::Turn(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
+  impl_.stepping_side.enter();
+  is_outermost_ = !impl_.is_in_turn;
+  impl_.apply_commands();
+  impl_.is_in_turn = true;
 }
+BatchAccess::Turn::~Turn() {
+  if (is_outermost_) impl_.is_in_turn = false;
+  impl_.stepping_side.leave();
+}
+
+BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
+  impl_.adding_side.enter();
+  impl_.publishes_later = true;
+}
+BatchAccess::Changes::~Changes() {
+  impl_.publishes_later = false;
+  impl_.commands.publish();
+  impl_.adding_side.leave();
+}
+void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::change;
+  command->change = std::move(change);
+  impl_.send(std::move(command));
+}
+
+void BatchAccess::forget_trials(PatchBatch& batch) noexcept { batch.impl_->trial.of = nullptr; }
 
 Patch* BatchAccess::find(PatchBatch& batch, PatchId id) noexcept { return batch.impl_->pool.find(id); }
 

@@ -654,19 +654,19 @@ BRISTLE_API bristle_result bristle_rectangle_cells(double half_x, double half_y,
                                                    int32_t nx, int32_t ny, bristle_cell* cells,
                                                    size_t capacity, size_t* count);
 
-/** Extended patches over a batch. Destroy them by bristle_extended_destroy before the batch. [step] */
+/** Extended patches over a batch. Destroy them by bristle_extended_destroy before the batch. [change] */
 BRISTLE_API bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended);
-/** Removes its patches. Null does nothing. [step] */
+/** Removes its patches. Null does nothing. [change] */
 BRISTLE_API void bristle_extended_destroy(bristle_extended* extended);
 /** A new patch. `options` may be null: defaults. `full_size_load` (N): the load at which the outline has its
- *  size, which then grows with the cube root of the load; 0 = fixed. [step] */
+ *  size, which then grows with the cube root of the load; 0 = fixed. [change] */
 BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
                                                 const bristle_patch_options* options,
                                                 const bristle_cell* cells, size_t count,
                                                 double full_size_load, bristle_id* id);
-/** [step] */
+/** [change] */
 BRISTLE_API bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id);
-/** From the next step on. [step] */
+/** From the next step on, in all cells at once. [change] */
 BRISTLE_API bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
                                                          const bristle_material* material);
 /** Size of the outline, in its size as given; 0 to 1e6. Never allocates. [step] */
