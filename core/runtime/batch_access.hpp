@@ -42,6 +42,9 @@ struct BatchAccess {
   /// For who steps patches of a batch before a step of it: trials are forgotten.
   static void forget_trials(PatchBatch& batch) noexcept;
   static Patch* find(PatchBatch& batch, PatchId id) noexcept;
+  /// The first fault of the batch's patches (find_present_fault), null if there is none. Builds with asserts
+  /// ask after steps. Allocates.
+  static const char* find_fault(PatchBatch& batch);
 
   // The functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;

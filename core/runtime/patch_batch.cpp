@@ -12,6 +12,7 @@
 
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/contact_model.hpp"
@@ -216,11 +217,26 @@ struct PatchBatch::Impl {
   }
 
   void attach_scratch(Command& command) {
-    const std::size_t bytes = command.patch.record->bytes;
+    std::size_t bytes = command.patch.record->bytes;
+#if BRISTLE_ASSERTS
+    bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves into it
+#endif
     if (bytes <= scratch_bytes) return;
     command.scratch.memory.reset(
         static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
     command.scratch.bytes = bytes;
+  }
+
+  /// Looks through all patches after each of the first steps, and then now and then: a look costs more than a
+  /// step.
+  bool is_sound() noexcept {
+    if (step_number > 16 && step_number % 64 != 0) return true;
+    bool sound = true;
+    trial.of = nullptr;
+    for_each_patch(pool, [&](std::uint32_t, const Patch& p) {
+      sound = sound && find_present_fault(p, scratch.memory.get()) == nullptr;
+    });
+    return sound;
   }
 
   /// Nothing can fail any more: only now is what comes with the command counted as there.
@@ -663,6 +679,17 @@ void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
   impl_.send(std::move(command));
 }
 
+const char* BatchAccess::find_fault(PatchBatch& batch) {
+  const Turn turn(batch);
+  std::vector<std::byte> room;
+  const char* fault = nullptr;
+  for_each_patch(batch.impl_->pool, [&](std::uint32_t, const Patch& p) {
+    room.resize(saved_size_of(p));
+    if (fault == nullptr) fault = find_present_fault(p, room.data());
+  });
+  return fault;
+}
+
 void BatchAccess::forget_trials(PatchBatch& batch) noexcept { batch.impl_->trial.of = nullptr; }
 
 Patch* BatchAccess::find(PatchBatch& batch, PatchId id) noexcept { return batch.impl_->pool.find(id); }
@@ -764,7 +791,9 @@ void PatchBatch::warm_up() {
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
-  return impl_->step(dt_s, in, out);
+  const StepReport report = impl_->step(dt_s, in, out);
+  BRISTLE_ASSERT(impl_->is_sound());
+  return report;
 }
 
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
