@@ -325,6 +325,18 @@ int c_program_names_contacts(void) {
   EXPECT(again[0] == 0 && again[1] == ids[1]);
   EXPECT(bristle_keyed_remove(keyed, keys[1]) == 1 && bristle_keyed_remove(keyed, keys[1]) == 0);
   EXPECT(bristle_keyed_refused(keyed) == 0);
+  {
+    unsigned char state[256];
+    const size_t of_keys = bristle_keyed_state_size(keyed), of_points = bristle_matcher_state_size(matcher);
+    EXPECT(bristle_keyed_save_state(keyed, state, of_keys - 1) == 0);
+    EXPECT(bristle_keyed_save_state(keyed, state, sizeof state) == of_keys);
+    EXPECT(bristle_keyed_restore_state(keyed, state, of_keys) == BRISTLE_OK);
+    EXPECT(bristle_matcher_restore_state(matcher, state, of_keys) == BRISTLE_REFUSED);
+    EXPECT(bristle_matcher_save_state(matcher, state, sizeof state) == of_points);
+    EXPECT(bristle_matcher_restore_state(matcher, state, of_points) == BRISTLE_OK);
+    EXPECT(bristle_matcher_match(matcher, points, next, 2, &found) == BRISTLE_OK);
+    EXPECT(found == 2 && next[0] == keys[0] && next[1] == keys[1]);
+  }
   bristle_matcher_destroy(matcher);
   bristle_keyed_destroy(keyed);
   EXPECT(bristle_patch_count(batch) == 0);

@@ -7,8 +7,11 @@
 #include <catch2/catch.hpp>
 
 #include "core/common/hashing.hpp"
+#include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/columns.hpp"
 #include "core/patches/contact_model.hpp"
+#include "core/patches/representatives/representatives.hpp"
+#include "core/patches/sliders/sliders.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/patch_pool.hpp"
@@ -296,4 +299,51 @@ TEST_CASE("Every slot lies in one place of one chunk", "[contact model]") {
     slot += PatchPool::slots_of(chunk);
     CHECK(PatchPool::chunk_of(slot - 1) == chunk);
   }
+}
+
+TEST_CASE("A state that no patch can be in is found, whichever model it is of", "[model]") {
+  const bristle::SnapLength law = bristle::SnapLength::lognormal(dbar, 0.3);
+  const auto noticed = [&](bristle::SnapRule rule, bristle::Population population, auto corrupt) {
+    bristle::PatchBatch batch;
+    const auto options =
+        bristle::PatchOptions{}.with_population(population).with_axes(2).with_max_normal_load(10.0);
+    bristle::Motion motion;
+    motion.id = batch.add(plain_material(law, rule), options);
+    motion.normal_load = 7.3;
+    bristle::Response response;
+    for (int k = 0; k < 40; ++k) {
+      motion.displacement[k % 2] = 0.3 * dbar;
+      motion.normal_load = 7.3 + 0.1 * (k % 7);
+      batch.step(tick, {&motion, 1}, {&response, 1});
+      if (BatchAccess::find_fault(batch) != nullptr) return std::string("a false alarm");
+    }
+    corrupt(*BatchAccess::find(batch, motion.id));
+    const char* fault = BatchAccess::find_fault(batch);
+    return std::string(fault == nullptr ? "nothing" : fault);
+  };
+  using bristle::Population;
+  using bristle::SnapRule;
+  const auto of_bristles = [&](auto corrupt) {
+    return noticed(SnapRule::redraw, Population::representatives, corrupt);
+  };
+  const auto of_cohorts = [&](auto corrupt) {
+    return noticed(SnapRule::redraw, Population::infinite, corrupt);
+  };
+  const auto of_sliders = [&](auto corrupt) {
+    return noticed(SnapRule::slide, Population::representatives, corrupt);
+  };
+  CHECK(of_bristles([](Patch&) {}) == "nothing");
+  CHECK(of_bristles([](Patch& p) { representatives<float>(p).zx[0] = 1e4f; }) == "a deflection");
+  CHECK(of_bristles([](Patch& p) { representatives<float>(p).delta[0] = 0.0f; }) == "a snap length");
+  CHECK(of_bristles([](Patch& p) { representatives<float>(p).weight *= 1.001; }) == "weight");
+  CHECK(of_bristles([](Patch& p) { representatives<float>(p).whole += 1; }) == "whole");
+  CHECK(of_bristles([](Patch& p) { p.zeta *= 1.001; }) == "zeta");
+  CHECK(of_cohorts([](Patch&) {}) == "nothing");
+  CHECK(of_cohorts([](Patch& p) { cohorts(p).mass += 1.0; }) == "mass");
+  CHECK(of_cohorts([](Patch& p) { entry(cohorts(p).rows, 0, cohort_fresh) += 1e9; }) == "mass");
+  CHECK(of_cohorts([](Patch& p) { entry(cohorts(p).rows, 0, cohort_x) += 1e4; }) == "a cohort's place");
+  CHECK(of_cohorts([](Patch& p) { cohorts(p).open[0] = cohorts(p).count; }) == "open");
+  CHECK(of_sliders([](Patch&) {}) == "nothing");
+  CHECK(of_sliders([](Patch& p) { sliders<float>(p).zx[0] = 1e4f; }) == "a deflection");
+  CHECK(of_sliders([](Patch& p) { sliders<float>(p).stiff_zeta = 0.5 * p.zeta; }) == "stiffness");
 }

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <string>
@@ -191,6 +192,23 @@ TEST_CASE("Two threads that step one batch at once end the program with the rule
   CHECK(text.find("thread rule") != std::string::npos);
 }
 
+TEST_CASE("Two threads that read outlines of one batch at once end the program with the rule that they break",
+          "[contracts][asserts]") {
+  const std::string text = text_of_abort([] {
+    PatchBatch batch;
+    bristle::ExtendedPatches pads(batch);
+    const auto id = pads.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(300),
+                             bristle::Outline::disc(1e-3, bristle::Pressure::uniform));
+    const auto read = [&] {
+      for (int k = 0; k < 1000000; ++k) pads.info(id);
+    };
+    std::thread other(read);
+    read();
+    other.join();
+  });
+  CHECK(text.find("thread rule") != std::string::npos);
+}
+
 TEST_CASE("Two threads that add to one batch at once end the program with the rule that they break",
           "[contracts][asserts]") {
   const std::string text = text_of_abort([] {
@@ -224,3 +242,106 @@ TEST_CASE("One thread that steps and one that adds and removes are as the rule a
 }
 
 #endif
+
+namespace {
+
+/// Steps of one outline by 600 motions, its answers in bits, while `meanwhile(pads, stop)` runs on another
+/// thread.
+template <class Meanwhile>
+std::vector<double> step_outline_while(Meanwhile meanwhile) {
+  PatchBatch batch;
+  bristle::ExtendedPatches pads(batch);
+  const Material material =
+      plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep).with_viscous_friction(2.0);
+  bristle::ExtendedMotion motion;
+  motion.id = pads.add(material, plain_options(800), bristle::Outline::disc(1e-3, bristle::Pressure::hertz));
+  motion.normal_load = 400.0;
+  motion.displacement[0] = 0.2 * dbar;
+  motion.displacement[2] = 1e-4;
+  std::atomic<bool> stop{false};
+  std::thread other([&] { meanwhile(pads, stop); });
+  std::vector<double> bits;
+  bristle::ExtendedResponse r;
+  std::vector<Motion> cells(pads.cell_count(motion.id));
+  std::vector<Response> responses(cells.size());
+  for (int k = 0; k < 600; ++k) {
+    if (k % 3 > 0) {
+      pads.step(tick, {&motion, 1}, {&r, 1});
+    } else {  // the same by hand: the changes are taken between the three calls
+      pads.write_motions({&motion, 1}, cells);
+      batch.step(tick, cells, responses);
+      pads.read_responses({&motion, 1}, responses, {&r, 1});
+    }
+    const bristle::ExtendedResponse trial = pads.find_force(tick, motion);
+    for (int i = 0; i < 3; ++i) bits.insert(bits.end(), {r.end[i], r.damping[i][i], trial.end[i]});
+    if (k % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));  // let the other run, too
+  }
+  stop = true;
+  other.join();
+  bits.push_back(static_cast<double>(pads.state_hash(motion.id) % 1000003));
+  bits.push_back(static_cast<double>(pads.patch_count()));
+  bits.push_back(static_cast<double>(batch.patch_count()) / static_cast<double>(cells.size()));
+  return bits;
+}
+
+}  // namespace
+
+TEST_CASE("While one thread steps an outline another adds, changes and removes outlines and pools of them",
+          "[contracts]") {
+  const int result = in_child([] {
+    const auto alone = step_outline_while([](bristle::ExtendedPatches&, std::atomic<bool>&) {});
+    if (alone.back() != 1.0 || alone[alone.size() - 2] != 1.0) return 1;
+    std::atomic<int> rounds{0};
+    const auto beside = step_outline_while([&](bristle::ExtendedPatches& pads, std::atomic<bool>& stop) {
+      const Material one = plain_material(SnapLength::exponential(dbar), SnapRule::redraw);
+      const Material two = plain_material(SnapLength::exponential(2.0 * dbar), SnapRule::redraw);
+      const bristle::Outline disc = bristle::Outline::disc(1e-3, bristle::Pressure::uniform);
+      const bristle::KeyedOptions few = bristle::KeyedOptions{}.with_capacity(3);
+      do {
+        std::vector<bristle::PatchId> added;
+        for (int i = 0; i < 20; ++i) added.push_back(pads.add(one, plain_options(50), disc));
+        const bristle::KeyedPatches outlines(pads, one, plain_options(50), disc, few);
+        const bristle::KeyedPatches points(pads.batch(), two, plain_options(50), few);
+        for (const bristle::PatchId id : added) pads.set_material(id, two);
+        for (const bristle::PatchId id : added) pads.remove(id);
+        ++rounds;
+      } while (!stop || rounds < 3);
+    });
+    return alone == beside ? 0 : 2;
+  });
+  CHECK(result == 0);
+}
+
+TEST_CASE("An outline that was just added is there at once, with all of its cells or none", "[contracts]") {
+  const int result = in_child([] {
+    PatchBatch batch;
+    bristle::ExtendedPatches pads(batch);
+    std::atomic<std::uint64_t> newest{0};
+    std::atomic<bool> failed{false}, done{false};
+    std::thread stepping([&] {
+      while (!done) {
+        bristle::ExtendedMotion motion;
+        motion.id.value = newest;
+        motion.normal_load = 10.0;
+        motion.displacement[0] = 0.1 * dbar;
+        bristle::ExtendedResponse r;
+        if (motion.id.value == 0) continue;
+        pads.step(tick, {&motion, 1}, {&r, 1});
+        if (has(r.status, bristle::Status::unknown_id) || !(r.end[0] < 0.0)) failed = true;
+        const std::size_t cells = pads.cell_count(motion.id);
+        if (batch.patch_count() % cells != 0) failed = true;
+      }
+    });
+    const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep);
+    for (int i = 0; i < 300; ++i) {
+      newest =
+          pads.add(material, plain_options(100), bristle::Outline::disc(1e-3, bristle::Pressure::uniform))
+              .value;
+      std::this_thread::yield();
+    }
+    done = true;
+    stepping.join();
+    return failed ? 1 : 0;
+  });
+  CHECK(result == 0);
+}

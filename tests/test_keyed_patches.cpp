@@ -482,6 +482,129 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
   CHECK(again > 1000);
 }
 
+namespace {
+
+template <class T>
+std::vector<std::byte> saved(const T& of) {
+  std::vector<std::byte> bytes(of.state_size());
+  expect(of.save_state(bytes) == bytes.size(), "all is written");
+  return bytes;
+}
+
+/// Two pools and a matcher over one batch, as an engine has them: contacts that come, move, change places and
+/// go; outlines and points.
+struct Engine {
+  PatchBatch batch;
+  bristle::ExtendedPatches pads{batch};
+  KeyedPatches points{batch, surface, PatchOptions{}.with_bristles(100).with_axes(2),
+                      KeyedOptions{}.with_capacity(5).with_keep_steps(1)};
+  KeyedPatches outlines{pads, surface, PatchOptions{}.with_bristles(400).with_axes(2),
+                        bristle::Outline::disc(1e-3, bristle::Pressure::uniform),
+                        KeyedOptions{}.with_capacity(3)};
+  ContactMatcher matcher{MatcherOptions{}.with_reach(2e-4).with_capacity(8).with_keep_steps(1)};
+
+  void step(int k, std::vector<std::uint64_t>& bits) {
+    std::vector<ContactPoint> contacts;
+    for (int c = 0; c < 7; ++c) {
+      if ((k + 3 * c) % 11 < 3) continue;  // not there
+      contacts.push_back({std::uint64_t(c % 3), {1e-3 * c, 1e-4 * k, 0.0}});
+    }
+    std::rotate(contacts.begin(), contacts.begin() + k % 3, contacts.end());
+    std::vector<std::uint64_t> keys(contacts.size());
+    bits.push_back(matcher.match(contacts, keys));
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      const double load = 1.0 + 0.1 * static_cast<double>(contacts[c].pair) + 0.05 * (k % 4);
+      Motion motion;
+      motion.id = points.find_or_add(keys[c]);
+      motion.displacement[0] = 3e-6;
+      motion.displacement[1] = 1e-6 * (k % 5);
+      motion.normal_load = load;
+      Response r;
+      batch.step(tick, {&motion, 1}, {&r, 1});
+      bristle::ExtendedMotion turning;
+      turning.id = outlines.find_or_add(keys[c]);
+      turning.displacement[0] = 2e-6;
+      turning.displacement[2] = 1e-3;
+      turning.normal_load = load;
+      bristle::ExtendedResponse wrench;
+      pads.step(tick, {&turning, 1}, {&wrench, 1});
+      for (const double x : {r.end[0], r.end[1], wrench.end[0], wrench.end[1], wrench.end[2]}) {
+        std::uint64_t word;
+        std::memcpy(&word, &x, 8);
+        bits.push_back(word);
+      }
+    }
+    for (const auto& ended : {points.end_step(), outlines.end_step()}) bits.push_back(ended);
+    bits.push_back(points.refused());
+    bits.push_back(pads.state_hash() ^ batch.state_hash());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same bits", "[keys]") {
+  Engine first;
+  std::vector<std::uint64_t> bits, again;
+  for (int k = 0; k < 25; ++k) first.step(k, bits);
+  REQUIRE(first.points.refused() > 0);
+  const auto patches = saved(first.pads), points = saved(first.points), outlines = saved(first.outlines),
+             matcher = saved(first.matcher);
+  bits.clear();
+  for (int k = 25; k < 50; ++k) first.step(k, bits);
+
+  Engine second;
+  for (int k = 0; k < 7; ++k) second.step(3 * k, again);  // what it did before does not matter
+  second.pads.restore_state(patches);
+  second.points.restore_state(points);
+  second.outlines.restore_state(outlines);
+  second.matcher.restore_state(matcher);
+  REQUIRE(saved(second.points) == points);
+  again.clear();
+  for (int k = 25; k < 50; ++k) second.step(k, again);
+  REQUIRE(bits == again);
+}
+
+TEST_CASE("Saved keys of another pool, of other patches or damaged are refused and change nothing",
+          "[keys]") {
+  Engine engine;
+  std::vector<std::uint64_t> bits;
+  for (int k = 0; k < 9; ++k) engine.step(k, bits);
+  const auto batch = saved(engine.pads);
+  const auto points = saved(engine.points), matcher = saved(engine.matcher);
+  REQUIRE(engine.points.size() > 1);
+  for (std::size_t at = 0; at < points.size(); ++at) {
+    std::vector<std::byte> damaged = points;
+    damaged[at] ^= std::byte{4};
+    REQUIRE_THROWS_AS(engine.points.restore_state(damaged), bristle::Error);
+  }
+  for (std::size_t at = 0; at < matcher.size(); ++at) {
+    std::vector<std::byte> damaged = matcher;
+    damaged[at] ^= std::byte{4};
+    REQUIRE_THROWS_AS(engine.matcher.restore_state(damaged), bristle::Error);
+    damaged.resize(at);
+    REQUIRE_THROWS_AS(engine.matcher.restore_state(damaged), bristle::Error);
+  }
+  REQUIRE_THROWS_AS(engine.outlines.restore_state(points), bristle::Error);
+  REQUIRE_THROWS_AS(engine.matcher.restore_state(points), bristle::Error);
+  REQUIRE_THROWS_AS(ContactMatcher(MatcherOptions{}.with_capacity(1)).restore_state(matcher), bristle::Error);
+  REQUIRE(saved(engine.points) == points);
+  REQUIRE(saved(engine.matcher) == matcher);
+  std::vector<std::byte> small(points.size() - 1);
+  REQUIRE(engine.points.save_state(small) == 0);
+
+  // A pool beside it, of the same options: its patches are others.
+  KeyedPatches twin(engine.batch, surface, PatchOptions{}.with_bristles(100).with_axes(2),
+                    KeyedOptions{}.with_capacity(5).with_keep_steps(1));
+  REQUIRE_THROWS_AS(twin.restore_state(points), bristle::Error);
+  // Keys without their patches' state.
+  Engine fresh;
+  REQUIRE_THROWS_WITH(fresh.points.restore_state(points), Catch::Contains("restore theirs first"));
+  REQUIRE(fresh.points.size() == 0);
+  fresh.pads.restore_state(batch);
+  fresh.points.restore_state(points);
+  REQUIRE(fresh.points.size() == engine.points.size());
+}
+
 TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys]") {
   ContactMatcher matcher(MatcherOptions{}.with_capacity(3));
   const double nan = std::numeric_limits<double>::quiet_NaN();

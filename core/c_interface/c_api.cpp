@@ -163,6 +163,27 @@ bristle_result guarded(Call&& call) noexcept {
 void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
+
+/// The three calls on the saved state of what a handle holds.
+template <class Handle, class Part>
+size_t size_of_state(const Handle* handle, Part Handle::*part) {
+  return handle != nullptr ? (handle->*part).state_size() : 0;
+}
+template <class Handle, class Part>
+size_t write_state(const Handle* handle, Part Handle::*part, void* to, size_t size) {
+  if (handle == nullptr || to == nullptr) return 0;
+  return (handle->*part).save_state({static_cast<std::byte*>(to), size});
+}
+template <class Handle, class Part>
+bristle_result read_state(Handle* handle, const char* name, Part Handle::*part, const void* from,
+                          size_t size) {
+  return guarded([&] {
+    need(handle, name);
+    need(from, "from");
+    (handle->*part).restore_state({static_cast<const std::byte*>(from), size});
+  });
+}
+
 void need_columns(const void* in, const char* in_name, const void* out, const char* out_name,
                   std::size_t count) {
   if (count > 0 && (in == nullptr || out == nullptr))
@@ -722,21 +743,14 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
   return std::min(capacity, batch->batch.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 
-size_t bristle_state_size(const bristle_batch* batch) {
-  return batch != nullptr ? batch->batch.state_size() : 0;
-}
+size_t bristle_state_size(const bristle_batch* batch) { return size_of_state(batch, &bristle_batch::batch); }
 
 size_t bristle_save_state(const bristle_batch* batch, void* to, size_t size) {
-  if (batch == nullptr || to == nullptr) return 0;
-  return batch->batch.save_state({static_cast<std::byte*>(to), size});
+  return write_state(batch, &bristle_batch::batch, to, size);
 }
 
 bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size) {
-  return guarded([&] {
-    need(batch, "batch");
-    need(from, "from");
-    batch->batch.restore_state({static_cast<const std::byte*>(from), size});
-  });
+  return read_state(batch, "batch", &bristle_batch::batch, from, size);
 }
 
 bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path, const void* extra,
@@ -978,21 +992,14 @@ uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id) {
   return id == 0 ? beds->batch.state_hash() : beds->batch.state_hash({id});
 }
 
-size_t bristle_beds_state_size(const bristle_beds* beds) {
-  return beds != nullptr ? beds->batch.state_size() : 0;
-}
+size_t bristle_beds_state_size(const bristle_beds* beds) { return size_of_state(beds, &bristle_beds::batch); }
 
 size_t bristle_beds_save_state(const bristle_beds* beds, void* to, size_t size) {
-  if (beds == nullptr || to == nullptr) return 0;
-  return beds->batch.save_state({static_cast<std::byte*>(to), size});
+  return write_state(beds, &bristle_beds::batch, to, size);
 }
 
 bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size) {
-  return guarded([&] {
-    need(beds, "beds");
-    need(from, "from");
-    beds->batch.restore_state({static_cast<const std::byte*>(from), size});
-  });
+  return read_state(beds, "beds", &bristle_beds::batch, from, size);
 }
 
 bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended) {
@@ -1077,20 +1084,15 @@ uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_i
 }
 
 size_t bristle_extended_state_size(const bristle_extended* extended) {
-  return extended != nullptr ? extended->patches.state_size() : 0;
+  return size_of_state(extended, &bristle_extended::patches);
 }
 
 size_t bristle_extended_save_state(const bristle_extended* extended, void* to, size_t size) {
-  if (extended == nullptr || to == nullptr) return 0;
-  return extended->patches.save_state({static_cast<std::byte*>(to), size});
+  return write_state(extended, &bristle_extended::patches, to, size);
 }
 
 bristle_result bristle_extended_restore_state(bristle_extended* extended, const void* from, size_t size) {
-  return guarded([&] {
-    need(extended, "extended");
-    need(from, "from");
-    extended->patches.restore_state({static_cast<const std::byte*>(from), size});
-  });
+  return read_state(extended, "extended", &bristle_extended::patches, from, size);
 }
 
 // --- patches by key
@@ -1150,6 +1152,18 @@ uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
   return keyed != nullptr ? keyed->patches.refused() : 0;
 }
 
+size_t bristle_keyed_state_size(const bristle_keyed* keyed) {
+  return size_of_state(keyed, &bristle_keyed::patches);
+}
+
+size_t bristle_keyed_save_state(const bristle_keyed* keyed, void* to, size_t size) {
+  return write_state(keyed, &bristle_keyed::patches, to, size);
+}
+
+bristle_result bristle_keyed_restore_state(bristle_keyed* keyed, const void* from, size_t size) {
+  return read_state(keyed, "keyed", &bristle_keyed::patches, from, size);
+}
+
 bristle_result bristle_matcher_create(const bristle_matcher_options* options, bristle_matcher** matcher) {
   return guarded([&] {
     need(matcher, "matcher");
@@ -1172,6 +1186,18 @@ bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_con
 
 void bristle_matcher_clear(bristle_matcher* matcher) {
   if (matcher != nullptr) matcher->matcher.clear();
+}
+
+size_t bristle_matcher_state_size(const bristle_matcher* matcher) {
+  return size_of_state(matcher, &bristle_matcher::matcher);
+}
+
+size_t bristle_matcher_save_state(const bristle_matcher* matcher, void* to, size_t size) {
+  return write_state(matcher, &bristle_matcher::matcher, to, size);
+}
+
+bristle_result bristle_matcher_restore_state(bristle_matcher* matcher, const void* from, size_t size) {
+  return read_state(matcher, "matcher", &bristle_matcher::matcher, from, size);
 }
 
 // --- deadline monitor

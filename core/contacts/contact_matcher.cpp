@@ -6,6 +6,7 @@
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
+#include "core/contacts/sealed_bytes.hpp"
 
 namespace bristle {
 
@@ -15,6 +16,9 @@ using detail::mix_key;
 namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
+
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // "brstmtch"
+constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
   const std::uint64_t key = mix_key(mix_key(pair) + ordinal);
@@ -200,5 +204,44 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
 }
 
 void ContactMatcher::clear() noexcept { impl_->old_count = 0; }
+
+std::size_t ContactMatcher::state_size() const noexcept {
+  return detail::seal_size + impl_->old_count * saved_point;
+}
+
+std::size_t ContactMatcher::save_state(Span<std::byte> to) const noexcept {
+  if (to.size() < state_size()) return 0;
+  detail::ByteWriter write(to.data() + detail::seal_size);
+  for (std::uint32_t i = 0; i < impl_->old_count; ++i) {
+    const Impl::Point& p = impl_->points[0][i];
+    write(p.pair);
+    for (const double x : p.at) write(x);
+    write(p.ordinal);
+    write(p.missed);
+  }
+  detail::seal({to.data(), state_size()}, saved_magic);
+  return state_size();
+}
+
+void ContactMatcher::restore_state(Span<const std::byte> from) {
+  const auto fail = [](const char* why) { detail::refuse_saved("ContactMatcher", why); };
+  detail::ByteReader read = detail::open_sealed("ContactMatcher", from, saved_magic);
+  const std::size_t count = (from.size() - detail::seal_size) / saved_point;
+  if (from.size() != detail::seal_size + count * saved_point) fail("is cut short");
+  if (count > impl_->points[0].size()) fail("holds more contacts than this matcher remembers");
+  std::vector<Impl::Point> points(impl_->points[0].size());
+  for (std::size_t i = 0; i < count; ++i) {
+    Impl::Point& p = points[i];
+    read(p.pair);
+    for (double& x : p.at) {
+      read(x);
+      if (!std::isfinite(x)) fail("has a point that is not finite");
+    }
+    read(p.ordinal);
+    read(p.missed);
+  }
+  impl_->points[0].swap(points);
+  impl_->old_count = static_cast<std::uint32_t>(count);
+}
 
 }  // namespace bristle

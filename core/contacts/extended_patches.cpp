@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/common/hashing.hpp"
@@ -276,9 +278,9 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
 }
 
 /// Viscous friction is the only coefficient that counts by patch, not by load: cells share it.
-Material material_of_cell(const ExtendedPatch& p, const Material& whole, std::size_t cell) {
-  if (p.is_point() || whole.viscous_friction == 0.0) return whole;
-  return Material(whole).with_viscous_friction(whole.viscous_friction * p.cells[cell].weight);
+Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
+  if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
+  return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
 }
 
 /// Force by deflection alone, stiffness and limits by load alone.
@@ -311,24 +313,22 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
 constexpr std::uint64_t saved_magic = 0x7478'656c'7473'7262;  // "brstlext"
 constexpr std::size_t saved_head = 3 * 8, saved_pose = 4 * 4 + 5 * 8;
 
-}  // namespace
+/// Memory of a step, for all cells.
+struct Room {
+  Room() = default;
+  explicit Room(std::size_t cells)
+      : elastic(cells), stepped(cells), motions(cells), answers(cells), whose(cells) {}
 
-struct ExtendedPatches::Impl {
-  explicit Impl(PatchBatch& its_batch) : batch(&its_batch) {}
-  ~Impl() {
-    for (const ExtendedPatch& p : patches) remove_cells(p);
-  }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+  std::vector<Force> elastic;      ///< of the cells of light steps
+  std::vector<char> stepped;       ///< cells whose bristles were not asked
+  std::vector<Motion> motions;     ///< of the others, one after the other
+  std::vector<Response> answers;   ///< to them
+  std::vector<std::size_t> whose;  ///< their number among all cells of the step
+};
 
-  void remove_cells(const ExtendedPatch& p) noexcept {
-    for (const PatchId id : p.patches) {
-      try {
-        batch->remove(id);
-      } catch (...) {  // somebody else removed it, or there is no memory for the command
-      }
-    }
-  }
+/// The stepping side: what its calls read and write.
+struct Stepped : Room {
+  explicit Stepped(PatchBatch& its_batch) : batch(&its_batch) {}
 
   const ExtendedPatch* find(PatchId id) const noexcept {
     const std::uint32_t slot = slot_of(id);
@@ -336,12 +336,7 @@ struct ExtendedPatches::Impl {
     return patches[slot].generation == generation_of(id) ? &patches[slot] : nullptr;
   }
   ExtendedPatch* find(PatchId id) noexcept {
-    return const_cast<ExtendedPatch*>(static_cast<const Impl*>(this)->find(id));
-  }
-  ExtendedPatch& demand(PatchId id) {
-    ExtendedPatch* p = find(id);
-    if (p == nullptr) throw Error("ExtendedPatches: there is no patch with id " + std::to_string(id.value));
-    return *p;
+    return const_cast<ExtendedPatch*>(static_cast<const Stepped*>(this)->find(id));
   }
 
   /// The response to a motion whose cells were stepped. What moved has its new pose.
@@ -429,28 +424,113 @@ struct ExtendedPatches::Impl {
     return status;
   }
 
+  /// The answers to the motions of `p`: from number `at` on, behind those of patches that were removed after
+  /// write_motions. Moves `at` past them; empty if they are not there.
+  static Span<const Response> find_answers(const ExtendedPatch& p, Span<const Response> cells,
+                                           std::size_t& at) noexcept {
+    std::size_t first = at;
+    while (first < cells.size() && cells[first].id != p.patches[0]) ++first;
+    if (first + p.cells.size() > cells.size()) return {};
+    at = first + p.cells.size();
+    return {cells.data() + first, p.cells.size()};
+  }
+
   PatchBatch* batch;
-  SlotList slots;
   std::vector<ExtendedPatch> patches;  ///< by slot
   std::size_t count = 0;
-  std::size_t cells = 0;
   std::uint64_t step_number = 0;
+  std::size_t queued = 0;  ///< motions of a step
+};
 
-  // Working memory of a step, with room for all cells.
-  std::vector<Force> elastic;      ///< of the cells of light steps
-  std::vector<char> stepped;       ///< cells whose bristles were not asked
-  std::vector<Motion> motions;     ///< of the others, one after the other
-  std::vector<Response> answers;   ///< to them
-  std::vector<std::size_t> whose;  ///< their number among all cells of the step
-  std::size_t queued = 0;          ///< motions
-
-  void make_room(std::size_t room) {
-    elastic.resize(room);
-    stepped.resize(room);
-    motions.resize(room);
-    answers.resize(room);
-    whose.resize(room);
+// What the adding side does to the stepping side. Each change keeps it: ExtendedPatches may be gone when the
+// batch applies the change.
+struct AddOutline final : Change {
+  void apply() noexcept override {
+    if (places.size() > to->patches.size()) {
+      std::swap_ranges(to->patches.begin(), to->patches.end(), places.begin());
+      places.swap(to->patches);
+    }
+    if (room.motions.size() > to->motions.size()) std::swap(room, static_cast<Room&>(*to));
+    std::swap(made, to->patches[slot]);
+    ++to->count;
   }
+  std::shared_ptr<Stepped> to;
+  std::uint32_t slot = 0;
+  ExtendedPatch made;
+  std::vector<ExtendedPatch> places;  ///< more of them, when all are taken
+  Room room;                          ///< a larger one
+};
+
+struct RemoveOutline final : Change {
+  void apply() noexcept override {
+    std::swap(removed, to->patches[slot]);
+    --to->count;
+  }
+  std::shared_ptr<Stepped> to;
+  std::uint32_t slot = 0;
+  ExtendedPatch removed;
+};
+
+struct ChangeMaterial final : Change {
+  void apply() noexcept override {
+    to->patches[slot].common.known = false;
+    to->patches[slot].light_material = is_light;
+  }
+  std::shared_ptr<Stepped> to;
+  std::uint32_t slot = 0;
+  bool is_light = false;
+};
+
+}  // namespace
+
+/// The adding side.
+struct ExtendedPatches::Impl {
+  struct Record {
+    // In memory of the stepping side's ExtendedPatch, which neither side changes.
+    Span<const PatchCell> cells;
+    Span<const PatchId> patches;
+    Outputs outputs = Outputs::end;
+    bool alive = false;
+  };
+
+  explicit Impl(PatchBatch& its_batch) : batch(&its_batch), stepped(std::make_shared<Stepped>(its_batch)) {}
+  ~Impl() {
+    const BatchAccess::Changes changes(*batch);
+    for (const Record& record : records)
+      if (record.alive) remove_cells(record.patches);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void remove_cells(Span<const PatchId> ids) noexcept {
+    for (const PatchId id : ids) {
+      try {
+        batch->remove(id);
+      } catch (...) {  // somebody else removed it, or there is no memory for the command
+      }
+    }
+  }
+  Record& demand(PatchId id) {
+    const std::uint32_t slot = slot_of(id);
+    if (slot >= records.size() || !records[slot].alive || slots.generation(slot) != generation_of(id))
+      throw Error("ExtendedPatches: there is no patch with id " + std::to_string(id.value));
+    return records[slot];
+  }
+
+  /// A call of the stepping side.
+  struct Call {
+    explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
+    const BatchAccess::Turn turn;
+    Stepped& patches;
+  };
+
+  PatchBatch* const batch;
+  const std::shared_ptr<Stepped> stepped;
+  SlotList slots;
+  std::vector<Record> records;  ///< by slot
+  std::size_t cells = 0;        ///< of all patches
+  std::size_t room = 0;         ///< the stepping side has, in cells
+  std::size_t places = 0;       ///< and in patches
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}
@@ -461,7 +541,9 @@ ExtendedPatches& ExtendedPatches::operator=(ExtendedPatches&&) noexcept = defaul
 PatchId ExtendedPatches::add(const Material& material, const PatchOptions& options, const Outline& outline) {
   check_outline(options, outline);
   Impl& impl = *impl_;
-  ExtendedPatch made;
+  auto change = std::make_unique<AddOutline>();
+  change->to = impl.stepped;
+  ExtendedPatch& made = change->made;
   made.cells = outline.cells;
   made.full_size_load = outline.full_size_load;
   made.max_normal_load = options.max_normal_load;
@@ -472,45 +554,64 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
   const std::size_t count = made.cells.size();
   made.patches.reserve(count);
   made.slots.assign(count, nullptr);
+  BatchAccess::Changes changes(*impl.batch);
+  if (impl.cells + count > impl.room) change->room = Room(std::max(impl.cells + count, 2 * impl.room));
+  const std::size_t room = std::max(impl.room, change->room.motions.size());
+  const SlotList::Slot slot = impl.slots.take();
   try {
-    impl.make_room(impl.cells + count);
+    impl.records.resize(impl.slots.size());
+    if (slot.number >= impl.places) change->places.resize(std::max<std::size_t>(8, 2 * impl.places));
+    const std::size_t places = std::max(impl.places, change->places.size());
     const FloatModeScope mode;
     for (std::size_t k = 0; k < count; ++k)
       made.patches.push_back(
-          impl.batch->add(material_of_cell(made, material, k), options_of_cell(made, options, k)));
-    const SlotList::Slot slot = impl.slots.take();
-    if (impl.patches.size() < impl.slots.size()) impl.patches.resize(impl.slots.size());
+          impl.batch->add(material_of_cell(material, made.cells, k), options_of_cell(made, options, k)));
+    change->slot = slot.number;
     made.generation = slot.generation;
+    const Impl::Record record{{made.cells.data(), count}, {made.patches.data(), count}, made.outputs, true};
+    changes.send(std::move(change));
+    impl.records[slot.number] = record;
     impl.cells += count;
-    ++impl.count;
-    impl.patches[slot.number] = std::move(made);
+    impl.room = room;
+    impl.places = places;
     return make_id(slot.number, slot.generation);
   } catch (...) {
-    impl.remove_cells(made);
+    if (change) impl.remove_cells({change->made.patches.data(), change->made.patches.size()});
+    impl.slots.give_back(slot.number);
     throw;
   }
 }
 
 void ExtendedPatches::remove(PatchId id) {
   Impl& impl = *impl_;
-  ExtendedPatch& p = impl.demand(id);
-  for (const PatchId cell : p.patches) impl.batch->remove(cell);
-  impl.cells -= p.cells.size();
-  --impl.count;
-  p = ExtendedPatch{};
+  BatchAccess::Changes changes(*impl.batch);
+  Impl::Record& record = impl.demand(id);
+  auto change = std::make_unique<RemoveOutline>();
+  change->to = impl.stepped;
+  change->slot = slot_of(id);
+  for (const PatchId cell : record.patches) impl.batch->remove(cell);
+  changes.send(std::move(change));
+  impl.cells -= record.cells.size();
+  record = {};
   impl.slots.give_back(slot_of(id));
 }
 
 void ExtendedPatches::set_material(PatchId id, const Material& material) {
-  ExtendedPatch& p = impl_->demand(id);
-  p.common.known = false;
-  p.light_material = is_light(material) && p.outputs == Outputs::end;
-  for (std::size_t k = 0; k < p.patches.size(); ++k)
-    impl_->batch->set_material(p.patches[k], material_of_cell(p, material, k));
+  Impl& impl = *impl_;
+  BatchAccess::Changes changes(*impl.batch);
+  const Impl::Record& record = impl.demand(id);
+  auto change = std::make_unique<ChangeMaterial>();
+  change->to = impl.stepped;
+  change->slot = slot_of(id);
+  change->is_light = is_light(material) && record.outputs == Outputs::end;
+  for (std::size_t k = 0; k < record.patches.size(); ++k)
+    impl.batch->set_material(record.patches[k], material_of_cell(material, record.cells, k));
+  changes.send(std::move(change));
 }
 
 bool ExtendedPatches::set_scale(PatchId id, double scale) noexcept {
-  ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  ExtendedPatch* p = call.patches.find(id);
   if (p == nullptr || !(scale >= 0.0 && scale <= largest_scale)) return false;
   p->pose.scale = scale;
   return true;
@@ -518,7 +619,8 @@ bool ExtendedPatches::set_scale(PatchId id, double scale) noexcept {
 
 StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
                                  Span<ExtendedResponse> out) noexcept {
-  Impl& impl = *impl_;
+  const Impl::Call call(*impl_);
+  Stepped& impl = call.patches;
   const FloatModeScope mode;
   StepReport report;
   if (in.size() != out.size()) {
@@ -528,7 +630,7 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
   }
   // Once each: the room for their cells is that of all patches. The rest is answered in the second pass.
   ++impl.step_number;
-  BatchAccess::begin_step(*impl.batch);
+  BatchAccess::forget_trials(*impl.batch);
   const bool good_time =
       dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
   std::size_t used = 0;
@@ -561,10 +663,10 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     Status status = Status::ok;
     if (p.light) {
       const Status asked = impl.take_forces(at + p.cells.size(), next);
-      status = Impl::finish_lightly(p, in[i], asked, impl.elastic.data() + at, out[i]);
+      status = Stepped::finish_lightly(p, in[i], asked, impl.elastic.data() + at, out[i]);
     } else {
       status =
-          Impl::finish(p, in[i], Span<const Response>(impl.answers.data() + next, p.cells.size()), out[i]);
+          Stepped::finish(p, in[i], Span<const Response>(impl.answers.data() + next, p.cells.size()), out[i]);
       next += p.cells.size();
     }
     at += p.cells.size();
@@ -575,7 +677,8 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
 }
 
 ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& motion) noexcept {
-  Impl& impl = *impl_;
+  const Impl::Call call(*impl_);
+  Stepped& impl = call.patches;
   const FloatModeScope mode;
   ExtendedResponse out;
   const ExtendedPatch* p = impl.find(motion.id);
@@ -593,18 +696,21 @@ ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& 
 }
 
 std::size_t ExtendedPatches::cell_count(PatchId id) const noexcept {
-  const ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  const ExtendedPatch* p = call.patches.find(id);
   return p == nullptr ? 0 : p->cells.size();
 }
 
 Span<const PatchId> ExtendedPatches::cell_patches(PatchId id) const noexcept {
-  const ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  const ExtendedPatch* p = call.patches.find(id);
   return p == nullptr ? Span<const PatchId>() : Span<const PatchId>(p->patches.data(), p->patches.size());
 }
 
 std::size_t ExtendedPatches::read_cells(PatchId id, double spin, double normal_load_n,
                                         Span<PatchCell> out) const noexcept {
-  const ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  const ExtendedPatch* p = call.patches.find(id);
   if (p == nullptr || !is_good_spin(spin)) return 0;
   const FloatModeScope mode;
   const Course course = course_of(*p, spin, normal_load_n);
@@ -618,10 +724,11 @@ std::size_t ExtendedPatches::read_cells(PatchId id, double spin, double normal_l
 }
 
 std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept {
+  const Impl::Call call(*impl_);
   const FloatModeScope mode;
   std::size_t at = 0;
   for (const ExtendedMotion& motion : in) {
-    const ExtendedPatch* p = impl_->find(motion.id);
+    const ExtendedPatch* p = call.patches.find(motion.id);
     if (p == nullptr) continue;
     if (at + p->cells.size() > cells.size()) break;
     write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
@@ -634,35 +741,35 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
 
 Status ExtendedPatches::read_responses(Span<const ExtendedMotion> in, Span<const Response> cells,
                                        Span<ExtendedResponse> out) noexcept {
+  const Impl::Call call(*impl_);
   const FloatModeScope mode;
   Status all = in.size() == out.size() ? Status::ok : Status::bad_input;
   std::size_t at = 0;
   for (std::size_t i = 0; i < std::min(in.size(), out.size()); ++i) {
-    ExtendedPatch* p = impl_->find(in[i].id);
+    ExtendedPatch* p = call.patches.find(in[i].id);
     if (p == nullptr) {
       all = all | refuse_motion(in[i].id, Status::unknown_id, out[i]);
       continue;
     }
-    if (at + p->cells.size() > cells.size()) {
-      all = all | refuse_motion(in[i].id, Status::bad_input, out[i]);
-      continue;
-    }
-    all = all | Impl::finish(*p, in[i], Span<const Response>(cells.data() + at, p->cells.size()), out[i]);
-    at += p->cells.size();
+    const Span<const Response> answers = Stepped::find_answers(*p, cells, at);
+    all = all | (answers.empty() ? refuse_motion(in[i].id, Status::bad_input, out[i])
+                                 : Stepped::finish(*p, in[i], answers, out[i]));
   }
   return all;
 }
 
 bool ExtendedPatches::reset(PatchId id) noexcept {
-  const ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  const ExtendedPatch* p = call.patches.find(id);
   return p != nullptr && reset(id, p->seed, p->key);
 }
 
 bool ExtendedPatches::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
-  ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  ExtendedPatch* p = call.patches.find(id);
   if (p == nullptr) return false;
   for (std::size_t k = 0; k < p->patches.size(); ++k)
-    impl_->batch->reset(p->patches[k], seed_of_cell(*p, seed, k), key);
+    call.patches.batch->reset(p->patches[k], seed_of_cell(*p, seed, k), key);
   p->seed = seed;
   p->key = key;
   p->pose = Pose{};
@@ -672,8 +779,9 @@ bool ExtendedPatches::reset(PatchId id, std::uint32_t seed, std::uint64_t key) n
 }
 
 ExtendedInfo ExtendedPatches::info(PatchId id) const noexcept {
+  const Impl::Call call(*impl_);
   ExtendedInfo info;
-  const ExtendedPatch* p = impl_->find(id);
+  const ExtendedPatch* p = call.patches.find(id);
   if (p == nullptr) return info;
   info.cells = static_cast<std::uint32_t>(p->cells.size());
   info.scale = p->full_size_load == 0.0 ? p->pose.scale : p->size_under(p->normal_load);
@@ -682,7 +790,7 @@ ExtendedInfo ExtendedPatches::info(PatchId id) const noexcept {
   info.normal_load = p->normal_load;
   info.max_normal_load = p->max_normal_load;
   for (const PatchId cell : p->patches) {
-    const PatchInfo of_cell = impl_->batch->info(cell);
+    const PatchInfo of_cell = call.patches.batch->info(cell);
     info.memory_bytes += of_cell.memory_bytes + sizeof(PatchCell) + sizeof(PatchId);
     info.kernel = of_cell.kernel;
   }
@@ -690,17 +798,19 @@ ExtendedInfo ExtendedPatches::info(PatchId id) const noexcept {
 }
 
 double ExtendedPatches::stored_energy(PatchId id) const noexcept {
+  const Impl::Call call(*impl_);
   double sum = 0.0;
-  for (const PatchId cell : cell_patches(id)) sum += impl_->batch->stored_energy(cell);
+  for (const PatchId cell : cell_patches(id)) sum += call.patches.batch->stored_energy(cell);
   return sum;
 }
 
 std::uint64_t ExtendedPatches::state_hash(PatchId id) const noexcept {
-  const ExtendedPatch* p = impl_->find(id);
+  const Impl::Call call(*impl_);
+  const ExtendedPatch* p = call.patches.find(id);
   if (p == nullptr) return 0;
-  if (p->is_point()) return impl_->batch->state_hash(p->patches[0]);
+  if (p->is_point()) return call.patches.batch->state_hash(p->patches[0]);
   Hasher hasher;
-  for (const PatchId cell : p->patches) hasher.add(impl_->batch->state_hash(cell));
+  for (const PatchId cell : p->patches) hasher.add(call.patches.batch->state_hash(cell));
   hasher.add(p->pose.turn.cosine);
   hasher.add(p->pose.turn.sine);
   hasher.add(p->pose.scale);
@@ -708,26 +818,30 @@ std::uint64_t ExtendedPatches::state_hash(PatchId id) const noexcept {
 }
 
 std::uint64_t ExtendedPatches::state_hash() const noexcept {
+  const Impl::Call call(*impl_);
   Hasher hasher;
-  for (std::uint32_t slot = 0; slot < impl_->patches.size(); ++slot) {
-    const std::uint32_t generation = impl_->patches[slot].generation;
+  for (std::uint32_t slot = 0; slot < call.patches.patches.size(); ++slot) {
+    const std::uint32_t generation = call.patches.patches[slot].generation;
     if (generation != 0) hasher.add(state_hash(make_id(slot, generation)));
   }
   return hasher.value();
 }
 
 std::size_t ExtendedPatches::state_size() const noexcept {
-  return saved_head + impl_->count * saved_pose + impl_->batch->state_size();
+  const Impl::Call call(*impl_);
+  return saved_head + call.patches.count * saved_pose + call.patches.batch->state_size();
 }
 
 std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
-  const std::size_t own = saved_head + impl_->count * saved_pose;
+  const Impl::Call call(*impl_);
+  const std::size_t own = saved_head + call.patches.count * saved_pose;
   if (to.size() < own) return 0;
-  const std::size_t of_batch = impl_->batch->save_state(Span<std::byte>(to.data() + own, to.size() - own));
+  const std::size_t of_batch =
+      call.patches.batch->save_state(Span<std::byte>(to.data() + own, to.size() - own));
   if (of_batch == 0) return 0;
   ByteWriter poses(to.data() + saved_head);
-  for (std::uint32_t slot = 0; slot < impl_->patches.size(); ++slot) {
-    const ExtendedPatch& p = impl_->patches[slot];
+  for (std::uint32_t slot = 0; slot < call.patches.patches.size(); ++slot) {
+    const ExtendedPatch& p = call.patches.patches[slot];
     if (p.generation == 0) continue;
     poses(slot);
     poses(p.generation);
@@ -743,7 +857,7 @@ std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
   add_bytes(checksum, Span<const std::byte>(to.data() + saved_head, own - saved_head));
   ByteWriter head(to.data());
   head(saved_magic);
-  head(static_cast<std::uint64_t>(impl_->count));
+  head(static_cast<std::uint64_t>(call.patches.count));
   head(checksum.value());
   return own + of_batch;
 }
@@ -752,7 +866,8 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
   const auto fail = [](const char* what) -> void {
     throw Error(std::string("ExtendedPatches: the saved state ") + what);
   };
-  Impl& impl = *impl_;
+  const Impl::Call call(*impl_);
+  Stepped& impl = call.patches;
   const std::size_t own = saved_head + impl.count * saved_pose;
   if (from.size() < own) fail("is shorter than the state of these patches");
   std::uint64_t magic = 0, count = 0, checksum = 0;
@@ -766,11 +881,20 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
   add_bytes(hasher, Span<const std::byte>(from.data() + saved_head, own - saved_head));
   if (hasher.value() != checksum) fail("is damaged");
 
-  std::vector<ExtendedPatch> restored = impl.patches;
+  struct Restored {
+    ExtendedPatch* to;
+    std::uint32_t seed;
+    std::uint64_t key;
+    Pose pose;
+    double normal_load;
+  };
+  std::vector<Restored> restored;
+  restored.reserve(impl.count);
   ByteReader poses(from.data() + saved_head);
-  for (std::uint32_t slot = 0; slot < restored.size(); ++slot) {
-    ExtendedPatch& p = restored[slot];
-    if (p.generation == 0) continue;
+  for (std::uint32_t slot = 0; slot < impl.patches.size(); ++slot) {
+    ExtendedPatch& present = impl.patches[slot];
+    if (present.generation == 0) continue;
+    Restored p{&present, 0, 0, {}, 0.0};
     std::uint32_t its_slot = 0, generation = 0, cells = 0;
     poses(its_slot);
     poses(generation);
@@ -781,8 +905,8 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
     poses(p.pose.turn.sine);
     poses(p.pose.scale);
     poses(p.normal_load);
-    p.common.known = false;
-    if (its_slot != slot || generation != p.generation || cells != p.cells.size())
+    restored.push_back(p);
+    if (its_slot != slot || generation != present.generation || cells != present.cells.size())
       fail("is of patches with other outlines, or added in another order");
     const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);
     if (!(magnitude(length - 1.0) <= 1e-9) || !(p.pose.scale >= 0.0 && p.pose.scale <= largest_scale) ||
@@ -790,10 +914,16 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
       fail("has a value that no patch can have");
   }
   impl.batch->restore_state(Span<const std::byte>(from.data() + own, from.size() - own));
-  impl.patches = std::move(restored);
+  for (const Restored& p : restored) {
+    p.to->seed = p.seed;
+    p.to->key = p.key;
+    p.to->pose = p.pose;
+    p.to->normal_load = p.normal_load;
+    p.to->common.known = false;
+  }
 }
 
-std::size_t ExtendedPatches::patch_count() const noexcept { return impl_->count; }
+std::size_t ExtendedPatches::patch_count() const noexcept { return Impl::Call(*impl_).patches.count; }
 PatchBatch& ExtendedPatches::batch() const noexcept { return *impl_->batch; }
 
 }  // namespace bristle

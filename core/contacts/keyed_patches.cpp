@@ -1,20 +1,30 @@
 #include "bristle/keyed_patches.hpp"
 
+#include <utility>
 #include <vector>
 
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
+#include "core/contacts/sealed_bytes.hpp"
+#include "core/runtime/stepping_side.hpp"
 
 namespace bristle {
 
+using detail::ByteReader;
+using detail::ByteWriter;
 using detail::KeyTable;
 using detail::mix_key;
+using detail::SteppingCall;
+using detail::SteppingSide;
 
 namespace {
 
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
+
+constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // "brstkeys"
+constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   if (capacity < 1 || capacity > most) detail::refuse(where, "capacity", capacity, "1 to 16777216");
@@ -29,6 +39,12 @@ struct Owner {
   void remove(PatchId id) const { extended != nullptr ? extended->remove(id) : batch->remove(id); }
   void reset(PatchId id, std::uint32_t seed, std::uint64_t key) const noexcept {
     extended != nullptr ? extended->reset(id, seed, key) : batch->reset(id, seed, key);
+  }
+  /// Key of the patch itself, or of its first cell; 0 if there is no such patch.
+  std::uint64_t key_of(PatchId id) const noexcept {
+    if (extended == nullptr) return batch->info(id).key;
+    const Span<const PatchId> cells = extended->cell_patches(id);
+    return cells.empty() ? 0 : extended->batch().info(cells[0]).key;
   }
 };
 
@@ -103,6 +119,14 @@ struct KeyedPatches::Impl {
     return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
   }
 
+  /// Calls `visit` for each place of the pool: the held ones, the longest unseen first, then the free ones.
+  template <class Visit>
+  void for_each_place(Visit&& visit) const {
+    for (std::uint32_t i = first; i != none; i = pool[i].after) visit(i, pool[i].key, pool[i].seen);
+    for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
+  }
+
+  SteppingSide stepping_side;
   const Owner owner;
   const KeyedOptions options;
   const std::uint32_t seed;
@@ -127,6 +151,7 @@ KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
 
 PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   Impl& impl = *impl_;
   if (key == no_contact_key) return {};
   std::uint32_t i = impl.table.find(key);
@@ -149,11 +174,13 @@ PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
 }
 
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
   return i == none ? PatchId{} : impl_->pool[i].id;
 }
 
 bool KeyedPatches::remove(std::uint64_t key) noexcept {
+  const SteppingCall call(impl_->stepping_side);
   const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
   if (i == none) return false;
   impl_->give_back(i);
@@ -161,11 +188,13 @@ bool KeyedPatches::remove(std::uint64_t key) noexcept {
 }
 
 void KeyedPatches::clear() noexcept {
+  const SteppingCall call(impl_->stepping_side);
   while (impl_->last != none) impl_->give_back(impl_->last);
   impl_->refused = 0;
 }
 
 std::uint32_t KeyedPatches::end_step() noexcept {
+  const SteppingCall call(impl_->stepping_side);
   Impl& impl = *impl_;
   std::uint32_t count = 0;
   for (; impl.first != none && impl.step - impl.pool[impl.first].seen > impl.options.keep_steps; ++count)
@@ -175,13 +204,83 @@ std::uint32_t KeyedPatches::end_step() noexcept {
 }
 
 std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   std::size_t k = 0;
   for (std::uint32_t i = impl_->first; i != none && k < out.size(); i = impl_->pool[i].after)
     out[k++] = {impl_->pool[i].key, impl_->pool[i].id};
   return size();
 }
 
+std::size_t KeyedPatches::state_size() const noexcept { return saved_head + capacity() * saved_place; }
+
+std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept {
+  const SteppingCall call(impl_->stepping_side);
+  const Impl& impl = *impl_;
+  if (to.size() < state_size()) return 0;
+  ByteWriter write(to.data() + detail::seal_size);
+  write(impl.pool[0].id.value);
+  write(impl.step);
+  write(impl.refused);
+  write(capacity());
+  write(size());
+  impl.for_each_place([&](std::uint32_t place, std::uint64_t key, std::uint64_t seen) {
+    write(place);
+    write(key);
+    write(seen);
+  });
+  detail::seal({to.data(), state_size()}, saved_magic);
+  return state_size();
+}
+
+void KeyedPatches::restore_state(Span<const std::byte> from) {
+  const SteppingCall call(impl_->stepping_side);
+  Impl& impl = *impl_;
+  const auto fail = [](const char* why) { detail::refuse_saved("KeyedPatches", why); };
+  ByteReader read = detail::open_sealed("KeyedPatches", from, saved_magic);
+  if (from.size() != state_size()) fail("is of a pool with another capacity");
+  PatchId first_patch;
+  std::uint64_t step = 0, refused = 0, last_seen = 0;
+  std::uint32_t places = 0, held = 0;
+  read(first_patch.value);
+  read(step);
+  read(refused);
+  read(places);
+  read(held);
+  if (first_patch != impl.pool[0].id || places != capacity()) fail("is of another pool");
+  if (held > places) fail("holds more keys than patches");
+  std::vector<Impl::Held> pool = impl.pool;
+  std::vector<std::uint32_t> order;
+  std::vector<char> named(places, 0);
+  KeyTable table(places);
+  for (std::uint32_t k = 0; k < places; ++k) {
+    std::uint32_t i = 0;
+    std::uint64_t key = 0, seen = 0;
+    read(i);
+    read(key);
+    read(seen);
+    if (i >= places || named[i]) fail("names a patch that is not there, or twice");
+    named[i] = 1;
+    order.push_back(i);
+    if (k >= held) continue;
+    if (key == no_contact_key || table.find(key) != none || seen < last_seen || seen > step)
+      fail("has a key or a time that no contact can have");
+    if (impl.owner.key_of(pool[i].id) != key)
+      fail("does not belong to the present state of the patches: restore theirs first");
+    table.insert(key, i);
+    pool[i].key = key;
+    pool[i].seen = last_seen = seen;
+  }
+  impl.pool.swap(pool);
+  impl.table = std::move(table);
+  impl.first = impl.last = none;
+  for (std::uint32_t k = 0; k < held; ++k) impl.append(order[k]);
+  impl.free.assign(order.begin() + held, order.end());
+  impl.step = step;
+  impl.refused = refused;
+}
+
 std::uint32_t KeyedPatches::size() const noexcept {
+  const SteppingCall call(impl_->stepping_side);
   return capacity() - static_cast<std::uint32_t>(impl_->free.size());
 }
 std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.capacity; }

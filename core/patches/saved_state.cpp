@@ -210,6 +210,11 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   return p.model->find_fault(p, contact, read);
 }
 
+const char* find_present_fault(const Patch& p, std::byte* room) noexcept {
+  save_patch(p, 0, room);
+  return find_fault_of(p, room);
+}
+
 void restore_patch(Patch& p, const std::byte* from) noexcept {
   const SavedPatch head = read_saved_patch(from);
   p.record->options.key = head.key;

@@ -5,6 +5,7 @@
 #include "bristle/patch_batch.hpp"
 #include "core/patches/patch.hpp"
 #include "core/runtime/batch_recipe.hpp"
+#include "core/runtime/command_list.hpp"
 
 namespace bristle::detail {
 
@@ -13,10 +14,37 @@ struct BatchAccess {
   /// rule as PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// For who steps patches of a batch before a step of it: takes what was added and removed since. Pointers
-  /// from `find` hold until the step. Trials are forgotten.
-  static void begin_step(PatchBatch& batch) noexcept;
+  /// A call of the stepping side over a batch: it takes the changes that wait at its beginning, and no call
+  /// of the batch within it takes more. Pointers from `find` hold for its length.
+  class Turn {
+   public:
+    explicit Turn(PatchBatch& batch) noexcept;
+    ~Turn();
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    PatchBatch::Impl& impl_;
+    bool is_outermost_;
+  };
+  /// A call of the adding side over a batch: the stepping side sees its changes all at once, when it ends.
+  class Changes {
+   public:
+    explicit Changes(PatchBatch& batch) noexcept;
+    ~Changes();
+    Changes(const Changes&) = delete;
+    Changes& operator=(const Changes&) = delete;
+    void send(std::unique_ptr<Change>&& change);  ///< throws std::bad_alloc, and leaves `change`
+
+   private:
+    PatchBatch::Impl& impl_;
+  };
+  /// For who steps patches of a batch before a step of it: trials are forgotten.
+  static void forget_trials(PatchBatch& batch) noexcept;
   static Patch* find(PatchBatch& batch, PatchId id) noexcept;
+  /// The first fault of the batch's patches (find_present_fault), null if there is none. Builds with asserts
+  /// ask after steps. Allocates.
+  static const char* find_fault(PatchBatch& batch);
 
   // The functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;

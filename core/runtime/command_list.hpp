@@ -23,8 +23,15 @@ struct Scratch {
   std::size_t bytes = 0;
 };
 
+/// A change of something that is made over a batch (outlines). It is applied in its place among the batch's
+/// own; memory that it replaces stays in it, for the producer to free.
+struct Change {
+  virtual ~Change() = default;
+  virtual void apply() noexcept = 0;
+};
+
 struct Command {
-  enum class Kind : unsigned char { none, add, replace, remove, grow };
+  enum class Kind : unsigned char { none, add, replace, remove, grow, change };
   // Fields of every command, in one cache line.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
@@ -36,6 +43,7 @@ struct Command {
 
   Patch patch;  ///< comes with `add`; goes back from `replace` with what it replaced. Its record is the
                 ///< command's
+  std::unique_ptr<Change> change;    ///< of `change`
   std::unique_ptr<MoveQueue> queue;  ///< of `grow`, as long as all slots; goes back with the shorter one
 
   Command() = default;
@@ -60,13 +68,14 @@ class CommandList {
   CommandList(const CommandList&) = delete;
   CommandList& operator=(const CommandList&) = delete;
 
-  /// Producer: appends, and frees what the consumer is done with.
-  void push(std::unique_ptr<Command> command) {
+  /// Producer: appends, and frees what the consumer is done with. Without `publishes` the consumer sees the
+  /// command from the next publish() on.
+  void push(std::unique_ptr<Command> command, bool publishes = true) {
     Command* const added = command.release();
     added->number = newest_->number + 1;
     newest_->next.store(added, std::memory_order_release);
     newest_ = added;
-    pushed_.store(added->number, std::memory_order_release);
+    if (publishes) publish();
     Command* const taken = taken_.load(std::memory_order_acquire);
     while (oldest_ != taken) {
       Command* const next = oldest_->next.load(std::memory_order_acquire);
@@ -75,7 +84,9 @@ class CommandList {
     }
   }
 
-  /// Consumer: number of the last command pushed so far. Who takes up to this one ends, however fast the
+  void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
+
+  /// Consumer: number of the last command published so far. Who takes up to this one ends, however fast the
   /// producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 

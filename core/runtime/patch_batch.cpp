@@ -12,6 +12,7 @@
 
 #include "bristle/deadline_monitor.hpp"
 #include "bristle/error.hpp"
+#include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/contact_model.hpp"
@@ -94,9 +95,11 @@ struct PatchBatch::Impl {
   std::vector<std::shared_ptr<const CompiledMaterial>> materials;  ///< recently used first
   int chunks = 1;
   std::size_t scratch_bytes = 0;
+  bool publishes_later = false;  ///< commands are published when BatchAccess::Changes ends
 
   // --- the stepping thread's side
   mutable SteppingSide stepping_side;
+  bool is_in_turn = false;  ///< BatchAccess::Turn has taken the changes of the call that is under way
   PatchPool pool;
   std::unique_ptr<MoveQueue> queue;
   std::uint32_t queue_length = 0;
@@ -168,6 +171,7 @@ struct PatchBatch::Impl {
 
   /// Takes what the adding thread had handed over when the call began. Neither allocates nor frees.
   void apply_commands() noexcept {
+    if (is_in_turn) return;
     const std::uint64_t last = commands.pushed();
     while (Command* c = commands.take(last)) {
       trial.of = nullptr;
@@ -204,6 +208,9 @@ struct PatchBatch::Impl {
           std::copy_n(queue->motions.begin(), queue_length, c->queue->motions.begin());
           std::swap(queue, c->queue);
           break;
+        case Command::Kind::change:
+          c->change->apply();
+          break;
         case Command::Kind::none:
           break;
       }
@@ -211,17 +218,32 @@ struct PatchBatch::Impl {
   }
 
   void attach_scratch(Command& command) {
-    const std::size_t bytes = command.patch.record->bytes;
+    std::size_t bytes = command.patch.record->bytes;
+#if BRISTLE_ASSERTS
+    bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves into it
+#endif
     if (bytes <= scratch_bytes) return;
     command.scratch.memory.reset(
         static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
     command.scratch.bytes = bytes;
   }
 
+  /// Looks through all patches after each of the first steps, and then now and then: a look costs more than a
+  /// step.
+  bool is_sound() noexcept {
+    if (step_number > 16 && step_number % 64 != 0) return true;
+    bool sound = true;
+    trial.of = nullptr;
+    for_each_patch(pool, [&](std::uint32_t, const Patch& p) {
+      sound = sound && find_present_fault(p, scratch.memory.get()) == nullptr;
+    });
+    return sound;
+  }
+
   /// Pushes a command. Nothing can fail after this point, so its memory is counted only here.
   void send(std::unique_ptr<Command> command) noexcept {
     if (command->scratch.memory) scratch_bytes = command->scratch.bytes;
-    commands.push(std::move(command));
+    commands.push(std::move(command), !publishes_later);
   }
 
   PatchId add(const Patch& made) {
@@ -632,11 +654,45 @@ PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) {
   return batch.impl_->add(made);
 }
 
-void BatchAccess::begin_step(PatchBatch& batch) noexcept {
-  const SteppingCall call(batch.impl_->stepping_side);
-  batch.impl_->apply_commands();
-  batch.impl_->trial.of = nullptr;
+BatchAccess::Turn::Turn(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
+  impl_.stepping_side.enter();
+  is_outermost_ = !impl_.is_in_turn;
+  impl_.apply_commands();
+  impl_.is_in_turn = true;
 }
+BatchAccess::Turn::~Turn() {
+  if (is_outermost_) impl_.is_in_turn = false;
+  impl_.stepping_side.leave();
+}
+
+BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
+  impl_.adding_side.enter();
+  impl_.publishes_later = true;
+}
+BatchAccess::Changes::~Changes() {
+  impl_.publishes_later = false;
+  impl_.commands.publish();
+  impl_.adding_side.leave();
+}
+void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::change;
+  command->change = std::move(change);
+  impl_.send(std::move(command));
+}
+
+const char* BatchAccess::find_fault(PatchBatch& batch) {
+  const Turn turn(batch);
+  std::vector<std::byte> room;
+  const char* fault = nullptr;
+  for_each_patch(batch.impl_->pool, [&](std::uint32_t, const Patch& p) {
+    room.resize(saved_size_of(p));
+    if (fault == nullptr) fault = find_present_fault(p, room.data());
+  });
+  return fault;
+}
+
+void BatchAccess::forget_trials(PatchBatch& batch) noexcept { batch.impl_->trial.of = nullptr; }
 
 Patch* BatchAccess::find(PatchBatch& batch, PatchId id) noexcept { return batch.impl_->pool.find(id); }
 
@@ -738,7 +794,9 @@ void PatchBatch::warm_up() {
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
   const SteppingCall call(impl_->stepping_side);
   impl_->apply_commands();
-  return impl_->step(dt_s, in, out);
+  const StepReport report = impl_->step(dt_s, in, out);
+  BRISTLE_ASSERT(impl_->is_sound());
+  return report;
 }
 
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {

@@ -1,5 +1,5 @@
-// The thread rule, checked where asserts are on: one call at a time on each side of a batch. The stepping
-// side has its readers too; the adding side may be another thread, but one only.
+// The thread rule (patch_batch.hpp), checked where asserts are on: one call at a time on each side of a
+// batch. A call may make others on its thread.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -14,14 +14,26 @@ namespace bristle::detail {
 class SteppingSide {
  public:
   void enter() noexcept {
-    const bool another_call_is_under_way = busy_.exchange(true, std::memory_order_acquire);
-    BRISTLE_ASSERT(!another_call_is_under_way &&
+    const void* owner = owner_.load(std::memory_order_relaxed);
+    const bool no_other_call_is_under_way =
+        owner == this_thread() ||
+        (owner == nullptr && owner_.compare_exchange_strong(owner, this_thread(), std::memory_order_acquire));
+    BRISTLE_ASSERT(no_other_call_is_under_way &&
                    "two threads use one batch at once: thread rule, patch_batch.hpp");
+    ++depth_;
   }
-  void leave() noexcept { busy_.store(false, std::memory_order_release); }
+  void leave() noexcept {
+    if (--depth_ == 0) owner_.store(nullptr, std::memory_order_release);
+  }
 
  private:
-  std::atomic<bool> busy_{false};
+  static const void* this_thread() noexcept {
+    static thread_local char here;
+    return &here;
+  }
+
+  std::atomic<const void*> owner_{nullptr};  ///< whose call it is
+  int depth_ = 0;                            ///< calls of the owner, one within the other
 };
 #else
 class SteppingSide {

@@ -577,6 +577,11 @@ BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
 /** Number of new keys that got no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
+/** Which contact has which patch: bristle::KeyedPatches. Save it beside the batch's state, and restore it
+ * after that. [step] */
+BRISTLE_API size_t bristle_keyed_state_size(const bristle_keyed* keyed);
+BRISTLE_API size_t bristle_keyed_save_state(const bristle_keyed* keyed, void* to, size_t size);
+BRISTLE_API bristle_result bristle_keyed_restore_state(bristle_keyed* keyed, const void* from, size_t size);
 
 /** A new matcher. `options` may be null: defaults. Destroy it by bristle_matcher_destroy. [any] */
 BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options* options,
@@ -590,6 +595,11 @@ BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
                                                  size_t count, size_t* found);
 /** Forgets all contacts. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
+/** The contacts that the next bristle_matcher_match finds again: bristle::ContactMatcher. [alone] */
+BRISTLE_API size_t bristle_matcher_state_size(const bristle_matcher* matcher);
+BRISTLE_API size_t bristle_matcher_save_state(const bristle_matcher* matcher, void* to, size_t size);
+BRISTLE_API bristle_result bristle_matcher_restore_state(bristle_matcher* matcher, const void* from,
+                                                         size_t size);
 
 /* ------------------------------------------------------------------------------ patches with an extent */
 
@@ -645,19 +655,19 @@ BRISTLE_API bristle_result bristle_rectangle_cells(double half_x, double half_y,
                                                    int32_t nx, int32_t ny, bristle_cell* cells,
                                                    size_t capacity, size_t* count);
 
-/** Extended patches over a batch. Destroy them by bristle_extended_destroy before the batch. [step] */
+/** Extended patches over a batch. Destroy them by bristle_extended_destroy before the batch. [change] */
 BRISTLE_API bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended);
-/** Removes its patches. Null does nothing. [step] */
+/** Removes its patches. Null does nothing. [change] */
 BRISTLE_API void bristle_extended_destroy(bristle_extended* extended);
 /** A new patch. `options` may be null: defaults. `full_size_load` (N): the load at which the outline has its
- *  size, which then grows with the cube root of the load; 0 = fixed. [step] */
+ *  size, which then grows with the cube root of the load; 0 = fixed. [change] */
 BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
                                                 const bristle_patch_options* options,
                                                 const bristle_cell* cells, size_t count,
                                                 double full_size_load, bristle_id* id);
-/** [step] */
+/** [change] */
 BRISTLE_API bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id);
-/** From the next step on. [step] */
+/** From the next step on, in all cells at once. [change] */
 BRISTLE_API bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
                                                          const bristle_material* material);
 /** Size of the outline, in its size as given; 0 to 1e6. Never allocates. [step] */

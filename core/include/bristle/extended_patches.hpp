@@ -80,10 +80,11 @@ struct ExtendedInfo {
 /// Cells have seeds of their own. A patch whose only cell is its centre is, to the bit, the patch that
 /// PatchBatch::add would make with the same options. Others need two axes.
 ///
-/// Thread rule: all calls on the thread that steps the batch. The batch must outlive this object, and must
-/// not be moved. Nothing allocates but the constructor, add, remove, set_material and restore_state. A cell
-/// is stepped by this object alone: leave the batch's own patches of an outline to it, but for what
-/// PatchBatch::info, read_bristles and set_detail do.
+/// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys this object and calls add,
+/// remove and set_material, all cells of an outline at once; the stepping thread calls the rest. The batch
+/// must outlive this object, and must not be moved. Nothing allocates but the constructor, the destructor,
+/// add, remove, set_material and restore_state. A cell is stepped by this object alone: leave the batch's own
+/// patches of an outline to it, but for what PatchBatch::info, read_bristles and set_detail do.
 class BRISTLE_API ExtendedPatches {
  public:
   explicit ExtendedPatches(PatchBatch& batch);
@@ -111,7 +112,8 @@ class BRISTLE_API ExtendedPatches {
   ///@{
   /// Cells of a patch; 0 for an unknown id.
   std::size_t cell_count(PatchId id) const noexcept;
-  /// The patches of the batch behind the cells, in the order of the outline.
+  /// The patches of the batch behind the cells, in the order of the outline. The span holds until the next
+  /// call of the stepping side.
   Span<const PatchId> cell_patches(PatchId id) const noexcept;
   /// The cells in the axes of the surface after a turn by `spin` (rad) from now, under this load, as many as
   /// fit: position in m, share of the load. Returns the number written.

@@ -54,9 +54,9 @@ struct KeyedOptions {
 /// anew; the energy stored in its bristles is dropped (to have it reported as contact_loss, step the patch
 /// once with load 0).
 ///
-/// Thread rule: made and destroyed by the thread that adds patches to the batch, used by the thread that
-/// steps it. The batch (or the extended patches) must outlive it and must not be moved. Only making and
-/// destroying it allocates.
+/// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys a pool, the stepping thread
+/// calls the rest. The batch (or the extended patches) must outlive it and must not be moved. Nothing
+/// allocates but making it, destroying it and restore_state.
 class BRISTLE_API KeyedPatches {
  public:
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
@@ -92,6 +92,16 @@ class BRISTLE_API KeyedPatches {
   /// Writes the current contacts in the order in which they were last seen, as many as fit. Returns their
   /// total number. The order depends on the calls alone.
   std::size_t read_entries(Span<Entry> out) const noexcept;
+
+  /// Bytes that save_state writes: the same for the whole life of a pool.
+  std::size_t state_size() const noexcept;
+  /// Writes which contact has which patch; returns the bytes written, 0 if `to` is too small. The patches'
+  /// own state is the batch's (or ExtendedPatches'): save it beside.
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  /// Restores what save_state wrote into a pool with the same options, made as the same of its batch's pools.
+  /// Call it after restore_state of the batch (or the extended patches). Allocates. Throws bristle::Error,
+  /// and changes nothing, if it does not fit the pool or the present state of its patches.
+  void restore_state(Span<const std::byte> from);
 
   std::uint32_t size() const noexcept;      ///< current contacts
   std::uint32_t capacity() const noexcept;  ///< patches
@@ -140,7 +150,7 @@ struct MatcherOptions {
 /// earlier contacts, not on other pairs, so results do not depend on events elsewhere. keep_steps of
 /// KeyedPatches must not be larger than here.
 ///
-/// Thread rule: one thread. Only the constructor allocates.
+/// Thread rule: one thread. Nothing allocates but the constructor and restore_state.
 class BRISTLE_API ContactMatcher {
  public:
   /// Throws bristle::Error.
@@ -155,6 +165,12 @@ class BRISTLE_API ContactMatcher {
   /// times P^2, if a row of contacts moved farther than its own length and all of it lies within reach.
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
   void clear() noexcept;  ///< forgets all contacts
+
+  /// As in KeyedPatches: the contacts that the next `match` finds again. The size depends on their number.
+  /// restore_state throws bristle::Error, and changes nothing, for more contacts than 2 x capacity.
+  std::size_t state_size() const noexcept;
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  void restore_state(Span<const std::byte> from);
 
   struct Impl;
 

@@ -64,15 +64,22 @@ struct StepReport {
 
 /// Contact patches of the brush model.
 ///
-/// Thread rule: one thread, the stepping thread, calls step, move, force, reset, find_force, set_detail,
-/// info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state and patch_count. One
-/// other thread (or the same one) may call add, remove and set_material at the same time; an id is valid at
-/// once, the change takes effect at the stepping thread's next call. That call carries out every change that
-/// waits, so that no id is unknown to it: 100 adds take some 1 us, 1,000 some 70 us, 10,000 some 0.8 ms. A
-/// loop with a deadline spreads more than some hundreds over several steps. Any thread may call threads() and
-/// isa().
+/// Thread rule of a batch and of all that is made over it (KeyedPatches, ExtendedPatches), two sides:
+/// - The adding thread calls add, remove and set_material, and makes and destroys what is made over the
+/// batch.
+/// - The stepping thread makes all other calls: step, move, force, reset, find_force, strengthening_damping,
+///   ages, set_detail, info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state,
+///   patch_count, warm_up, and all calls of KeyedPatches and ExtendedPatches that the adding thread does not
+///   make.
+/// The two may be one thread, or two that work at the same time; on either side one call at a time. An id is
+/// valid at once; the change takes effect at the next call of the stepping side. Each of its calls applies
+/// all changes that wait, those that are const too, so two readers need a lock as two writers do: 100 adds
+/// take some 1 us, 1,000 some 70 us, 10,000 some 0.8 ms, so a loop with a deadline spreads more than some
+/// hundreds over several steps. Any thread may call threads(), unbound_workers() and isa(). Builds with
+/// BRISTLE_ASSERTS stop at two calls at once on one side.
+///
 /// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
-/// thread that calls add, remove, set_material, warm_up or the constructor and destructor.
+/// adding thread, and by the constructor, the destructor, warm_up and restore_state.
 class BRISTLE_API PatchBatch {
  public:
   /// Throws bristle::Error for a bad option, an instruction set that this machine or build lacks, or a
