@@ -224,8 +224,8 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   p.bound.reach = -1.0;
 }
 
-/// How much of a step is followed: what is missing to steady sliding, and at least what makes its end
-/// another than its start. Few bristles go on until some have snapped.
+/// Length of a step that is followed: the part that is missing to steady sliding, and at least the length
+/// that makes end and start independent. Few bristles are followed until some have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
