@@ -46,9 +46,9 @@ SavedPatch read_saved_patch(const std::byte* from) noexcept;
 /// Checks saved_size_of(patch) bytes. Returns null, or the name of a value that no patch like this can have.
 /// A checksum does not prove who wrote the bytes.
 const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
-/// What is wrong with the patch as it is: null, or the name of a value that no patch can have. What a saved
-/// state may not hold, no patch may: mass and order of cohorts, counts, bounds of bristles, blocks and sums.
-/// `room`: saved_size_of(patch) bytes.
+/// Returns null, or the name of a value of the present patch that no patch can have. The values are those
+/// that find_fault_of() refuses in bytes: mass and order of cohorts, counts, bounds of bristles, blocks and
+/// sums. `room`: saved_size_of(patch) bytes.
 const char* find_present_fault(const Patch& patch, std::byte* room) noexcept;
 /// `from` was found without fault.
 void restore_patch(Patch& patch, const std::byte* from) noexcept;
