@@ -1,4 +1,4 @@
-// The seam between core and kernels for beds: plain structs of raw pointers and a table of functions, as in
+// The seam between core and kernels for beds (for joints: joint_table.hpp): plain structs of raw pointers and a table of functions, as in
 // kernel_table.hpp. The equations are in core/beds/BEDS.md.
 //
 // Deflections and limits are scaled by the bed's unit of deflection, places by its half width, stiffnesses by
@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "core/joint_table.hpp"
 #include "core/kernel_table.hpp"
 
 namespace bristle::detail {
@@ -90,9 +91,10 @@ struct BedKernels {
   double (*place)(const BedPlaces&, float* columns);
   /// As place, of a bed that can roll. If rows have rolled, tips become relative to roots at zero.
   double (*roll)(const BedPlaces&, float* columns);
+  JointKernel joint[joint_variants];
 };
 
-/// Kernels of the instruction set of this name; null = not in this build.
+/// Kernels of the instruction set of this name, of beds and joints; null = not in this build.
 const BedKernels* find_bed_kernels(const char* name) noexcept;
 
 }  // namespace bristle::detail

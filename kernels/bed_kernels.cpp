@@ -1,5 +1,6 @@
-// The kernels of beds for one instruction set. All but the table has internal linkage.
+// The kernels of beds and joints for one instruction set. All but the table has internal linkage.
 #include "bed_step.hpp"
+#include "joint_step.hpp"
 
 #define BRISTLE_JOIN2(a, b) a##b
 #define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
@@ -9,7 +10,8 @@
 namespace bristle::detail {
 
 extern const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
-const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA) = {
-    BRISTLE_TEXT(BRISTLE_KERNEL_ISA), BRISTLE_BED_STEPS, &place_bed<BedEngine>, &roll_bed<BedEngine>};
+const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA) = {BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
+                                                                   BRISTLE_BED_STEPS, &place_bed<BedEngine>,
+                                                                   &roll_bed<BedEngine>, BRISTLE_JOINT_STEPS};
 
 }  // namespace bristle::detail

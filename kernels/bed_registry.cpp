@@ -1,4 +1,4 @@
-// Finds the kernels of beds of an instruction set.
+// Finds the kernels of beds and joints of an instruction set.
 #include "core/bed_table.hpp"
 
 namespace bristle::detail {

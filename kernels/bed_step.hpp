@@ -2,6 +2,7 @@
 // for vectors and for numbers: E::V is either.
 #pragma once
 
+#include "engine.hpp"
 #include "slide.hpp"
 
 #include "core/bed_table.hpp"
@@ -9,35 +10,7 @@
 namespace bristle::detail {
 namespace {
 
-#if defined(BRISTLE_KERNEL_ISA)
-struct BedEngine {
-  using V = Lanes<float>;
-  static constexpr std::uint32_t size = V::size;
-  static V get(const float* from) { return load<float>(from); }
-  static void put(float* to, V x) { x.store_aligned(to); }
-  struct Sum {
-    Row<float> row;
-    void add(std::uint32_t part, V x) { row.part[part] = row.part[part] + x; }
-    double total() const { return tree_sum<float>(row); }
-  };
-};
-#else
-struct BedEngine {
-  using V = float;
-  static constexpr std::uint32_t size = 1;
-  static V get(const float* from) { return *from; }
-  static void put(float* to, V x) { *to = x; }
-  struct Sum {
-    float lane[lane_count] = {};
-    void add(std::uint32_t part, V x) { lane[part] += x; }
-    double total() const {
-      float copy[lane_count];
-      std::memcpy(copy, lane, sizeof copy);
-      return static_cast<double>(tree_sum<float>(copy));
-    }
-  };
-};
-#endif
+using BedEngine = Engine<float>;
 
 /// The columns of a bed at one vector of its bristles.
 template <class E>

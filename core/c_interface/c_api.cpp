@@ -52,6 +52,12 @@ BRISTLE_SAME_LAYOUT(bristle_bed_response, BedResponse,
                     BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(force) && BRISTLE_SAME(torque) &&
                         BRISTLE_SAME(mean) && BRISTLE_SAME(mean_torque) && BRISTLE_SAME(dissipated) &&
                         BRISTLE_SAME(stored) && BRISTLE_SAME(tangent) && BRISTLE_SAME(slipping_share));
+BRISTLE_SAME_LAYOUT(bristle_joint_material, JointMaterial,
+                    BRISTLE_SAME(stiffness) && BRISTLE_SAME(viscous) && BRISTLE_SAME(stribeck_speed) &&
+                        offsetof(C, base) == offsetof(Cpp, kinetic) &&
+                        offsetof(C, static_base) == offsetof(Cpp, static_part) &&
+                        sizeof(C) == BRISTLE_JOINT_PARAMETERS * sizeof(double) &&
+                        +BRISTLE_JOINT_PARAMETERS == +joint_parameters);
 BRISTLE_SAME_LAYOUT(bristle_extended_motion, ExtendedMotion,
                     BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(normal_load) &&
                         BRISTLE_SAME(has_velocity) && BRISTLE_SAME(velocity));
@@ -108,6 +114,10 @@ struct bristle_extended {
 
 struct bristle_beds {
   BedBatch batch;
+};
+
+struct bristle_joints {
+  JointFriction batch;
 };
 
 struct bristle_matcher {
@@ -273,6 +283,8 @@ BRISTLE_MIRROR(bristle_shed_report, ShedReport, 0, BRISTLE_FIELD(bristles), BRIS
                BRISTLE_FIELD(error_growth), BRISTLE_FIELD(at_least));
 BRISTLE_MIRROR(bristle_keyed_options, KeyedOptions, 1, BRISTLE_FIELD(capacity), BRISTLE_FIELD(keep_steps),
                BRISTLE_FIELD(seed_from_key));
+BRISTLE_MIRROR(bristle_joint_options, JointOptions, 0, BRISTLE_FIELD(spread), BRISTLE_FIELD(bristles),
+               BRISTLE_FIELD(gradients));
 BRISTLE_MIRROR(bristle_matcher_options, MatcherOptions, 0, BRISTLE_FIELD(reach), BRISTLE_FIELD(capacity),
                BRISTLE_FIELD(keep_steps));
 
@@ -284,6 +296,8 @@ template <>
 constexpr const char* name_of<bristle_monitor_report> = "bristle_monitor_report";
 template <>
 constexpr const char* name_of<bristle_bed> = "bristle_bed";
+template <>
+constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
@@ -1000,6 +1014,98 @@ size_t bristle_beds_save_state(const bristle_beds* beds, void* to, size_t size) 
 
 bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size) {
   return read_state(beds, "beds", &bristle_beds::batch, from, size);
+}
+
+bristle_result bristle_init_joint_options(bristle_joint_options* options, size_t struct_size) {
+  return init_struct(options, struct_size, to_c<bristle_joint_options>({}), "options");
+}
+bristle_result bristle_init_joint_step(bristle_joint_step* step, size_t struct_size) {
+  return init_struct(step, struct_size, bristle_joint_step{}, "step");
+}
+
+bristle_result bristle_joints_create(size_t count, const bristle_joint_material* materials,
+                                     size_t material_count, const bristle_joint_options* options,
+                                     const bristle_batch_options* batch, bristle_joints** joints) {
+  return guarded([&] {
+    need(joints, "joints");
+    need(materials, "materials");
+    *joints = new bristle_joints{
+        JointFriction(count, {reinterpret_cast<const JointMaterial*>(materials), material_count},
+                      read_options(options, "options"), read_options(batch, "batch"))};
+  });
+}
+
+void bristle_joints_destroy(bristle_joints* joints) { delete joints; }
+
+namespace {
+
+bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* step,
+                           bristle_step_report* report,
+                           StepReport (JointFriction::*go)(const JointInput&, const JointOutput&) noexcept) {
+  return guarded([&] {
+    need(joints, "joints");
+    need(step, "step");
+    check_size(*step, "step");
+    need(step->angle, "step.angle");
+    if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
+    const std::size_t n = joints->batch.joint_count();
+    const auto in = [n](const double* column) {
+      return Span<const double>(column, column != nullptr ? n : 0);
+    };
+    const auto out = [n](double* column, std::size_t rows = 1) {
+      return Span<double>(column, column != nullptr ? rows * n : 0);
+    };
+    const StepReport done =
+        (joints->batch.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
+                            {out(step->torque),
+                             out(step->mean),
+                             out(step->by_angle),
+                             out(step->by_speed),
+                             out(step->by_motor),
+                             out(step->by_outside),
+                             {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
+                             out(step->gradient, joint_parameters)});
+    if (done.tasks == 0) throw Error("bristle_joints_step: a gradient needs bristle_joint_options.gradients");
+    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+  });
+}
+
+}  // namespace
+
+bristle_result bristle_joints_step(bristle_joints* joints, const bristle_joint_step* step,
+                                   bristle_step_report* report) {
+  return step_joints(joints, step, report, &JointFriction::step);
+}
+bristle_result bristle_joints_find_torque(bristle_joints* joints, const bristle_joint_step* step,
+                                          bristle_step_report* report) {
+  return step_joints(joints, step, report, &JointFriction::find_torque);
+}
+
+bristle_result bristle_joints_reset(bristle_joints* joints) {
+  return guarded([&] {
+    need(joints, "joints");
+    joints->batch.reset();
+  });
+}
+bristle_result bristle_joints_reset_one(bristle_joints* joints, size_t joint) {
+  return guarded([&] {
+    need(joints, "joints");
+    if (!joints->batch.reset(joint))
+      throw Error("bristle_joints_reset_one: there is no joint " + std::to_string(joint));
+  });
+}
+
+uint64_t bristle_joints_state_hash(const bristle_joints* joints) {
+  return joints != nullptr ? joints->batch.state_hash() : 0;
+}
+size_t bristle_joints_state_size(const bristle_joints* joints) {
+  return size_of_state(joints, &bristle_joints::batch);
+}
+size_t bristle_joints_save_state(const bristle_joints* joints, void* to, size_t size) {
+  return write_state(joints, &bristle_joints::batch, to, size);
+}
+bristle_result bristle_joints_restore_state(bristle_joints* joints, const void* from, size_t size) {
+  return read_state(joints, "joints", &bristle_joints::batch, from, size);
 }
 
 bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended) {

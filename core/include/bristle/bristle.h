@@ -784,6 +784,83 @@ BRISTLE_API size_t bristle_beds_save_state(const bristle_beds* beds, void* to, s
 /** Into the same beds, added in the same order; else refuses, state unchanged. [alone] */
 BRISTLE_API bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size);
 
+/* ---------------------------------------------------------------------------------------------- joints */
+
+/** Friction of robots' joints, in batches: bristle::JointFriction. */
+typedef struct bristle_joints bristle_joints;
+
+/** bristle::JointMaterial, which says units and ranges, in the order of bristle::JointParameter. Index 0: the
+ *  joint drives, 1: it is driven. The struct never changes. */
+typedef struct BRISTLE_SHARED_LAYOUT bristle_joint_material {
+  double stiffness; /**< N m/rad */
+  double viscous;   /**< N m s/rad */
+  double base;      /**< N m */
+  double motor[2];
+  double outside[2];
+  double static_base; /**< N m */
+  double static_motor[2];
+  double static_outside[2];
+  double stribeck_speed; /**< rad/s */
+} bristle_joint_material;
+/** Numbers of a bristle_joint_material: rows of bristle_joint_step::gradient. */
+enum { BRISTLE_JOINT_PARAMETERS = 13 };
+
+/** bristle::JointOptions. */
+typedef struct bristle_joint_options {
+  size_t struct_size;
+  double spread;
+  int32_t bristles;
+  uint32_t gradients; /**< 0 or 1 */
+} bristle_joint_options;
+
+/** The caller's arrays of a step, one number a joint: bristle::JointInput and JointOutput. Null: not given, or not
+ *  asked for; only `angle` is needed. Read and written in place. */
+typedef struct bristle_joint_step {
+  size_t struct_size;
+  const double* angle;   /**< rad */
+  const double* speed;   /**< rad/s */
+  const double* motor;   /**< N m */
+  const double* outside; /**< N m */
+  double* torque;        /**< N m, on the joint, at the end */
+  double* mean;          /**< N m */
+  double* by_angle;      /**< N m/rad */
+  double* by_speed;      /**< N m s/rad */
+  double* by_motor;
+  double* by_outside;
+  double* gradient; /**< BRISTLE_JOINT_PARAMETERS rows of one number a joint */
+  uint32_t* status; /**< BRISTLE_STATUS_... */
+} bristle_joint_step;
+
+/** [any] */
+BRISTLE_API bristle_result bristle_init_joint_options(bristle_joint_options* options, size_t struct_size);
+/** No arrays. [any] */
+BRISTLE_API bristle_result bristle_init_joint_step(bristle_joint_step* step, size_t struct_size);
+/** `joints` joints; joint i is of materials[i % material_count]. Both options may be null: defaults. [alone] */
+BRISTLE_API bristle_result bristle_joints_create(size_t count, const bristle_joint_material* materials,
+                                                 size_t material_count, const bristle_joint_options* options,
+                                                 const bristle_batch_options* batch, bristle_joints** joints);
+/** Null does nothing. [alone] */
+BRISTLE_API void bristle_joints_destroy(bristle_joints* joints);
+/** Moves all joints. Arrays are as long as there are joints. `report` may be null. BRISTLE_REFUSED, state
+ *  unchanged, for a gradient that the options do not allow. Never allocates. [alone] */
+BRISTLE_API bristle_result bristle_joints_step(bristle_joints* joints, const bristle_joint_step* step,
+                                               bristle_step_report* report);
+/** As bristle_joints_step, without changing the state. [alone] */
+BRISTLE_API bristle_result bristle_joints_find_torque(bristle_joints* joints, const bristle_joint_step* step,
+                                                      bristle_step_report* report);
+/** Straightens all joints. [alone] */
+BRISTLE_API bristle_result bristle_joints_reset(bristle_joints* joints);
+/** Straightens one joint. [alone] */
+BRISTLE_API bristle_result bristle_joints_reset_one(bristle_joints* joints, size_t joint);
+/** Hash of the state of all joints. [alone] */
+BRISTLE_API uint64_t bristle_joints_state_hash(const bristle_joints* joints);
+/** Bytes that bristle_joints_save_state writes. [alone] */
+BRISTLE_API size_t bristle_joints_state_size(const bristle_joints* joints);
+/** Returns the bytes written, 0 if `size` is too small. [alone] */
+BRISTLE_API size_t bristle_joints_save_state(const bristle_joints* joints, void* to, size_t size);
+/** Into the same joints with the same options; else refuses, state unchanged. [alone] */
+BRISTLE_API bristle_result bristle_joints_restore_state(bristle_joints* joints, const void* from, size_t size);
+
 /* ------------------------------------------------------------------------------------ deadline monitor */
 
 /** Step times and periods of a loop against its deadline, in constant memory: bristle::DeadlineMonitor. */

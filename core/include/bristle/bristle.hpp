@@ -9,6 +9,7 @@
 #include "bristle/error.hpp"
 #include "bristle/export.hpp"
 #include "bristle/extended_patches.hpp"
+#include "bristle/joint_friction.hpp"
 #include "bristle/keyed_patches.hpp"
 #include "bristle/load_shedder.hpp"
 #include "bristle/material.hpp"

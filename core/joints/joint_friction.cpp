@@ -1,0 +1,385 @@
+#include "bristle/joint_friction.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/bed_table.hpp"
+#include "core/contacts/sealed_bytes.hpp"
+#include "core/materials/strata.hpp"
+#include "core/runtime/chosen_kernels.hpp"
+#include "core/runtime/float_mode.hpp"
+#include "core/runtime/sharing.hpp"
+#include "core/runtime/workers.hpp"
+
+namespace bristle {
+
+using namespace detail;
+
+namespace {
+
+constexpr std::uint64_t saved_magic = 0x31544E494F4A5242u;
+constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
+constexpr int most_tasks = 256;
+constexpr const char* where = "JointFriction";
+
+/// A number of each of 16 joints.
+struct alignas(64) Column {
+  double lane[lane_count] = {};
+};
+
+using Numbers = double[joint_parameters];
+
+/// The material's numbers in the order of JointParameter. Throws Error for values out of range.
+void read_material(const JointMaterial& material, Numbers& numbers) {
+  std::memcpy(numbers, &material, sizeof numbers);
+  constexpr const char* names[] = {"stiffness",
+                                   "viscous",
+                                   "kinetic.base",
+                                   "kinetic.motor[joint_driving]",
+                                   "kinetic.motor[joint_driven]",
+                                   "kinetic.outside[joint_driving]",
+                                   "kinetic.outside[joint_driven]",
+                                   "static_part.base",
+                                   "static_part.motor[joint_driving]",
+                                   "static_part.motor[joint_driven]",
+                                   "static_part.outside[joint_driving]",
+                                   "static_part.outside[joint_driven]",
+                                   "stribeck_speed"};
+  for (std::uint32_t p = 0; p < joint_parameters; ++p) {
+    if (p == joint_stribeck_speed && numbers[p] == 0.0) continue;
+    const bool has_inverse = p == joint_stiffness || p == joint_stribeck_speed;
+    const bool is_torque = p == joint_base || p == joint_static_base || p == joint_viscous;
+    require_within("JointMaterial", names[p], numbers[p], has_inverse ? 1e-9 : 0.0,
+                   p == joint_stiffness       ? 1e12
+                   : is_torque || has_inverse ? 1e9
+                                              : 100.0);
+  }
+}
+
+/// Parameters that this material uses, as bits of the variant.
+std::uint32_t features_of(const Numbers& numbers) {
+  std::uint32_t features = 0;
+  for (std::uint32_t p = joint_base; p < joint_stribeck_speed; ++p) {
+    if (numbers[p] == 0.0) continue;
+    for (const std::uint32_t bit : {joint_loaded, joint_drops})
+      if (!JointLayout::uses(p, ~bit)) features |= bit;
+  }
+  return features;
+}
+
+std::uint32_t bristles_of(const JointOptions& options) {
+  require_within("JointOptions", "bristles", options.bristles, 1.0, 64.0);
+  require_within("JointOptions", "spread", options.spread, 0.0, 3.0);
+  return static_cast<std::uint32_t>(options.bristles);
+}
+
+bool is_within(double x, double most) noexcept { return x >= -most && x <= most; }
+
+}  // namespace
+
+struct JointFriction::Impl {
+  Impl(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options,
+       const BatchOptions& batch)
+      : kernels(*find_bed_kernels(choose_kernels(batch.isa).name)),
+        workers(check_threads(batch.threads), check_core(batch.servo_core)),
+        count(joints),
+        bristles(bristles_of(options)),
+        layout(0, 0) {
+    if (joints > std::size_t{1} << 28) refuse(where, "joints", static_cast<double>(joints), "0 to 2^28");
+    if (materials.empty()) throw Error(std::string(where) + ": a material is needed");
+    const FloatModeScope mode;
+    std::vector<Column> numbers(materials.size());
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+      Numbers its;
+      read_material(materials[m], its);
+      variant |= features_of(its);
+      const double speed = its[joint_stribeck_speed];
+      its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
+      std::copy_n(its, +joint_parameters, numbers[m].lane);
+      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // where a decay is 0
+    }
+    if (options.gradients) variant |= joint_gradients;
+    layout = JointLayout(variant, bristles);
+    const Strata strata = make_strata(SnapLength::lognormal(1.0, options.spread), bristles);
+    share = strata.share;
+    length = strata.length;
+    columns.resize(blocks() * layout.columns);
+    for (std::size_t i = 0; i < blocks() * lane_count; ++i) {
+      const Column& its = numbers[i % numbers.size()];
+      for (std::uint32_t p = 0; p < joint_parameters; ++p)
+        if (JointLayout::uses(p, variant)) at(i, layout.parameter[p]) = its.lane[p];
+      if ((variant & joint_drops) != 0) at(i, layout.least_decay) = its.lane[joint_parameters];
+      straighten(i);
+    }
+  }
+
+  const BedKernels& kernels;
+  Workers workers;
+  const Sharing sharing = chosen_sharing();
+  const std::size_t count;
+  const std::uint32_t bristles;
+  std::uint32_t variant = 0;
+  JointLayout layout;
+  std::vector<double> share, length;
+  std::vector<Column> columns;  ///< of all blocks of 16 joints, one after the other
+
+  // A step that is shared.
+  JointInput in;
+  JointOutput out;
+  bool commits = true;
+  std::uint32_t kernel = 0;
+  int tasks = 0;
+  std::atomic<std::uint32_t> bad{0};
+
+  std::size_t blocks() const noexcept { return (count + lane_count - 1) / lane_count; }
+  double& at(std::size_t joint, std::uint32_t column) noexcept {
+    return columns[joint / lane_count * layout.columns + column].lane[joint % lane_count];
+  }
+  const double& at(std::size_t joint, std::uint32_t column) const noexcept {
+    return const_cast<Impl*>(this)->at(joint, column);
+  }
+
+  void straighten(std::size_t joint) noexcept {
+    at(joint, layout.before) = std::numeric_limits<double>::quiet_NaN();
+    for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
+  }
+
+  /// Copies a caller's numbers of a block; all zero where there are none.
+  void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
+    if (from.empty())
+      to = Column{};
+    else
+      std::copy_n(from.data() + first, n, to.lane);
+  }
+  void give(Span<double> to, std::size_t first, std::size_t n, const Column& from) const noexcept {
+    if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
+  }
+
+  /// Steps block b. Returns how many of its joints have bad input.
+  std::uint32_t step_block(std::size_t b) noexcept {
+    const std::size_t first = b * lane_count;
+    const std::size_t n = std::min<std::size_t>(count - first, lane_count);
+    Column input[joint_inputs], output[joint_outputs];
+    take(in.angle, first, n, input[in_angle]);
+    take(in.speed, first, n, input[in_speed]);
+    take(in.motor, first, n, input[in_motor]);
+    take(in.outside, first, n, input[in_outside]);
+    bool good[lane_count];
+    bool all_good = true, none_fresh = true;
+    for (std::size_t i = 0; i < lane_count; ++i) {
+      good[i] =
+          is_within(input[in_angle].lane[i], most_angle) & is_within(input[in_speed].lane[i], most_speed) &
+          is_within(input[in_motor].lane[i], most_torque) & is_within(input[in_outside].lane[i], most_torque);
+      all_good &= good[i];
+      input[in_writes].lane[i] = commits && good[i] ? 1.0 : 0.0;
+      const double before = at(first + i, layout.before);
+      none_fresh &= before == before;
+    }
+    bool fresh[lane_count] = {};
+    if (!all_good || !none_fresh) {
+      for (std::size_t i = 0; i < lane_count; ++i) {
+        if (!good[i])
+          for (std::uint32_t row = 0; row < in_writes; ++row) input[row].lane[i] = 0.0;
+        const double before = at(first + i, layout.before);
+        fresh[i] = good[i] && !(before == before) && i < n;
+        if (!fresh[i]) continue;
+        at(first + i, layout.before) = input[in_angle].lane[i];
+        for (std::uint32_t k = 0; k < bristles; ++k) at(first + i, layout.tips + k) = input[in_angle].lane[i];
+      }
+    }
+
+    JointStep step;
+    step.bristles = bristles;
+    step.share = share.data();
+    step.length = length.data();
+    step.in = input[0].lane;
+    step.out = output[0].lane;
+    step.columns = columns[b * layout.columns].lane;
+    kernels.joint[kernel](step);
+
+    std::uint32_t faults = 0;
+    if (!all_good || (!none_fresh && !commits)) {
+      for (std::size_t i = 0; i < n; ++i) {
+        if (fresh[i] && !commits) straighten(first + i);
+        if (good[i]) continue;
+        ++faults;
+        for (Column& row : output) row.lane[i] = 0.0;
+      }
+    }
+    give(out.torque, first, n, output[out_torque]);
+    give(out.mean, first, n, output[out_mean]);
+    give(out.by_angle, first, n, output[out_by_angle]);
+    give(out.by_speed, first, n, output[out_by_speed]);
+    give(out.by_motor, first, n, output[out_by_motor]);
+    give(out.by_outside, first, n, output[out_by_outside]);
+    if (!out.gradient.empty())
+      for (std::uint32_t p = 0; p < joint_parameters; ++p)
+        give(out.gradient, p * count + first, n, output[out_gradient + p]);
+    if (!out.status.empty())
+      for (std::size_t i = 0; i < n; ++i) out.status[first + i] = good[i] ? Status::ok : Status::bad_input;
+    return faults;
+  }
+
+  void run(int task) noexcept {
+    const FloatModeScope mode;
+    const std::size_t all = blocks();
+    const auto border = [&](int t) {
+      return all * static_cast<std::size_t>(t) / static_cast<std::size_t>(tasks);
+    };
+    std::uint32_t faults = 0;
+    for (std::size_t b = border(task); b < border(task + 1); ++b) faults += step_block(b);
+    if (faults != 0) bad.fetch_add(faults, std::memory_order_relaxed);
+  }
+
+  bool fits(std::size_t size, std::size_t rows = 1) const noexcept {
+    return size == 0 || size == rows * count;
+  }
+
+  StepReport step(const JointInput& input, const JointOutput& output, bool commit) noexcept {
+    StepReport report;
+    const bool arrays_fit = input.angle.size() == count && fits(input.speed.size()) &&
+                            fits(input.motor.size()) && fits(input.outside.size()) &&
+                            fits(output.torque.size()) && fits(output.mean.size()) &&
+                            fits(output.by_angle.size()) && fits(output.by_speed.size()) &&
+                            fits(output.by_motor.size()) && fits(output.by_outside.size()) &&
+                            fits(output.status.size()) && fits(output.gradient.size(), joint_parameters);
+    const bool keeps_gradients = (variant & joint_gradients) != 0;
+    if (!arrays_fit || (!output.gradient.empty() && !keeps_gradients)) {
+      for (Status& status : output.status) status = Status::bad_input;
+      report.status = Status::bad_input;
+      return report;
+    }
+    in = input;
+    out = output;
+    commits = commit;
+    const bool wants_all = !out.mean.empty() || !out.by_angle.empty() || !out.by_speed.empty() ||
+                           !out.by_motor.empty() || !out.by_outside.empty();
+    kernel = variant | (wants_all ? joint_all_outputs : 0u);
+    bad.store(0, std::memory_order_relaxed);
+    const std::uint64_t cost = blocks() * lane_count * (bristles + 8u);
+    tasks = 1;
+    if (workers.count() > 1 && cost >= sharing.parallel_from)
+      tasks = static_cast<int>(
+          std::clamp<std::uint64_t>(cost / (sharing.smallest_piece / 2), 1,
+                                    static_cast<std::uint64_t>(std::min(most_tasks, workers.count() * 4))));
+    workers.run(
+        tasks, [](void* self, int task) { static_cast<Impl*>(self)->run(task); }, this);
+    const std::uint32_t faults = bad.load(std::memory_order_relaxed);
+    report.status = faults == 0 ? Status::ok : Status::bad_input;
+    report.patches_stepped = static_cast<std::uint32_t>(count) - faults;
+    report.tasks = static_cast<std::uint32_t>(tasks);
+    report.threads = static_cast<std::uint32_t>(std::min(tasks, workers.count()));
+    report.bristles_visited = std::uint64_t{report.patches_stepped} * bristles;
+    return report;
+  }
+
+  std::size_t saved_columns() const noexcept { return layout.columns - layout.tips + 1u; }
+};
+
+JointFriction::JointFriction(std::size_t joints, Span<const JointMaterial> materials,
+                             const JointOptions& options, const BatchOptions& batch)
+    : impl_(std::make_unique<Impl>(joints, materials, options, batch)) {}
+JointFriction::~JointFriction() = default;
+JointFriction::JointFriction(JointFriction&&) noexcept = default;
+JointFriction& JointFriction::operator=(JointFriction&&) noexcept = default;
+
+StepReport JointFriction::step(const JointInput& in, const JointOutput& out) noexcept {
+  return impl_->step(in, out, true);
+}
+StepReport JointFriction::find_torque(const JointInput& in, const JointOutput& out) noexcept {
+  return impl_->step(in, out, false);
+}
+
+void JointFriction::reset() noexcept {
+  for (std::size_t i = 0; i < impl_->count; ++i) impl_->straighten(i);
+}
+bool JointFriction::reset(std::size_t joint) noexcept {
+  if (joint >= impl_->count) return false;
+  impl_->straighten(joint);
+  return true;
+}
+
+std::uint64_t JointFriction::state_hash(std::size_t joint) const noexcept {
+  if (joint >= impl_->count) return 0;
+  const JointLayout& layout = impl_->layout;
+  Hasher hasher;
+  hasher.add(impl_->at(joint, layout.before));
+  for (std::uint32_t c = layout.tips; c < layout.gradients; ++c) hasher.add(impl_->at(joint, c));
+  return hasher.value();
+}
+
+std::uint64_t JointFriction::state_hash() const noexcept {
+  Hasher hasher;
+  for (std::size_t i = 0; i < impl_->count; ++i) hasher.add(state_hash(i));
+  return hasher.value();
+}
+
+std::size_t JointFriction::state_size() const noexcept {
+  return seal_size + 3 * sizeof(std::uint64_t) + impl_->saved_columns() * impl_->count * sizeof(double);
+}
+
+std::size_t JointFriction::save_state(Span<std::byte> to) const noexcept {
+  const std::size_t bytes = state_size();
+  if (to.size() < bytes) return 0;
+  const JointLayout& layout = impl_->layout;
+  ByteWriter write(to.data() + seal_size);
+  write(std::uint64_t{impl_->count});
+  write(std::uint64_t{impl_->bristles});
+  write(std::uint64_t{impl_->variant});
+  for (std::size_t i = 0; i < impl_->count; ++i) {
+    write(impl_->at(i, layout.before));
+    for (std::uint32_t c = layout.tips; c < layout.columns; ++c) write(impl_->at(i, c));
+  }
+  seal({to.data(), bytes}, saved_magic);
+  return bytes;
+}
+
+void JointFriction::restore_state(Span<const std::byte> from) {
+  Impl& impl = *impl_;
+  const JointLayout& layout = impl.layout;
+  if (from.size() != state_size()) refuse_saved(where, "is of other joints, or cut short");
+  ByteReader head = open_sealed(where, from, saved_magic);
+  std::uint64_t count = 0, bristles = 0, variant = 0;
+  head(count);
+  head(bristles);
+  head(variant);
+  if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
+    refuse_saved(where, "is of other joints");
+  // Two passes: the first only looks.
+  for (const bool writes : {false, true}) {
+    ByteReader read = head;
+    for (std::size_t i = 0; i < impl.count; ++i) {
+      double before = 0.0;
+      read(before);
+      bool good = before != before || is_within(before, most_angle);
+      if (writes)
+        impl.at(i, layout.before) =
+            good && before == before ? before : std::numeric_limits<double>::quiet_NaN();
+      for (std::uint32_t c = layout.tips; c < layout.columns; ++c) {
+        double x = 0.0;
+        read(x);
+        if (c < layout.slid)
+          good = good && is_within(x, 1e24);  // no limit over a stiffness is longer
+        else if (c < layout.gradients)
+          good = good && (x == 0.0 || x == 1.0);
+        else
+          good = good && is_within(x, std::numeric_limits<double>::max());
+        if (writes) impl.at(i, c) = x;
+      }
+      if (!good) refuse_saved(where, "has a value that no joint can have");
+    }
+  }
+}
+
+std::size_t JointFriction::joint_count() const noexcept { return impl_->count; }
+std::size_t JointFriction::memory_bytes() const noexcept {
+  return sizeof(Impl) + impl_->columns.size() * sizeof(Column);
+}
+int JointFriction::threads() const noexcept { return impl_->workers.count(); }
+const char* JointFriction::isa() const noexcept { return impl_->kernels.name; }
+
+}  // namespace bristle

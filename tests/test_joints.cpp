@@ -1,0 +1,686 @@
+// Joints (joint_friction.hpp) against closed forms, an implementation bristle by bristle, and differences.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bristle/bristle.h"
+#include "bristle/error.hpp"
+#include "bristle/joint_friction.hpp"
+#include "bristle/snap_length.hpp"
+#include "core/kernel_table.hpp"
+#include "core/materials/strata.hpp"
+#include "expect.hpp"
+
+using namespace bristle;
+using bristle_test::expect;
+using bristle_test::expect_near;
+using bristle_test::message_of;
+using bristle_test::names;
+
+namespace {
+
+/// A gear of a strong servo: all its numbers differ.
+JointMaterial gear() {
+  JointMaterial m;
+  m.stiffness = 300.0;
+  m.viscous = 0.03;
+  m.kinetic.base = 0.4;
+  m.kinetic.motor[joint_driving] = 0.12;
+  m.kinetic.motor[joint_driven] = 0.3;
+  m.kinetic.outside[joint_driving] = 0.05;
+  m.kinetic.outside[joint_driven] = 0.08;
+  m.static_part.base = 0.15;
+  m.static_part.motor[joint_driving] = 0.04;
+  m.static_part.motor[joint_driven] = 0.07;
+  m.static_part.outside[joint_driving] = 0.02;
+  m.static_part.outside[joint_driven] = 0.03;
+  m.stribeck_speed = 0.5;
+  return m;
+}
+
+double& number_of(JointMaterial& m, unsigned p) { return reinterpret_cast<double*>(&m)[p]; }
+
+/// One joint in a batch of its own, and all that it answers.
+struct OneJoint {
+  JointFriction batch;
+  double torque = 0, mean = 0, by_angle = 0, by_speed = 0, by_motor = 0, by_outside = 0;
+  double gradient[joint_parameters] = {};
+  Status status = Status::ok;
+  bool gradients;
+
+  explicit OneJoint(const JointMaterial& m, const JointOptions& options = {}, const BatchOptions& how = {})
+      : batch(1, {&m, 1}, options, how), gradients(options.gradients) {}
+  void go(double angle, double speed, double motor, double outside, bool keep = true) {
+    const JointInput in{{&angle, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}};
+    JointOutput out{{&torque, 1},   {&mean, 1},       {&by_angle, 1}, {&by_speed, 1},
+                    {&by_motor, 1}, {&by_outside, 1}, {&status, 1},   {}};
+    if (gradients) out.gradient = gradient;
+    keep ? batch.step(in, out) : batch.find_torque(in, out);
+  }
+};
+
+/// The rule bristle by bristle, as the header tells it: not the library's text.
+struct Judge {
+  JointMaterial m;
+  std::vector<double> share, length, z;
+  std::vector<bool> slid;
+  double before = 0, torque = 0, mean = 0;
+
+  Judge(const JointMaterial& material, int n, double spread) : m(material), z(n, 0.0), slid(n, false) {
+    const auto strata =
+        detail::make_strata(SnapLength::lognormal(1.0, spread), static_cast<std::uint32_t>(n));
+    share = strata.share;
+    length = strata.length;
+  }
+  static double losses(const JointLosses& x, double motor, double outside, int way) {
+    const int direction = motor * way > 0 ? joint_driving : joint_driven;
+    return x.base + x.motor[direction] * std::abs(motor) + x.outside[direction] * std::abs(outside);
+  }
+  void go(double angle, double speed, double motor, double outside) {
+    const double d = angle - before;
+    const int way = d < 0 ? -1 : 1;
+    const double left = m.stribeck_speed > 0 ? std::exp(-std::pow(speed / m.stribeck_speed, 2)) : 0.0;
+    torque = mean = 0;
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      const auto limit = [&](int side, bool holds) {
+        return (losses(m.kinetic, motor, outside, side) +
+                (holds ? 1.0 : left) * losses(m.static_part, motor, outside, side)) *
+               length[i] / m.stiffness;
+      };
+      bool slides = false;
+      for (const int side : {1, -1})
+        if (z[i] * side > limit(side, !slid[i])) {
+          z[i] = side * limit(side, false);
+          slides = true;
+        }
+      const double holds = limit(way, !slid[i] && !slides);
+      const double to_go = holds - z[i] * way;
+      double average = z[i] + 0.5 * d;
+      if (to_go < std::abs(d)) {
+        const double sticks = std::max(to_go, 0.0) / std::abs(d);
+        average = sticks * (z[i] + 0.5 * sticks * d) + (1 - sticks) * way * limit(way, false);
+        z[i] = way * limit(way, false);
+        slides = true;
+      } else {
+        z[i] += d;
+      }
+      slid[i] = slides;
+      torque -= m.stiffness * share[i] * z[i];
+      mean -= m.stiffness * share[i] * average;
+    }
+    torque -= m.viscous * speed;
+    mean -= m.viscous * speed;
+    before = angle;
+  }
+};
+
+/// A motion that sticks, slides, turns back and jumps, with torques that waver.
+struct Wander {
+  std::mt19937 random{7};
+  double angle = 0.3, speed = 0, motor = 0, outside = 0;
+  double dt = 1e-3;
+  explicit Wander(unsigned seed) : random(seed) {}
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  }
+  void go() {
+    const double size = std::pow(10.0, uniform(-6.0, -1.5));
+    const double d = uniform(0, 1) < 0.1 ? 0.0 : size * uniform(-1.0, 1.3);
+    angle += d;
+    speed = d / dt;
+    if (uniform(0, 1) < 0.5) motor = uniform(0, 1) < 0.1 ? 0.0 : uniform(-2, 2);
+    if (uniform(0, 1) < 0.5) outside = uniform(0, 1) < 0.1 ? 0.0 : uniform(-2, 2);
+  }
+};
+
+/// A rotor under friction: implicit in the answer's derivatives, so that stiff joints need no short steps.
+struct Rotor {
+  OneJoint joint;
+  double inertia, angle = 0, speed = 0;
+  Rotor(const JointMaterial& m, double kg_m2) : joint(m), inertia(kg_m2) { joint.go(0, 0, 0, 0); }
+  void go(double dt, double motor, double outside) {
+    for (int i = 0; i < 8; ++i) {
+      joint.go(trial + 0.0, (trial - angle) / dt, motor, outside, false);
+      const double residual =
+          inertia * (trial - angle - dt * speed) - dt * dt * (joint.torque + motor + outside);
+      const double slope = inertia - dt * dt * joint.by_angle - dt * std::min(joint.by_speed, 0.0);
+      const double change = residual / slope;
+      trial -= change;
+      if (std::abs(change) < 1e-16) break;
+    }
+    speed = (trial - angle) / dt;
+    angle = trial;
+    joint.go(angle, speed, motor, outside);
+  }
+  double trial = 0;
+};
+
+}  // namespace
+
+TEST_CASE(
+    "A joint holds 0.3 N m under 3 N m of static friction for an hour without creep, and lets go at 3.1",
+    "[joints]") {
+  JointMaterial m;
+  m.stiffness = 500;
+  m.viscous = 0.05;
+  m.kinetic.base = 2.5;
+  m.static_part.base = 0.5;
+  m.stribeck_speed = 0.5;
+  Rotor rotor(m, 0.01);
+  const double dt = 1e-3;
+  for (int i = 0; i < 60000; ++i) rotor.go(dt, 0, std::min(0.3, i * 1e-4));
+  const double at_rest = rotor.angle;
+  CHECK(at_rest == Approx(0.3 / 500).epsilon(0.05));
+  const int hour = static_cast<int>(bristle_test::test_size(3600000));
+  for (int i = 0; i < hour; ++i) rotor.go(dt, 0, 0.3);
+  CHECK(std::abs(rotor.angle - at_rest) <= 1e-18);
+  // Ten seconds at 2.99 N m: it still holds.
+  for (int i = 0; i < 30000; ++i) rotor.go(dt, 0, std::min(2.99, 0.3 + i * 1.5e-4));
+  CHECK(std::abs(rotor.speed) < 1e-9);
+  CHECK(rotor.angle < 0.1);
+  for (int i = 0; i < 3000; ++i) rotor.go(dt, 0, 3.1);
+  CHECK(rotor.angle > 1.0);
+  CHECK(rotor.speed > 1.0);
+}
+
+TEST_CASE("A sliding joint has the torque of its losses by direction, load and speed", "[joints]") {
+  const JointMaterial m = gear();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-3, 3);
+  for (int trial = 0; trial < 200; ++trial) {
+    OneJoint joint(m);
+    const double motor = any(random), outside = any(random), speed = any(random);
+    joint.go(0, 0, motor, outside);
+    joint.go(speed, speed, motor, outside);
+    const bool drives = motor * speed > 0;
+    const double w = std::exp(-std::pow(speed / m.stribeck_speed, 2));
+    const double friction =
+        0.4 + (drives ? 0.12 : 0.3) * std::abs(motor) + (drives ? 0.05 : 0.08) * std::abs(outside) +
+        w * (0.15 + (drives ? 0.04 : 0.07) * std::abs(motor) + (drives ? 0.02 : 0.03) * std::abs(outside));
+    expect_near(joint.torque, -std::copysign(friction, speed) - 0.03 * speed, 1e-12, "torque in sliding");
+    expect(joint.by_angle == 0.0, "a sliding joint has no stiffness");
+  }
+  // Without a motor torque a joint is driven.
+  OneJoint joint(m);
+  joint.go(0, 0, 0, 2);
+  joint.go(1, 1e3, 0, 2);
+  CHECK(joint.torque == Approx(-(0.4 + 0.08 * 2) - 0.03 * 1e3).epsilon(1e-14));
+}
+
+TEST_CASE("A motor lifts and holds a weight, and lets it down, at the torques of its two directions",
+          "[joints]") {
+  // The weight pulls back by 2 N m. Lifting, (1 - a) t = 2 + base + b 2; letting down, (1 + a') t = 2 - base
+  // - b' 2.
+  JointMaterial m = gear();
+  m.static_part = {};
+  m.viscous = 0;
+  const double lifts = (2 + 0.4 + 0.05 * 2) / (1 - 0.12), lets_down = (2 - 0.4 - 0.08 * 2) / (1 + 0.3);
+  const auto final_speed = [&](double motor) {
+    Rotor rotor(m, 0.01);
+    for (int i = 0; i < 2000; ++i)
+      rotor.go(1e-3, motor * std::min(i * 1e-3, 1.0), -2 * std::min(i * 1e-3, 1.0));
+    return rotor.speed;
+  };
+  CHECK(final_speed(lifts + 0.01) > 0.01);
+  CHECK(std::abs(final_speed(lifts - 0.01)) < 1e-7);
+  CHECK(std::abs(final_speed(lets_down + 0.01)) < 1e-7);
+  CHECK(final_speed(lets_down - 0.01) < -0.01);
+}
+
+TEST_CASE("First loading of a joint follows the law of its bristles, and its error falls with their square",
+          "[joints]") {
+  JointMaterial m;
+  m.stiffness = 200;
+  m.kinetic.base = 1.5;
+  const double length = 1.5 / 200;
+  const SnapLength law = SnapLength::lognormal(1.0, 0.4);
+  const auto worst = [&](int bristles) {
+    JointOptions options;
+    options.bristles = bristles;
+    OneJoint joint(m, options);
+    joint.go(0, 0, 0, 0);
+    double error = 0;
+    for (int i = 1; i < 400; ++i) {
+      const double x = 0.01 * i;
+      joint.go(x * length, 0, 0, 0);
+      const double expected = x * law.survival(x) + law.partial_moment(1, x);
+      error = std::max(error, std::abs(joint.torque / -1.5 - expected));
+    }
+    return error;
+  };
+  CHECK(worst(8) < 6.5e-3);
+  CHECK(worst(32) < 4.5e-4);
+  CHECK(worst(8) / worst(32) > 12);
+  // Where all bristles are alike: a spring, then Coulomb's friction.
+  JointOptions alike;
+  alike.spread = 0;
+  alike.bristles = 1;
+  OneJoint joint(m, alike);
+  joint.go(0, 0, 0, 0);
+  joint.go(0.5 * length, 0, 0, 0);
+  CHECK(joint.torque == Approx(-0.75).epsilon(1e-14));
+  CHECK(joint.by_angle == Approx(-200).epsilon(1e-14));
+  joint.go(1.5 * length, 0, 0, 0);
+  CHECK(joint.torque == Approx(-1.5).epsilon(1e-14));
+  CHECK(joint.mean == Approx(-1.3125).epsilon(1e-14));  // half a length from 0.75 to 1.5, half at 1.5
+}
+
+TEST_CASE("Joints have the torque and the mean of a plain implementation bristle by bristle", "[joints]") {
+  for (const int features : {0, 1, 2, 3, 4}) {
+    JointMaterial m = gear();
+    if ((features & 1) == 0)
+      for (int k = 0; k < 2; ++k)
+        m.kinetic.motor[k] = m.kinetic.outside[k] = m.static_part.motor[k] = m.static_part.outside[k] = 0;
+    if ((features & 2) == 0) m.static_part = {};
+    if (features == 4) {
+      m = gear();
+      m.stribeck_speed = 0;
+    }
+    OneJoint joint(m);
+    Judge judge(m, 8, 0.4);
+    Wander wander(static_cast<unsigned>(features));
+    judge.before = wander.angle;
+    joint.go(wander.angle, 0, 0, 0);
+    for (int i = 0; i < 5000; ++i) {
+      wander.go();
+      joint.go(wander.angle, wander.speed, wander.motor, wander.outside);
+      judge.go(wander.angle, wander.speed, wander.motor, wander.outside);
+      expect_near(joint.torque, judge.torque, 1e-10, "torque at the end");
+      expect_near(joint.mean, judge.mean, 1e-10, "mean");
+    }
+  }
+}
+
+TEST_CASE("A joint never gives more energy than it took, whatever its loads", "[joints]") {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    JointMaterial m = gear();
+    if (seed % 2 == 0) m.stribeck_speed = 0;
+    OneJoint joint(m);
+    Wander wander(seed);
+    joint.go(wander.angle, 0, 0, 0);
+    double taken = 0, least = 0;
+    for (int i = 0; i < 5000; ++i) {
+      const double before = wander.angle;
+      wander.go();
+      joint.go(wander.angle, wander.speed, wander.motor, wander.outside);
+      taken -= joint.mean * (wander.angle - before);
+      least = std::min(least, taken);
+    }
+    expect(least > -1e-12, "energy is made");
+    expect(taken > 0.1, "energy is taken");
+  }
+}
+
+TEST_CASE("A pendulum on a joint stops and stays", "[joints]") {
+  JointMaterial m;
+  m.stiffness = 400;
+  m.viscous = 0.002;
+  m.kinetic.base = 0.05;
+  m.static_part.base = 0.02;
+  m.stribeck_speed = 0.2;
+  Rotor rotor(m, 0.02);
+  rotor.joint.batch.reset();
+  rotor.joint.go(1.0, 0, 0, 0);
+  rotor.angle = rotor.trial = 1.0;
+  const auto gravity = [&] { return -1.0 * std::sin(rotor.angle); };
+  for (int i = 0; i < 60000; ++i) rotor.go(1e-3, 0, gravity());
+  const double stopped = rotor.angle;
+  for (int i = 0; i < 100000; ++i) rotor.go(1e-3, 0, gravity());
+  CHECK(std::abs(rotor.angle - stopped) <= 1e-17);
+  CHECK(std::abs(std::sin(stopped)) <= 0.07);
+}
+
+TEST_CASE("Derivatives of a joint's torque are those of differences where no bristle begins or ends to slide",
+          "[joints]") {
+  for (const double stribeck : {0.5, 0.0}) {
+    JointMaterial m = gear();
+    m.stribeck_speed = stribeck;
+    OneJoint joint(m);
+    Wander wander(11);
+    joint.go(wander.angle, 0, 0, 0);
+    int checked = 0;
+    for (int i = 0; i < 3000; ++i) {
+      wander.go();
+      double x[4] = {wander.angle, wander.speed, wander.motor, wander.outside};
+      joint.go(x[0], x[1], x[2], x[3], false);
+      const double by[4] = {joint.by_angle, joint.by_speed, joint.by_motor, joint.by_outside};
+      const double steps[4] = {1e-8, 1e-4, 1e-5, 1e-5};
+      for (int k = 0; k < 4; ++k) {
+        // Values of both sides, and whether the same bristles slide at both.
+        double torque[2], stuck[2], damping[2];
+        for (int side = 0; side < 2; ++side) {
+          double y[4] = {x[0], x[1], x[2], x[3]};
+          y[k] += (side == 0 ? -1 : 1) * steps[k];
+          joint.go(y[0], y[1], y[2], y[3], false);
+          torque[side] = joint.torque;
+          stuck[side] = joint.by_angle;
+          damping[side] = joint.by_motor;
+        }
+        const bool snaps = stuck[0] != by[0] || stuck[1] != by[0] ||
+                           std::abs(damping[0] - damping[1]) > 1e-3 || (k == 1 && std::abs(x[1]) < 1e-3) ||
+                           (k >= 2 && std::abs(x[k]) < 1e-4);
+        if (snaps) continue;
+        ++checked;
+        const double slope = (torque[1] - torque[0]) / (2 * steps[k]);
+        expect_near(slope, by[k], 1e-6 * std::max(1.0, std::abs(m.stiffness)),
+                    "derivative by a number of the input");
+        if (k != 0) expect_near(slope, by[k], 2e-6, "derivative by speed or a torque");
+      }
+      joint.go(x[0], x[1], x[2], x[3]);
+    }
+    CHECK(checked > 8000);
+  }
+}
+
+TEST_CASE("Derivatives of a joint's torque by its material are those of whole runs", "[joints]") {
+  for (const double stribeck : {0.5, 0.0}) {
+    JointMaterial m = gear();
+    m.stribeck_speed = stribeck;
+    JointOptions with;
+    with.gradients = true;
+    for (unsigned p = 0; p < joint_parameters; ++p) {
+      if (p == joint_stribeck_speed && stribeck == 0.0) continue;
+      JointMaterial less = m, more = m;
+      const double h = 1e-7 * number_of(m, p);
+      number_of(less, p) -= h;
+      number_of(more, p) += h;
+      OneJoint low(less), high(more), middle(m, with), plain(m);
+      Wander wander(5 + p);
+      for (OneJoint* joint : {&low, &high, &middle, &plain}) joint->go(wander.angle, 0, 0, 0);
+      int checked = 0, wrong = 0;
+      bool same = true;
+      for (int i = 0; i < 500; ++i) {
+        wander.go();
+        for (OneJoint* joint : {&low, &high, &middle, &plain})
+          joint->go(wander.angle, wander.speed, wander.motor, wander.outside);
+        expect(middle.torque == plain.torque, "gradients leave the torque as it is");
+        // Alike where as many bristles stick in all runs.
+        const double stuck = middle.by_angle / m.stiffness;
+        same = std::abs(low.by_angle / less.stiffness - stuck) < 1e-9 &&
+               std::abs(high.by_angle / more.stiffness - stuck) < 1e-9;
+        if (!same) continue;
+        ++checked;
+        const double slope = (high.torque - low.torque) / (2 * h);
+        if (!(std::abs(slope - middle.gradient[p]) <= 1e-5 * std::max(1.0, std::abs(slope)))) ++wrong;
+      }
+      INFO("parameter " << p);
+      CHECK(checked > 450);
+      CHECK(wrong <=
+            5);  // a bristle that slid in one run and not in the other leaves a difference until it slides
+    }
+  }
+}
+
+TEST_CASE("Joints have the same bits on every instruction set, with any threads, alone or in company",
+          "[joints][determinism]") {
+  constexpr std::size_t n = 3001;
+  JointMaterial materials[3] = {gear(), gear(), gear()};
+  materials[1].stribeck_speed = 0;
+  materials[2].static_part = {};
+  const auto run = [&](const BatchOptions& how, std::vector<double>& results) {
+    JointOptions options;
+    options.gradients = true;
+    JointFriction joints(n, materials, options, how);
+    std::vector<double> angle(n), speed(n), motor(n), outside(n), out(6 * n), gradient(joint_parameters * n);
+    Wander wander(2);
+    for (int step = 0; step < 12; ++step) {
+      for (std::size_t i = 0; i < n; ++i) {
+        wander.go();
+        angle[i] += wander.speed * 1e-3;
+        speed[i] = wander.speed;
+        motor[i] = wander.motor;
+        outside[i] = wander.outside;
+      }
+      const auto row = [&](std::size_t k) { return Span<double>(out.data() + k * n, n); };
+      joints.step({angle, speed, motor, outside},
+                  {row(0), row(1), row(2), row(3), row(4), row(5), {}, gradient});
+      results.insert(results.end(), out.begin(), out.end());
+      results.insert(results.end(), gradient.begin(), gradient.end());
+    }
+    return joints.state_hash();
+  };
+  std::vector<double> expected;
+  const std::uint64_t hash = run(BatchOptions{}.with_isa("scalar"), expected);
+  int count = 0;
+  const detail::KernelEntry* entries = detail::kernel_entries(&count);
+  for (int i = 0; i < count; ++i) {
+    if (!entries[i].usable()) continue;
+    for (const int threads : {1, 3}) {
+      std::vector<double> results;
+      INFO(entries[i].table->name << ", " << threads);
+      CHECK(run(BatchOptions{}.with_isa(entries[i].table->name).with_threads(threads), results) == hash);
+      CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
+    }
+  }
+  // The first joint alone, without gradients and with the torque only.
+  JointFriction alone(1, {materials, 1});
+  Wander wander(2);
+  double angle = 0, torque = 0;
+  for (int step = 0; step < 12; ++step) {
+    double speed = 0, motor = 0, outside = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      wander.go();
+      if (i != 0) continue;
+      angle += wander.speed * 1e-3;
+      speed = wander.speed;
+      motor = wander.motor;
+      outside = wander.outside;
+    }
+    alone.step({{&angle, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}}, {{&torque, 1}});
+    expect(torque == expected[static_cast<std::size_t>(step) * (6 + joint_parameters) * n], "a joint alone");
+  }
+}
+
+TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbours do not notice",
+          "[joints]") {
+  const JointMaterial m = gear();
+  constexpr std::size_t n = 20;
+  JointFriction joints(n, {&m, 1});
+  std::vector<double> angle(n, 0.0), speed(n, 0.0), torque(n);
+  std::vector<Status> status(n);
+  const auto step = [&] {
+    JointOutput out{torque};
+    out.status = status;
+    return joints.step({angle, speed, {}, {}}, out);
+  };
+  step();
+  for (double& x : angle) x = 1e-3;
+  step();
+  const double before = torque[17];
+  CHECK(before != 0.0);
+  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                        1.1e6};
+  for (const double x : bad) {
+    const std::uint64_t hash = joints.state_hash(17);
+    angle[17] = x;
+    const StepReport report = step();
+    CHECK(report.status == Status::bad_input);
+    CHECK(report.patches_stepped == n - 1);
+    CHECK(status[17] == Status::bad_input);
+    CHECK(torque[17] == 0.0);
+    CHECK(joints.state_hash(17) == hash);
+    CHECK(torque[16] == before);
+    angle[17] = 1e-3;
+    speed[17] = x * 1e9;
+    step();
+    CHECK(joints.state_hash(17) == hash);
+    speed[17] = 0.0;
+    CHECK(step().status == Status::ok);
+    CHECK(torque[17] == before);
+  }
+  // Arrays of another length.
+  const std::uint64_t hash = joints.state_hash();
+  CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
+  CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);
+  JointOutput wants_gradient{torque};
+  std::vector<double> gradient(n * joint_parameters);
+  wants_gradient.gradient = gradient;
+  CHECK(joints.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
+  CHECK(joints.state_hash() == hash);
+}
+
+TEST_CASE("A trial of joints changes no state, before the first step either", "[joints]") {
+  OneJoint joint(gear());
+  const std::uint64_t fresh = joint.batch.state_hash();
+  joint.go(0.7, 0, 1, 1, false);
+  CHECK(joint.torque == 0.0);
+  CHECK(joint.batch.state_hash() == fresh);
+  joint.go(0.7, 0, 1, 1);
+  joint.go(0.72, 3, 1, 1);
+  const std::uint64_t hash = joint.batch.state_hash();
+  joint.go(0.8, 3, 1, 1, false);
+  const double trial = joint.torque;
+  CHECK(joint.batch.state_hash() == hash);
+  joint.go(0.8, 3, 1, 1);
+  CHECK(joint.torque == trial);
+  joint.batch.reset(0);
+  CHECK(joint.batch.state_hash() == fresh);
+  CHECK_FALSE(joint.batch.reset(1));
+}
+
+TEST_CASE("Joints save and restore their state, and refuse what is not theirs", "[joints]") {
+  const JointMaterial m = gear();
+  for (const bool gradients : {false, true}) {
+    JointOptions options;
+    options.gradients = gradients;
+    JointFriction a(5, {&m, 1}, options), b(5, {&m, 1}, options);
+    double angle[5] = {}, torque[5], other[5], gradient[5 * joint_parameters], its[5 * joint_parameters];
+    Wander wander(4);
+    for (int i = 0; i < 50; ++i) {
+      for (double& x : angle) {
+        wander.go();
+        x += wander.speed * 1e-3;
+      }
+      a.step({angle, {}, {}, {}}, {torque});
+    }
+    std::vector<std::byte> state(a.state_size());
+    REQUIRE(a.save_state(state) == state.size());
+    CHECK(a.save_state({state.data(), state.size() - 1}) == 0);
+    b.restore_state(state);
+    CHECK(b.state_hash() == a.state_hash());
+    for (double& x : angle) x += 1e-4;
+    JointOutput to_a{torque}, to_b{other};
+    if (gradients) {
+      to_a.gradient = gradient;
+      to_b.gradient = its;
+    }
+    a.step({angle, {}, {}, {}}, to_a);
+    b.step({angle, {}, {}, {}}, to_b);
+    CHECK(std::memcmp(torque, other, sizeof torque) == 0);
+    if (gradients) CHECK(std::memcmp(gradient, its, sizeof its) == 0);
+
+    const std::uint64_t hash = b.state_hash();
+    for (std::size_t i = 0; i < state.size(); i += 7) {
+      std::vector<std::byte> damaged = state;
+      damaged[i] ^= std::byte{4};
+      CHECK_THROWS_AS(b.restore_state(damaged), Error);
+    }
+    CHECK(names(message_of([&] { b.restore_state({state.data(), 30}); }), {"JointFriction", "cut short"}));
+    JointFriction fewer(4, {&m, 1}, options);
+    CHECK_THROWS_AS(fewer.restore_state(state), Error);
+    CHECK(b.state_hash() == hash);
+  }
+}
+
+TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {
+  for (unsigned p = 0; p < joint_parameters; ++p)
+    for (const double x : {-1e-3, 1e13, std::numeric_limits<double>::quiet_NaN()}) {
+      JointMaterial m = gear();
+      number_of(m, p) = x;
+      const std::string message = message_of([&] { JointFriction(1, {&m, 1}); });
+      CHECK(names(message, {"JointMaterial", "allowed is"}));
+    }
+  const JointMaterial m = gear();
+  JointOptions options;
+  options.bristles = 65;
+  CHECK(names(message_of([&] { JointFriction(1, {&m, 1}, options); }), {"bristles", "65"}));
+  CHECK(names(message_of([&] { JointFriction(1, {}); }), {"material"}));
+  // No column for what no joint uses.
+  JointMaterial coulomb;
+  coulomb.stiffness = 1;
+  coulomb.kinetic.base = 1;
+  const auto bytes = [&](const JointMaterial& its) {
+    return JointFriction(16000, {&its, 1}).memory_bytes() / 16000;
+  };
+  CHECK(bytes(coulomb) == (1 + 3 + 8) * 8);
+  CHECK(bytes(m) == (1 + 13 + 1 + 8 + 8) * 8);
+}
+
+TEST_CASE("The C interface has the bits of joints in C++, and refuses in words", "[joints][c]") {
+  const JointMaterial m = gear();
+  bristle_joint_material its;
+  static_assert(sizeof its == sizeof m);
+  std::memcpy(&its, &m, sizeof m);
+  bristle_joint_options options;
+  REQUIRE(bristle_init_joint_options(&options, sizeof options) == BRISTLE_OK);
+  CHECK(options.bristles == JointOptions{}.bristles);
+  options.gradients = 1;
+  bristle_joints* joints = nullptr;
+  REQUIRE(bristle_joints_create(3, &its, 1, &options, nullptr, &joints) == BRISTLE_OK);
+  JointOptions same;
+  same.gradients = true;
+  JointFriction expected(3, {&m, 1}, same);
+  constexpr std::size_t n = 3, rows = joint_parameters;
+  double angle[n] = {}, speed[n] = {}, motor[n] = {1, -1, 0}, outside[n] = {0.5, 0.5, -2};
+  double out[6][n], gradient[rows * n], trial[n], other[6][n], other_gradient[rows * n];
+  std::uint32_t status[n] = {9, 9, 9};
+  bristle_joint_step step;
+  REQUIRE(bristle_init_joint_step(&step, sizeof step) == BRISTLE_OK);
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_BAD_ARGUMENT);  // no angle
+  step.angle = angle;
+  step.speed = speed;
+  step.motor = motor;
+  step.outside = outside;
+  bristle_joint_step only_torque = step;
+  only_torque.torque = trial;
+  double** const columns[] = {&step.torque,   &step.mean,     &step.by_angle,
+                              &step.by_speed, &step.by_motor, &step.by_outside};
+  for (std::size_t k = 0; k < 6; ++k) *columns[k] = out[k];
+  step.gradient = gradient;
+  step.status = status;
+  Wander wander(8);
+  for (int i = 0; i < 30; ++i) {
+    wander.go();
+    for (std::size_t k = 0; k < n; ++k) {
+      angle[k] = wander.angle;
+      speed[k] = wander.speed;
+    }
+    bristle_step_report report{};
+    report.struct_size = sizeof report;
+    REQUIRE(bristle_joints_find_torque(joints, &only_torque, nullptr) == BRISTLE_OK);
+    REQUIRE(bristle_joints_step(joints, &step, &report) == BRISTLE_OK);
+    CHECK(report.patches_stepped == n);
+    JointOutput to{other[0], other[1], other[2], other[3], other[4], other[5]};
+    to.gradient = other_gradient;
+    expected.step({angle, speed, motor, outside}, to);
+    CHECK(std::memcmp(out, other, sizeof out) == 0);
+    CHECK(std::memcmp(gradient, other_gradient, sizeof gradient) == 0);
+    CHECK(std::memcmp(trial, out[0], sizeof trial) == 0);
+  }
+  CHECK(status[2] == BRISTLE_STATUS_OK);
+  CHECK(bristle_joints_state_hash(joints) == expected.state_hash());
+  std::vector<unsigned char> state(bristle_joints_state_size(joints));
+  REQUIRE(bristle_joints_save_state(joints, state.data(), state.size()) == state.size());
+  CHECK(bristle_joints_reset_one(joints, 3) == BRISTLE_REFUSED);
+  CHECK(bristle_joints_reset_one(joints, 1) == BRISTLE_OK);
+  CHECK(bristle_joints_state_hash(joints) != expected.state_hash());
+  REQUIRE(bristle_joints_restore_state(joints, state.data(), state.size()) == BRISTLE_OK);
+  CHECK(bristle_joints_state_hash(joints) == expected.state_hash());
+  CHECK(bristle_joints_restore_state(joints, state.data(), 3) == BRISTLE_REFUSED);
+  REQUIRE(bristle_joints_reset(joints) == BRISTLE_OK);
+  bristle_joints_destroy(joints);
+  bristle_joints_destroy(nullptr);
+  // A gradient that the options do not allow; a material out of range.
+  REQUIRE(bristle_joints_create(3, &its, 1, nullptr, nullptr, &joints) == BRISTLE_OK);
+  CHECK(bristle_joints_step(joints, &step, nullptr) == BRISTLE_REFUSED);
+  CHECK(std::string(bristle_last_error()).find("gradients") != std::string::npos);
+  bristle_joints_destroy(joints);
+  its.stiffness = 0.0;
+  CHECK(bristle_joints_create(3, &its, 1, nullptr, nullptr, &joints) == BRISTLE_REFUSED);
+  CHECK(std::string(bristle_last_error()).find("stiffness") != std::string::npos);
+}
