@@ -184,6 +184,7 @@ int main(int argc, char** argv) {
 #ifdef BRISTLE_HAS_RIVALS
     register_extended();
 #endif
+    register_joints();
     register_keys();
     register_scaling();
     register_long_motion();

@@ -2,6 +2,7 @@
 // their inline functions would be shared with code that must run on any machine and round as written.
 #include "plain_loops.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -556,6 +557,35 @@ Force SlideLoop::step(double dx_m, double dy_m) noexcept {
   force.end[0] = -static_cast<double>(sum_x) * mean_m_;
   force.end[1] = -static_cast<double>(sum_y) * mean_m_;
   return force;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Joints
+
+JointLoop::JointLoop(std::size_t n, double stiffness, double base, double by_motor)
+    : n_(n), stiffness_(stiffness), base_(base), by_motor_(by_motor) {
+  tip_ = static_cast<double*>(take(bristles * n * sizeof(double)));
+  std::fill(tip_, tip_ + bristles * n, 0.0);
+}
+
+JointLoop::~JointLoop() { std::free(tip_); }
+
+void JointLoop::step(const double* angle, const double* motor, double* torque) noexcept {
+  const double flexibility = 1.0 / stiffness_, share = stiffness_ / bristles;
+  for (std::size_t begin = 0; begin < n_; begin += 512) {
+    const std::size_t end = std::min(begin + 512, n_);
+    for (std::size_t j = begin; j < end; ++j) torque[j] = 0.0;
+    for (std::size_t k = 0; k < bristles; ++k) {
+      const double length = (0.5 + (static_cast<double>(k) + 0.5) / bristles) * flexibility;
+      double* tip = tip_ + k * n_;
+      for (std::size_t j = begin; j < end; ++j) {
+        const double limit = (base_ + by_motor_ * std::fabs(motor[j])) * length;
+        const double z = std::min(std::max(angle[j] - tip[j], -limit), limit);
+        tip[j] = angle[j] - z;
+        torque[j] -= share * z;
+      }
+    }
+  }
 }
 
 // ---------------------------------------------------------------------------------------------------------

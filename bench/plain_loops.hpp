@@ -132,6 +132,24 @@ class SlideLoop {
   float* limit_;
 };
 
+/// Joints of 8 bristles that slide at their limits, with a load: a clamp a bristle, double precision. Limits
+/// even on 0.5 to 1.5 of base + by_motor |motor|.
+class JointLoop {
+ public:
+  JointLoop(std::size_t n, double stiffness, double base, double by_motor);
+  ~JointLoop();
+  JointLoop(const JointLoop&) = delete;
+  JointLoop& operator=(const JointLoop&) = delete;
+
+  void step(const double* angle, const double* motor, double* torque) noexcept;
+
+ private:
+  static constexpr std::size_t bristles = 8;
+  std::size_t n_;
+  double stiffness_, base_, by_motor_;
+  double* tip_;  ///< a column a bristle
+};
+
 /// The streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of
 /// them back, in chunks of 256 like bristle's blocks, doing next to nothing with them.
 /// One step with two axes and keep: 3 read; 2 written where bristles snap.

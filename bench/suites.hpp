@@ -8,6 +8,7 @@ void register_batches();
 void register_cohorts();
 void register_extended();  // where tools/rivals is built
 void register_scaling();
+void register_joints();
 void register_keys();
 void register_long_motion();
 void register_presliding();

@@ -894,6 +894,65 @@ class Scenes(unittest.TestCase):
 
 
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
+class Joints(unittest.TestCase):
+    def gear(self):
+        return bristle.JointMaterial(stiffness=300.0, viscous=0.01, base=0.4, motor=(0.1, 0.3), outside=(0.05, 0.08),
+                                     static_base=0.2, stribeck_speed=0.5)
+
+    def test_they_are_stepped_in_place(self):
+        n = 100
+        joints = bristle.JointFriction(n, [self.gear()], gradients=True)
+        self.assertEqual(len(joints), n)
+        angle, torque, mean = np.zeros(n), np.full(n, 9.0), np.empty(n)
+        by_angle, gradient, status = np.empty(n), np.empty((13, n)), np.full(n, 9, dtype=np.uint32)
+        motor = np.linspace(-1.0, 1.0, n)
+        joints.step(angle, motor=motor)
+        angle += 1.0
+        result = joints.step(angle, np.full(n, 1e3), motor, torque=torque, mean=mean, by_angle=by_angle,
+                             gradient=gradient, status=status)
+        self.assertIs(result, torque)
+        np.testing.assert_allclose(torque, -(0.4 + np.where(motor > 0, 0.1, 0.3) * abs(motor)) - 10.0, rtol=1e-13)
+        np.testing.assert_array_equal(by_angle, 0.0)
+        np.testing.assert_array_equal(status, 0)
+        row = joints.parameter_names.index("base")
+        np.testing.assert_allclose(gradient[row], -1.0, rtol=1e-13)
+
+    def test_trials_states_and_materials(self):
+        gear = self.gear()
+        self.assertEqual(gear.motor, (0.1, 0.3))
+        gear.motor = (0.2, 0.4)
+        self.assertEqual(gear.numbers[3:5], [0.2, 0.4])
+        self.assertEqual(len(gear.numbers), len(bristle.JointFriction.parameter_names))
+        joints = bristle.JointFriction(2, [gear, self.gear()])
+        joints.step([0.0, 0.0])
+        state, before = joints.save_state(), joints.state_hash()
+        trial = joints.find_torque([0.01, 0.01], motor=[1.0, 1.0])
+        self.assertEqual(joints.state_hash(), before)
+        np.testing.assert_array_equal(joints.step([0.01, 0.01], motor=[1.0, 1.0]), trial)
+        self.assertLess(trial[0], trial[1])
+        self.assertNotEqual(joints.state_hash(), before)
+        joints.restore_state(state)
+        self.assertEqual(joints.state_hash(), before)
+        joints.reset(0)
+        self.assertNotEqual(joints.state_hash(0), joints.state_hash(1))
+
+    def test_what_cannot_be_is_refused(self):
+        with self.assertRaisesRegex(bristle.Error, "stiffness"):
+            bristle.JointFriction(1, bristle.JointMaterial(stiffness=0.0))
+        joints = bristle.JointFriction(2, self.gear())
+        with self.assertRaisesRegex(bristle.Error, "angle"):
+            joints.step([1.0])
+        with self.assertRaisesRegex(bristle.Error, "torque.*float64"):
+            joints.step([1.0, 1.0], torque=np.zeros(2, dtype=np.float32))
+        with self.assertRaisesRegex(bristle.Error, "torque.*one after the other"):
+            joints.step([1.0, 1.0], torque=np.zeros(4)[::2])
+        with self.assertRaisesRegex(bristle.Error, "gradients=True"):
+            joints.step([1.0, 1.0], gradient=np.zeros((13, 2)))
+        with self.assertRaises(TypeError):
+            bristle.JointFriction.__new__(bristle.JointFriction).step([1.0])
+
+
+@unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
 class Beds(unittest.TestCase):
     def setUp(self):
         self.beds = bristle.BedBatch()

@@ -19,6 +19,7 @@ PYBIND11_MODULE(_bristle, module) {
   define_batch(module);
   define_beds(module);
   define_extended(module);
+  define_joints(module);
   define_monitor(module);
   define_tools(module);
   module.def(

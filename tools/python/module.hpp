@@ -28,6 +28,8 @@ inline constexpr bool is_module_class<bristle::Coefficients> = true;
 template <>
 inline constexpr bool is_module_class<bristle::DeadlineMonitor> = true;
 template <>
+inline constexpr bool is_module_class<bristle::JointMaterial> = true;
+template <>
 inline constexpr bool is_module_class<bristle::Material> = true;
 template <>
 inline constexpr bool is_module_class<bristle::Outline> = true;
@@ -84,6 +86,7 @@ void define_arrays(py::module_& module);
 void define_batch(py::module_& module);
 void define_beds(py::module_& module);
 void define_extended(py::module_& module);
+void define_joints(py::module_& module);
 void define_monitor(py::module_& module);
 /// Scenes, fitting and experiments where the build has their libraries; else an error that says so.
 void define_tools(py::module_& module);

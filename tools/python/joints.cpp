@@ -1,0 +1,245 @@
+// Joints: JointMaterial and JointFriction over numpy arrays, in place.
+#include <array>
+#include <string>
+#include <vector>
+
+#include <pybind11/stl.h>
+
+#include "tools/python/module.hpp"
+
+namespace bristle_python {
+
+using bristle::JointFriction;
+using bristle::JointInput;
+using bristle::JointMaterial;
+using bristle::JointOptions;
+using bristle::JointOutput;
+
+namespace {
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Pair = std::array<double, 2>;
+using Material = std::array<double, bristle::joint_parameters>;
+
+/// Joints with a batch of their own. One Python thread at a time: step lets go of the lock.
+class Joints {
+ public:
+  Joints(std::size_t joints, const std::vector<JointMaterial>& materials, const JointOptions& options,
+         const bristle::BatchOptions& batch_options)
+      : batch(joints, {materials.data(), materials.size()}, options, batch_options) {}
+
+  struct Turn : OneThread {
+    explicit Turn(Joints& owner)
+        : OneThread(owner.busy_,
+                    "JointFriction: another thread is using these joints; one thread at a time") {}
+  };
+
+  JointFriction batch;
+
+ private:
+  std::atomic<bool> busy_{false};
+};
+
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<Joints> = true;
+
+namespace {
+
+/// Joints from which a step lets go of the interpreter's lock: it takes longer than taking the lock back.
+constexpr std::size_t lets_go_from = 64;
+
+/// An array of the caller's that is written in place. None: not asked for.
+template <class T>
+bristle::Span<T> room_of(const py::object& array, std::size_t size, const char* name) {
+  if (array.is_none()) return {};
+  if (!py::isinstance<py::array_t<std::conditional_t<std::is_same_v<T, double>, double, std::uint32_t>>>(
+          array))
+    throw bristle::Error(std::string(name) + ": a numpy array of " +
+                         (std::is_same_v<T, double> ? "float64" : "uint32") +
+                         " is needed: it is written in place");
+  auto its = py::reinterpret_borrow<py::array>(array);
+  if (static_cast<std::size_t>(its.size()) != size || (its.flags() & py::array::c_style) == 0 ||
+      !its.writeable())
+    throw bristle::Error(std::string(name) + ": a writeable array of " + std::to_string(size) +
+                         " numbers, one after the other, is needed");
+  return {static_cast<T*>(its.mutable_data()), size};
+}
+
+struct Given {
+  Numbers array;
+  bristle::Span<const double> span;
+  Given(const py::object& given, std::size_t size, const char* name) {
+    if (given.is_none()) return;
+    array = Numbers::ensure(given);
+    if (!array || static_cast<std::size_t>(array.size()) != size) {
+      PyErr_Clear();
+      throw bristle::Error(std::string(name) + ": one number for each of " + std::to_string(size) +
+                           " joints is needed");
+    }
+    span = {array.data(), size};
+  }
+};
+
+template <bristle::StepReport (JointFriction::*go)(const JointInput&, const JointOutput&) noexcept>
+py::object step(Joints& self, const py::object& angle, const py::object& speed, const py::object& motor,
+                const py::object& outside, py::object torque, const py::object& mean,
+                const py::object& by_angle, const py::object& by_speed, const py::object& by_motor,
+                const py::object& by_outside, const py::object& gradient, const py::object& status) {
+  const std::size_t n = self.batch.joint_count();
+  if (angle.is_none()) throw bristle::Error("angle: one number for each joint is needed");
+  const Given angles(angle, n, "angle"), speeds(speed, n, "speed"), motors(motor, n, "motor"),
+      outsides(outside, n, "outside");
+  if (torque.is_none()) torque = Numbers(static_cast<py::ssize_t>(n));
+  const JointOutput out{room_of<double>(torque, n, "torque"),
+                        room_of<double>(mean, n, "mean"),
+                        room_of<double>(by_angle, n, "by_angle"),
+                        room_of<double>(by_speed, n, "by_speed"),
+                        room_of<double>(by_motor, n, "by_motor"),
+                        room_of<double>(by_outside, n, "by_outside"),
+                        room_of<bristle::Status>(status, n, "status"),
+                        room_of<double>(gradient, n * bristle::joint_parameters, "gradient")};
+  const JointInput in{angles.span, speeds.span, motors.span, outsides.span};
+  const Joints::Turn turn(self);
+  bristle::StepReport report;
+  if (n < lets_go_from) {
+    report = (self.batch.*go)(in, out);
+  } else {
+    const py::gil_scoped_release release;
+    report = (self.batch.*go)(in, out);
+  }
+  if (report.tasks == 0) throw bristle::Error("gradient: JointFriction(gradients=True) is needed");
+  return torque;
+}
+
+Material& numbers_of(JointMaterial& material) { return reinterpret_cast<Material&>(material); }
+
+}  // namespace
+
+void define_joints(py::module_& module) {
+  py::class_<JointMaterial> material(
+      module, "JointMaterial",
+      "Friction of a joint, N m and rad. Pairs: while it drives, while it is driven.");
+  material.def(py::init([](double stiffness, double viscous, double base, const Pair& motor,
+                           const Pair& outside, double static_base, const Pair& static_motor,
+                           const Pair& static_outside, double stribeck_speed) {
+                 JointMaterial m;
+                 numbers_of(m) = {
+                     stiffness,         viscous,           base,          motor[0],        motor[1],
+                     outside[0],        outside[1],        static_base,   static_motor[0], static_motor[1],
+                     static_outside[0], static_outside[1], stribeck_speed};
+                 return m;
+               }),
+               py::kw_only(), py::arg("stiffness"), py::arg("viscous") = 0.0, py::arg("base") = 0.0,
+               py::arg("motor") = Pair{}, py::arg("outside") = Pair{}, py::arg("static_base") = 0.0,
+               py::arg("static_motor") = Pair{}, py::arg("static_outside") = Pair{},
+               py::arg("stribeck_speed") = 0.0);
+  const auto number = [&](const char* name, std::size_t i, const char* doc) {
+    material.def_property(
+        name, [i](JointMaterial& m) { return numbers_of(m)[i]; },
+        [i](JointMaterial& m, double x) { numbers_of(m)[i] = x; }, doc);
+  };
+  const auto pair = [&](const char* name, std::size_t i) {
+    material.def_property(
+        name, [i](JointMaterial& m) { return py::make_tuple(numbers_of(m)[i], numbers_of(m)[i + 1]); },
+        [i](JointMaterial& m, const Pair& x) {
+          numbers_of(m)[i] = x[0];
+          numbers_of(m)[i + 1] = x[1];
+        },
+        "while it drives, while it is driven");
+  };
+  number("stiffness", bristle::joint_stiffness, "N m/rad while it sticks");
+  number("viscous", bristle::joint_viscous, "N m s/rad");
+  number("base", bristle::joint_base, "N m");
+  pair("motor", bristle::joint_motor_driving);
+  pair("outside", bristle::joint_outside_driving);
+  number("static_base", bristle::joint_static_base, "N m, in addition while it sticks");
+  pair("static_motor", bristle::joint_static_motor_driving);
+  pair("static_outside", bristle::joint_static_outside_driving);
+  number("stribeck_speed", bristle::joint_stribeck_speed, "rad/s");
+  material.def_property(
+      "numbers", [](JointMaterial& m) { return numbers_of(m); },
+      [](JointMaterial& m, const Material& x) { numbers_of(m) = x; },
+      "All numbers, in the order of JointFriction.parameter_names.");
+
+  py::class_<Joints> joints(
+      module, "JointFriction",
+      "Friction of robots' joints: arrays of one number a joint, read and written in place.");
+  joints.def(py::init([](std::size_t count, const py::object& materials, int bristles, double spread,
+                         bool gradients, int threads, const char* isa) {
+               std::vector<JointMaterial> list;
+               if (py::isinstance<JointMaterial>(materials))
+                 list.push_back(py::cast<JointMaterial>(materials));
+               else
+                 for (const py::handle& its : materials) list.push_back(py::cast<JointMaterial>(its));
+               JointOptions options;
+               options.bristles = bristles;
+               options.spread = spread;
+               options.gradients = gradients;
+               return std::make_unique<Joints>(count, list, options,
+                                               bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
+             }),
+             py::arg("joints"), py::arg("materials"), py::kw_only(),
+             py::arg("bristles") = JointOptions{}.bristles, py::arg("spread") = JointOptions{}.spread,
+             py::arg("gradients") = false, py::arg("threads") = 1, py::arg("isa") = py::none(),
+             "Joint i is of materials[i % len(materials)]. Raises bristle.Error for values out of range.");
+  const auto define_step = [&](const char* name, const auto& function, const char* doc) {
+    joints.def(name, function, py::arg("angle"), py::arg("speed") = py::none(), py::arg("motor") = py::none(),
+               py::arg("outside") = py::none(), py::kw_only(), py::arg("torque") = py::none(),
+               py::arg("mean") = py::none(), py::arg("by_angle") = py::none(),
+               py::arg("by_speed") = py::none(), py::arg("by_motor") = py::none(),
+               py::arg("by_outside") = py::none(), py::arg("gradient") = py::none(),
+               py::arg("status") = py::none(), doc);
+  };
+  define_step("step", &step<&JointFriction::step>,
+              "Moves all joints to their angles (rad, not wrapped), with their speeds (rad/s) and torques (N "
+              "m); None is "
+              "zero. Returns the torque of friction on each joint (N m). The keyword arrays are written in "
+              "place: torque, "
+              "mean, derivatives of the torque, gradient (13, n), status (uint32, 4: bad input, torque 0).");
+  define_step("find_torque", &step<&JointFriction::find_torque>, "As step, without changing the state.");
+  joints
+      .def(
+          "reset",
+          [](Joints& self, const py::object& joint) {
+            const Joints::Turn turn(self);
+            if (joint.is_none())
+              self.batch.reset();
+            else if (!self.batch.reset(py::cast<std::size_t>(joint)))
+              throw bristle::Error("JointFriction.reset: there is no such joint");
+          },
+          py::arg("joint") = py::none(), "Straightens one joint, or all.")
+      .def(
+          "state_hash",
+          [](Joints& self, const py::object& joint) {
+            const Joints::Turn turn(self);
+            return joint.is_none() ? self.batch.state_hash()
+                                   : self.batch.state_hash(py::cast<std::size_t>(joint));
+          },
+          py::arg("joint") = py::none(), "Of one joint, or of all: equal on every machine.")
+      .def(
+          "save_state",
+          [](Joints& self) {
+            const Joints::Turn turn(self);
+            std::vector<std::byte> state(self.batch.state_size());
+            self.batch.save_state({state.data(), state.size()});
+            return py::bytes(reinterpret_cast<const char*>(state.data()), state.size());
+          },
+          "The state of all joints as bytes.")
+      .def(
+          "restore_state",
+          [](Joints& self, const py::bytes& state) {
+            const Joints::Turn turn(self);
+            const std::string bytes = state;
+            self.batch.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
+          },
+          py::arg("state"), "Raises bristle.Error, state unchanged, where it does not fit.")
+      .def("__len__", [](Joints& self) { return self.batch.joint_count(); });
+  joints.attr("parameter_names") =
+      py::make_tuple("stiffness", "viscous", "base", "motor_driving", "motor_driven", "outside_driving",
+                     "outside_driven", "static_base", "static_motor_driving", "static_motor_driven",
+                     "static_outside_driving", "static_outside_driven", "stribeck_speed");
+}
+
+}  // namespace bristle_python
