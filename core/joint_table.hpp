@@ -21,13 +21,16 @@ enum JointVariant : std::uint32_t {
 /// Where the columns of 16 joints begin, counted in columns of 16 numbers. What the variant does not use has
 /// none.
 struct JointLayout {
-  std::uint32_t before = 0;                        ///< last angle, rad; NaN: none since reset
+  // Constants, which blocks of the same materials share.
   std::uint32_t parameter[joint_parameters] = {};  ///< in place of a Stribeck speed its inverse square, or 0
   std::uint32_t least_decay = 0;  ///< least (speed/stribeck_speed)^2; 80 where that speed is 0
-  std::uint32_t tips = 0;         ///< rad, where each bristle would be straight
-  std::uint32_t slid = 0;         ///< 1: slid in the last step and holds its kinetic limit only
-  std::uint32_t gradients = 0;    ///< of each tip by each parameter
-  std::uint32_t columns = 0;
+  std::uint32_t constants = 0;    ///< how many
+  // State.
+  std::uint32_t before = 0;     ///< last angle, rad; NaN: none since reset
+  std::uint32_t tips = 1;       ///< rad, where each bristle would be straight
+  std::uint32_t slid = 0;       ///< 1: slid in the last step and holds its kinetic limit only
+  std::uint32_t gradients = 0;  ///< of each tip by each parameter
+  std::uint32_t columns = 0;    ///< how many
 
   static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
     const bool of_static = p >= joint_static_base;
@@ -36,17 +39,12 @@ struct JointLayout {
     return (!of_static || (variant & joint_drops) != 0) && (!of_load || (variant & joint_loaded) != 0);
   }
   constexpr JointLayout(std::uint32_t variant, std::uint32_t bristles) {
-    std::uint32_t next = 1;
     for (std::uint32_t p = 0; p < joint_parameters; ++p)
-      if (uses(p, variant)) parameter[p] = next++;
-    if ((variant & joint_drops) != 0) least_decay = next++;
-    tips = next;
-    next += bristles;
-    slid = next;
-    if ((variant & joint_drops) != 0) next += bristles;
-    gradients = next;
-    if ((variant & joint_gradients) != 0) next += bristles * joint_parameters;
-    columns = next;
+      if (uses(p, variant)) parameter[p] = constants++;
+    if ((variant & joint_drops) != 0) least_decay = constants++;
+    slid = tips + bristles;
+    gradients = slid + ((variant & joint_drops) != 0 ? bristles : 0);
+    columns = gradients + ((variant & joint_gradients) != 0 ? bristles * joint_parameters : 0);
   }
 };
 
@@ -70,6 +68,7 @@ struct JointStep {
   const double* length;  ///< limit of each bristle over the mean
   const double* in;      ///< joint_inputs rows; in_writes is 1 where the state changes, else 0
   double* out;           ///< joint_outputs rows; the last ones are filled by kernels with gradients
+  const double* constants;
   double* columns;
 };
 using JointKernel = void (*)(const JointStep&);

@@ -32,12 +32,13 @@ void step_joints(const JointStep& step) {
   for (std::uint32_t first = 0; first < lane_count; first += E::size) {
     const auto column = [&](std::uint32_t c) { return step.columns + c * lane_count + first; };
     const auto get = [&](std::uint32_t c) { return E::get(column(c)); };
+    const auto constant = [&](std::uint32_t c) { return E::get(step.constants + c * lane_count + first); };
     const auto in = [&](std::uint32_t row) { return E::get(step.in + row * lane_count + first); };
     const auto put = [&](std::uint32_t row, V x) { E::put(step.out + row * lane_count + first, x); };
     const auto writes = in(in_writes) > none;
     const V angle = in(in_angle), speed = in(in_speed);
     const V before = get(at.before);
-    const V stiffness = get(at.parameter[joint_stiffness]);
+    const V stiffness = constant(at.parameter[joint_stiffness]);
     const V flexibility = divide(one, stiffness);
     const V way = angle - before;
     const V e = select_lanes(way < none, none - one, one);
@@ -58,12 +59,12 @@ void step_joints(const JointStep& step) {
       drives_backward = motor < none;
     }
     const auto losses = [&](std::uint32_t base) {
-      BothWays<V> torque{get(at.parameter[base]), get(at.parameter[base])};
+      BothWays<V> torque{constant(at.parameter[base]), constant(at.parameter[base])};
       if constexpr (loaded) {
         const V driving =
-            motor_size * get(at.parameter[base + 1]) + outside_size * get(at.parameter[base + 3]);
+            motor_size * constant(at.parameter[base + 1]) + outside_size * constant(at.parameter[base + 3]);
         const V driven =
-            motor_size * get(at.parameter[base + 2]) + outside_size * get(at.parameter[base + 4]);
+            motor_size * constant(at.parameter[base + 2]) + outside_size * constant(at.parameter[base + 4]);
         torque.forward = torque.forward + select_lanes(drives_forward, driving, driven);
         torque.backward = torque.backward + select_lanes(drives_backward, driving, driven);
       }
@@ -75,8 +76,8 @@ void step_joints(const JointStep& step) {
     V left = none, inverse_square = none;
     if constexpr (drops) {
       static_part = losses(joint_static_base);
-      inverse_square = get(at.parameter[joint_stribeck_speed]);
-      left = decay<double>(most(speed * speed * inverse_square, get(at.least_decay))).left;
+      inverse_square = constant(at.parameter[joint_stribeck_speed]);
+      left = decay<double>(most(speed * speed * inverse_square, constant(at.least_decay))).left;
       holds_at = {slides_at.forward + static_part.forward, slides_at.backward + static_part.backward};
       slides_at = {slides_at.forward + left * static_part.forward,
                    slides_at.backward + left * static_part.backward};
@@ -172,7 +173,7 @@ void step_joints(const JointStep& step) {
       }
     }
 
-    V viscous = get(at.parameter[joint_viscous]);
+    V viscous = constant(at.parameter[joint_viscous]);
     const V damper = viscous * speed;
     put(out_torque, none - (stiffness * sum + damper));
     if constexpr (all) {
@@ -190,8 +191,8 @@ void step_joints(const JointStep& step) {
       if constexpr (loaded) {
         const auto slope = [&](std::uint32_t driving) {
           const auto total = [&](std::uint32_t k) {
-            V x = get(at.parameter[joint_base + k]);
-            if constexpr (drops) x = x + left * get(at.parameter[joint_static_base + k]);
+            V x = constant(at.parameter[joint_base + k]);
+            if constexpr (drops) x = x + left * constant(at.parameter[joint_static_base + k]);
             return x;
           };
           const V a = total(driving), b = total(driving + 1);

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -107,14 +108,20 @@ struct JointFriction::Impl {
     const Strata strata = make_strata(SnapLength::lognormal(1.0, options.spread), bristles);
     share = strata.share;
     length = strata.length;
-    columns.resize(blocks() * layout.columns);
-    for (std::size_t i = 0; i < blocks() * lane_count; ++i) {
+    patterns = std::max<std::size_t>(
+        std::min(blocks(), materials.size() / std::gcd(materials.size(), std::size_t{lane_count})), 1);
+    constants.resize(patterns * layout.constants);
+    for (std::size_t i = 0; i < patterns * lane_count; ++i) {
       const Column& its = numbers[i % numbers.size()];
+      const auto put = [&](std::uint32_t c, double x) {
+        constants[i / lane_count * layout.constants + c].lane[i % lane_count] = x;
+      };
       for (std::uint32_t p = 0; p < joint_parameters; ++p)
-        if (JointLayout::uses(p, variant)) at(i, layout.parameter[p]) = its.lane[p];
-      if ((variant & joint_drops) != 0) at(i, layout.least_decay) = its.lane[joint_parameters];
-      straighten(i);
+        if (JointLayout::uses(p, variant)) put(layout.parameter[p], its.lane[p]);
+      if ((variant & joint_drops) != 0) put(layout.least_decay, its.lane[joint_parameters]);
     }
+    columns.resize(blocks() * layout.columns);
+    for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
   }
 
   const BedKernels& kernels;
@@ -125,7 +132,9 @@ struct JointFriction::Impl {
   std::uint32_t variant = 0;
   JointLayout layout;
   std::vector<double> share, length;
-  std::vector<Column> columns;  ///< of all blocks of 16 joints, one after the other
+  std::size_t patterns = 1;       ///< blocks of different materials, which repeat
+  std::vector<Column> constants;  ///< of each pattern
+  std::vector<Column> columns;    ///< of all blocks of 16 joints, one after the other
 
   // A step that is shared.
   JointInput in;
@@ -198,6 +207,7 @@ struct JointFriction::Impl {
     step.length = length.data();
     step.in = input[0].lane;
     step.out = output[0].lane;
+    step.constants = constants[b % patterns * layout.constants].lane;
     step.columns = columns[b * layout.columns].lane;
     kernels.joint[kernel](step);
 
@@ -276,8 +286,6 @@ struct JointFriction::Impl {
     report.bristles_visited = std::uint64_t{report.patches_stepped} * bristles;
     return report;
   }
-
-  std::size_t saved_columns() const noexcept { return layout.columns - layout.tips + 1u; }
 };
 
 JointFriction::JointFriction(std::size_t joints, Span<const JointMaterial> materials,
@@ -319,7 +327,7 @@ std::uint64_t JointFriction::state_hash() const noexcept {
 }
 
 std::size_t JointFriction::state_size() const noexcept {
-  return seal_size + 3 * sizeof(std::uint64_t) + impl_->saved_columns() * impl_->count * sizeof(double);
+  return seal_size + 3 * sizeof(std::uint64_t) + impl_->layout.columns * impl_->count * sizeof(double);
 }
 
 std::size_t JointFriction::save_state(Span<std::byte> to) const noexcept {
@@ -377,7 +385,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
 
 std::size_t JointFriction::joint_count() const noexcept { return impl_->count; }
 std::size_t JointFriction::memory_bytes() const noexcept {
-  return sizeof(Impl) + impl_->columns.size() * sizeof(Column);
+  return sizeof(Impl) + (impl_->columns.size() + impl_->constants.size()) * sizeof(Column);
 }
 int JointFriction::threads() const noexcept { return impl_->workers.count(); }
 const char* JointFriction::isa() const noexcept { return impl_->kernels.name; }
