@@ -2,12 +2,11 @@
 # response to a step in speed that theory starts from; a small disturbance on a spring a little softer and a little stiffer.
 load folder."/experiment_style.gp"
 um(speed) = system(sprintf("awk 'BEGIN { printf \"%%g um/s\", 1e6 * %s }'", speed))
-set multiplot layout 2,2 title "Critical stiffness: which spring makes a slow pull stick and slip" font ",17"
+set multiplot @four title "Critical stiffness: which spring makes a slow pull stick and slip" font ",17"
 set title "critical stiffness: bisection (symbols), linear theory (lines)"
 set xlabel "speed of the pull  [um/s]"
 set ylabel "stiffness  [N/m]"
 set logscale xy
-set key bottom left
 some = ""
 do for [m in present] {
   if (int(system(sprintf("awk -F, '$1 == \"bisection\" && $2 == \"%s\" && $4 > 0 { n++ } END { print n + 0 }' '%s'", m, csv))) > 0) { some = some.m." " }
@@ -23,19 +22,19 @@ set ylabel "over kinetic friction, per e-fold"
 set xrange [0:6]
 set yrange [-0.1:0.1]
 at_middle(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\" && $3 == %s' '%s'", panel, m, middle, csv)
-set key top right
 plot for [m in some] at_middle("response", m) using 5:6 with lines linetype index_of(m) title name(m)
 set autoscale y
 set xlabel "way of the pull  [presliding lengths]"
-set ylabel "disturbance over kinetic friction"
+set ylabel "disturbance over friction"
 set xrange [0:40]
 set yrange [-0.004:0.004]
-set key top left
 shown = ""
 do for [m in "rate_state brush_aged"] { if (is_there(m)) { shown = shown.m." " } }
 if (words(shown) == 0) shown = word(present, 1)
 do for [panel in "soft stiff"] {
   set title sprintf("a disturbance, spring %s times the critical one", panel eq "soft" ? "0.9" : "1.1")
-  plot for [m in shown] at_middle(panel, m) using 5:6 with lines linetype index_of(m) title name(m)
+  if (panel eq "stiff") { keyed = some; set key @below }
+  plot for [m in shown] at_middle(panel, m) using 5:6 with lines linetype index_of(m) notitle, \
+    for [m in some] keyentry with linespoints linetype index_of(m) pointsize 1.8 title name(m)
 }
 unset multiplot

@@ -1,15 +1,13 @@
 # Draws `bristle experiment limit-surface --csv`.
 load folder."/experiment_style.gp"
-set multiplot layout 2,2 title "A disc that slides and spins" font ",17"
+set multiplot @four title "A disc that slides and spins" font ",17"
 set xlabel "velocity of the centre / (omega R)"
 set logscale x
 set xrange [0.04:6]
-set key top left font ",9" spacing 0.9 samplen 2
 set title "force over that of sliding alone"
 set ylabel "force / friction"
 plot for [m in present] rows("limit", m) using ($3 > 0 ? $3 : NaN):4 with lines linetype index_of(m) title name(m), \
   rows("limit", word(present, 1)) using ($3 > 0 ? $3 : NaN):7 with points pointtype 1 linecolor rgb "black" title "closed form"
-unset key
 set title "torque"
 set ylabel "torque / (friction R)"
 plot for [m in present] rows("limit", m) using ($3 > 0 ? $3 : NaN):6 with lines linetype index_of(m) title name(m), \
@@ -26,5 +24,7 @@ set xrange [0.04:6]
 set title "force aside"
 set xlabel "velocity of the centre / (omega R)"
 set ylabel "force at a right angle / friction"
-plot for [m in present] rows("limit", m) using ($3 > 0 ? $3 : NaN):5 with lines linetype index_of(m) title name(m)
+set key @below
+plot for [m in present] rows("limit", m) using ($3 > 0 ? $3 : NaN):5 with lines linetype index_of(m) title name(m), \
+  keyentry with points pointtype 1 linecolor rgb "black" title "closed form"
 unset multiplot

@@ -2,14 +2,13 @@
 load folder."/experiment_style.gp"
 set terminal pngcairo size 1200,520 font "DejaVu Sans,13" linewidth 1.2
 set output png
-set multiplot layout 1,2 title "The load jumps while the contact slides" font ",17"
+set multiplot @two title "The load jumps while the contact slides" font ",17"
 set xlabel "displacement after the jump  [presliding lengths]"
 set ylabel "friction force  [N]"
 set yrange [0:*]
 set title "load up"
-set key bottom right maxrows 4
 plot for [m in present] rows("up", m) using 3:4 with lines linetype index_of(m) title name(m)
 set title "load down"
-set key top right
+set key @below
 plot for [m in present] rows("down", m) using 3:4 with lines linetype index_of(m) title name(m)
 unset multiplot

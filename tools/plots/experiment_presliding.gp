@@ -1,17 +1,16 @@
 # Draws `bristle experiment presliding --csv`.
 wanted = "lugre maxwell_slip brush_redraw"
 load folder."/experiment_style.gp"
-set multiplot layout 2,2 title "Presliding" font ",17"
+keyed = present
+set multiplot @four title "Presliding" font ",17"
 set xlabel "displacement  [um]"
 set ylabel "friction force  [N]"
 set title "first pull"
 set xrange [0:100]
 set yrange [0:1.6]
-set key bottom right maxrows 4
 plot for [m in present] rows("virgin", m) using (1e6 * $3):4 with lines linetype index_of(m) title name(m)
 set autoscale
 set title "loops of growing width"
-set key bottom right maxrows 8
 plot for [m in few] rows("loops", m) using (1e6 * $3):4 with lines linetype index_of(m) linewidth 1.3 title name(m)
 set title "a loop inside a loop: back to 4 um, to 8, to 4, and on"
 set xrange [0:12.5]
@@ -20,6 +19,6 @@ set autoscale
 set title "pulled to 95 % of the peak and let go: a permanent set"
 set xrange [0:60]
 set yrange [0:1.6]
-unset key
+set key @below
 plot for [m in present] rows("set", m) using (1e6 * $3):4 with lines linetype index_of(m) title name(m)
 unset multiplot

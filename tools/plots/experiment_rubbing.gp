@@ -2,17 +2,15 @@
 wanted = "lugre maxwell_slip brush_redraw brush_keep brush_infinite brush_rubbed"
 load folder."/experiment_style.gp"
 at_stroke(stroke, m) = sprintf("< awk -F, '$1 == \"stroke\" && $2 == \"%s\" && $3 == %s' '%s'", m, stroke, csv)
-set multiplot layout 2,2 title "Rubbing" font ",17"
+set multiplot @four title "Rubbing" font ",17"
 set xlabel "cycle"
 set ylabel "highest force over kinetic friction"
 set title "strokes of 1.5 presliding lengths to either side"
 set logscale x
 set yrange [0:*]
-set key top left maxrows 6
 plot for [m in few] at_stroke("1.5", m) using 4:5 with linespoints linetype index_of(m) pointsize 0.5 title name(m)
-set ylabel "work of a loop over that of Coulomb friction"
+set ylabel "work over that of Coulomb"
 set title "the same strokes: work"
-unset key
 plot for [m in few] at_stroke("1.5", m) using 4:6 with linespoints linetype index_of(m) pointsize 0.5 title name(m)
 unset logscale x
 set xlabel "time  [s]"
@@ -24,5 +22,6 @@ set ylabel "force over kinetic friction"
 set title "back over the place where contact was made"
 set autoscale
 set yrange [0:*]
+set key @below
 plot for [m in few] rows("echo", m) using 4:5 with lines linetype index_of(m) title name(m)
 unset multiplot

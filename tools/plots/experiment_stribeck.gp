@@ -2,16 +2,15 @@
 load folder."/experiment_style.gp"
 set terminal pngcairo size 1200,520 font "DejaVu Sans,13" linewidth 1.2
 set output png
-set multiplot layout 1,2 title "Steady friction against speed" font ",17"
+set multiplot @two title "Steady friction against speed" font ",17"
 set logscale x
 set format x "10^{%T}"
 set xlabel "speed  [m/s]"
 set ylabel "friction force, axis from 0.9  [N]"
 set yrange [0.9:1.6]
 set title "lubricated"
-unset key
 plot for [m in present] rows("lubricated", m) using 3:4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
 set title "dry: no damper, no lubricant"
-set key top right maxrows 12
+set key @below
 plot for [m in present] rows("dry", m) using 3:4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
 unset multiplot

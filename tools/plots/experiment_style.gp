@@ -18,6 +18,8 @@ set linetype 9 linecolor rgb "#56B4E9" dashtype 1 linewidth 2.6 pointtype 5
 set linetype 10 linecolor rgb "#332288" dashtype 1 linewidth 2.6 pointtype 9
 set linetype 11 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
 set linetype 12 linecolor rgb "#117733" dashtype 1 linewidth 3.2 pointtype 13
+set linetype 13 linecolor rgb "#CC6677" dashtype 1 linewidth 2.6 pointtype 14
+set linetype 14 linecolor rgb "#661100" dashtype 2 linewidth 2.6 pointtype 15
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
 # Twelve curves hide each other: of more than seven models, one of each kind is drawn. --models names others.
@@ -35,9 +37,14 @@ few = ""
 do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
 if (words(few) == 0) few = word(present, 1)
 set datafile separator comma
-set terminal pngcairo size 1200,900 font "DejaVu Sans,13" linewidth 1.2
+set terminal pngcairo size 1200,1000 font "DejaVu Sans,13" linewidth 1.2
 set output png
 set border 3 linecolor "#555555"
 set tics nomirror
 set grid linecolor "#DDDDDD"
-set key samplen 2.5 spacing 1.1 noenhanced
+# One key, below all panels: `set key @below` comes before the last plot.
+keyed = few
+below = "at screen 0.5,0.0 center bottom vertical maxrows (words(keyed) + 3) / 4 samplen 2.5 spacing 1.1 noenhanced"
+four = "layout 2,2 margins screen 0.085,0.97,0.16,0.91 spacing screen 0.1,0.12"
+two = "layout 1,2 margins screen 0.085,0.97,0.3,0.83 spacing screen 0.1"
+unset key
