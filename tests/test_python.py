@@ -18,6 +18,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import textwrap
 import threading
 import time
 import unittest
@@ -1153,8 +1154,22 @@ class Interface(unittest.TestCase):
             if isinstance(thing, type):
                 members = {m for m in vars(thing) if not m.startswith("_")}
                 if name in ("Response", "Responses"):  # numpy makes the attributes
-                    members = set(bristle.response_dtype.names)
+                    members = set(bristle.response_dtype.names) | ({"check"} if name == "Responses" else set())
                 self.assertEqual({m for m in stubbed[name] if not m.startswith("_")}, members, name)
+
+
+class FirstMinutes(unittest.TestCase):
+    def test_the_example_of_help_runs_and_responses_check_themselves(self):
+        names = {}
+        example = bristle.__doc__.split("\n\n", 2)[2].replace("print(", "last = (")
+        exec(textwrap.dedent(example), names)
+        self.assertTrue(np.allclose(names["last"], -0.4, atol=0.01))
+        motions, responses = names["motions"], names["responses"]
+        self.assertIs(responses.check(), responses)
+        motions.normal_load[3] = np.nan
+        names["batch"].step(1e-3, motions, responses)
+        with self.assertRaisesRegex(bristle.Error, "1 of 10 patches .* row 3: <Status.bad_input"):
+            responses.check()
 
 
 @unittest.skipUnless(HAS_TOOLS, "this build has no tools")
@@ -1176,6 +1191,16 @@ class Sweeps(unittest.TestCase):
                          "--repeat", "2", "--json", report)
             said = json.loads(report.read_text())
         self.assertEqual((table.hash, table.study), (said["table_hash"], said["study"]))
+
+    def test_a_table_shows_itself_and_goes_to_other_libraries(self):
+        table = bristle.sweep(SCENES / "two_surfaces.toml", {"scene.dt": [1e-3, 2e-3]}, report="fx_mean", steps=5)
+        self.assertIn("steel_pad.fx_mean", repr(table))
+        self.assertIn("2 of 2 rows", table._repr_html_())
+        self.assertIn("<th>scene.dt s</th>", table._repr_html_())
+        for name, convert in (("pandas", table.to_pandas), ("xarray", table.to_xarray)):
+            if importlib.util.find_spec(name) is None:
+                continue
+            self.assertEqual(list(convert()["scene.dt"]), [1e-3, 2e-3])
 
     def test_a_sweep_writes_tables_and_keeps_a_journal_that_is_named(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,18 @@
 """Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels.
 
-SI units. Forces act on the moving body.
+SI units. Forces act on the moving body: friction against a motion towards +x is negative.
+
+    import bristle
+
+    wood = bristle.Material.from_coefficients(kinetic=0.40, peak=0.46, presliding_length=20e-6)  # m
+    batch = bristle.PatchBatch()
+    ids = batch.add_many(10, wood, bristle.PatchOptions(max_normal_load=2.0))  # N
+    motions, responses = bristle.motions(ids, normal_load=1.0), bristle.responses(len(ids))
+    for tick in range(100):
+        motions.displacement[:, 0] = 2e-6  # m, over the step
+        batch.step(1e-3, motions, responses)  # s
+        responses.check()  # a load that was forgotten, a patch that was removed
+    print(responses.end[:, 0])  # N: about -0.4
 """
 
 try:

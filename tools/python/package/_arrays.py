@@ -2,7 +2,7 @@
 
 import numpy
 
-from ._bristle import Error, motion_dtype, response_dtype
+from ._bristle import Error, Status, motion_dtype, response_dtype
 
 
 def motions(ids, normal_load=0.0):
@@ -53,6 +53,15 @@ class Responses(_Outputs, numpy.recarray):
     end, elastic, damper, mean: N, on the moving body; status: flags of bristle.Status. Where a patch was not asked for
     mean or energy, responses["mean"] is NaN and responses.mean raises bristle.Error.
     """
+
+    def check(self):
+        """Raises bristle.Error for the first patch that was not stepped as asked, with its status; else returns self."""
+        rows = numpy.flatnonzero(self["status"])
+        if rows.size:
+            status = Status(int(self["status"][rows[0]]))
+            raise Error(f"responses: {rows.size} of {self.size} patches were not stepped as asked; the first is row "
+                        f"{rows[0]}: {status!r}")
+        return self
 
     # As numpy.recarray does, but rows stay bristle.Response in whatever is made of the array.
     def __array_finalize__(self, other):

@@ -2,6 +2,7 @@
 
 import atexit
 import collections
+import html
 import json
 import os
 import shutil
@@ -60,11 +61,33 @@ class SweepTable:
         """As CSV, or by its ending as NetCDF (.nc)."""
         self._rows.write(os.fspath(path))
 
+    def to_pandas(self):
+        """As a pandas.DataFrame; units are in its attrs["units"]."""
+        import pandas
+
+        frame = pandas.DataFrame(self._columns)
+        frame.attrs["units"] = dict(self._units)
+        return frame
+
+    def to_xarray(self):
+        """As an xarray.Dataset over `row`, with units in the variables' attrs."""
+        import xarray
+
+        return xarray.Dataset({name: ("row", values, {"units": self._units[name]})
+                               for name, values in self._columns.items()})
+
     def __str__(self):
         return self._rows.summary()
 
     def __repr__(self):
-        return f"<bristle.SweepTable: {len(self)} rows, {len(self._columns)} columns, hash {self.hash}>"
+        return f"{self}\n<bristle.SweepTable: {len(self)} rows, {len(self._columns)} columns, hash {self.hash}>"
+
+    def _repr_html_(self):
+        rows = range(min(len(self), 10))
+        heads = "".join(f"<th>{html.escape(f'{name} {self._units[name]}')}</th>" for name in self._columns)
+        body = "".join("<tr>" + "".join(f"<td>{html.escape(str(column[r]))}</td>" for column in self._columns.values())
+                       + "</tr>" for r in rows)
+        return f"<table><tr>{heads}</tr>{body}</table><p>{len(rows)} of {len(self)} rows</p>"
 
 
 def _column(cells, kind):
