@@ -481,6 +481,11 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
   }
   // From the end of the pair before 6 s up to the last one that is over.
   CHECK(moved.metres() == Approx(14e-6).epsilon(0.02));
+  // After a touch it counts anew: not what the hand moved.
+  moved.begin(20.0);
+  CHECK(std::isnan(moved.metres()));
+  for (int k = 20001; k <= 30000; ++k) moved.take(1e-3 * k, 0.044 + 1e-6 * 1e-3 * k);
+  CHECK(moved.metres() == Approx(4e-6).margin(0.6e-6));
 }
 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
@@ -535,6 +540,20 @@ TEST_CASE("The brush chosen again begins with straight bristles", "[room]") {
   run.until(1.1);
   REQUIRE(run.now().bristles.count > 0);
   CHECK(std::fabs(mean_deflection(run.now().bristles)) < 0.02 * std::fabs(bent));
+}
+
+TEST_CASE("A scene begins with straight bristles, whatever was compared before it", "[room]") {
+  Settings settings = settings_of(Comparison::rest);
+  settings.bristles = 512;
+  Run run(settings);
+  run.until(3.0);  // the carriage has bent them
+  settings = settings_of(Comparison::none);
+  settings.bristles = 512;
+  run.loop().exchange().settings.write(settings);
+  double most = 0.0;
+  while (run.now().compared > 0) run.tick();
+  for (int k = 0; k < 500; ++k) most = std::max(most, std::fabs(run.tick().friction[0]));
+  CHECK(most < 1e-3);
 }
 
 TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[room]") {

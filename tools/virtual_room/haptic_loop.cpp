@@ -204,9 +204,9 @@ struct HapticLoop::Impl {
     world.take(order.parameters);
     for (std::size_t i = 0; i < most_compared; ++i) {
       beside[i]->world.take(order.beside[i]);
-      if (begins) beside[i]->world.reset();
     }
-    if (begins) begin_comparison();
+    // The bristles of one scene, still bent, would push the block of the next.
+    if (begins) reset_worlds();
   }
 
   void begin_comparison() noexcept {
@@ -223,6 +223,8 @@ struct HapticLoop::Impl {
   std::size_t compared() const noexcept { return scene_of(world.settings().compare).beside; }
 
   void step_beside() noexcept {
+    if (world.applied().norm() > 0.0)
+      for (Moved& m : moved) m.begin(world.time());
     const auto note = [&](std::size_t i, const World& each) {
       moved[i].take(world.time(), each.block_position().x());
       strength[i].take(world.settings().compare, world.time(), each.friction().x());

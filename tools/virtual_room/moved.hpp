@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "tools/virtual_room/world.hpp"
 
@@ -9,16 +10,20 @@ namespace room {
 
 class Moved {
  public:
-  static constexpr double settles = 6.0;  ///< s after which it counts
+  static constexpr double settles = 6.0;  ///< s after its beginning that it counts from
 
-  void begin() noexcept { *this = {}; }
+  /// Counts anew from here: what a hand moves is no creep.
+  void begin(double time_s = 0.0) noexcept {
+    *this = {};
+    since_ = time_s;
+  }
   /// Every tick. `x`: place down the slope, m.
   void take(double time_s, double x) noexcept {
     const double pair = std::floor(time_s / tap_pair);
     if (pair != pair_) {
       if (count_ > 0.0) {  // a pair is over
         const double place = sum_ / count_;
-        if (pair_ * tap_pair >= settles && begun_) {
+        if (pair_ * tap_pair >= since_ + settles && begun_) {
           moved_ = place - from_;
         } else {
           from_ = place;
@@ -31,10 +36,12 @@ class Moved {
     sum_ += x;
     count_ += 1.0;
   }
+  /// NaN until it counts.
   double metres() const noexcept { return moved_; }
 
  private:
-  double pair_ = -1.0, sum_ = 0.0, count_ = 0.0, from_ = 0.0, moved_ = 0.0;
+  double pair_ = -1.0, sum_ = 0.0, count_ = 0.0, from_ = 0.0, since_ = 0.0;
+  double moved_ = std::numeric_limits<double>::quiet_NaN();
   bool begun_ = false;
 };
 

@@ -76,11 +76,8 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
 // Text behind a block's name: its creep, or the strength of its contact.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
   if (room.settings.compare == Comparison::models) {
-    if (room.time < 6.5) return " settles";
-    const double micrometres = 1e6 * moved;
-    return std::abs(micrometres) < 0.01
-               ? ": moved < 0.01 µm"
-               : fmt::format(": moved {:.{}f} µm", micrometres, std::abs(micrometres) < 10 ? 2 : 0);
+    if (!std::isfinite(moved)) return room.time < 6.5 ? " settles" : ": settles again";
+    return std::abs(moved) < 1e-8 ? ": crept < 0.01 µm" : ": crept " + with_unit(moved, "m");
   }
   if (!(strength > 0)) return "";
   if (room.settings.compare == Comparison::rubbing)
@@ -101,15 +98,17 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
     float x, y;
     if (!camera.find_pixel(layout.picture.scene, tilt * (block + off), x, y)) return;
     if (narrow) {  // one below the other, where nothing else is
-      x = layout.picture.scene.x + 12 * layout.scale;
+      const Area& s = layout.picture.scene;
+      const bool at_right = layout.picture.glass_radius > 0 && layout.picture.glass_x < s.x + 0.5f * s.width;
+      x = at_right ? s.x + s.width - 12 * layout.scale : s.x + 12 * layout.scale;
       y = layout.picture.scene.y + (14.0f + 24.0f * static_cast<float>(which)) * layout.scale;
-      anchor = 0.0f;
+      anchor = at_right ? 1.0f : 0.0f;
     }
     pen.tag(x, y, anchor, colour, fmt::format("{}{}", scene.names[which], text), pen.fonts.bold);
   };
   const auto half = static_cast<float>(0.5 * measures.block[0]), high = static_cast<float>(measures.block[2]);
   const Vector3f above(0, 0, 0.9f * high), right(1.15f * half, 0, 0.2f * high),
-      below(0, -0.6f * half, -0.95f * high);
+      below(1.15f * half, -0.3f * half, -0.4f * high);
   const auto says = [&](double moved, double strength, double beside) {
     return says_of(room, moved, strength, beside);
   };
@@ -119,8 +118,7 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
     Vector3f at = to_vector(room.beside[i].position);
     at.y() += aside_of(i);
     const ComparedBlock& other = room.beside[i];
-    label(i + 1, at, i == 0 ? above : below, i == 0 ? 0.0f : 0.5f,
-          says(other.moved, other.strength, other.strength_beside),
+    label(i + 1, at, i == 0 ? above : below, 0.0f, says(other.moved, other.strength, other.strength_beside),
           scene.driven ? compared_colour(i) : colours::text);
   }
 }
@@ -251,6 +249,21 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
 
 }  // namespace
 
+/// What there is to see, in one line.
+static const char* title_of(const Snapshot& room) {
+  switch (room.settings.compare) {
+    case Comparison::none:
+      return "Push the block: it springs back from a small push, and slides after a large one";
+    case Comparison::models:
+      return "The same slope, the same taps: which block stays where it is?";
+    case Comparison::rubbing:
+      return "Both rub to and fro: one stays as it is, the other grips harder and harder";
+    case Comparison::rest:
+      return "The longer a block rests, the harder it is to move, if its contact ages";
+  }
+  return "";
+}
+
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
                   const Camera& camera, const RoomMeasures& measures, const std::string& notice) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
@@ -269,6 +282,7 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
     pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
     y -= 28 * layout.scale;
   };
+  say(title_of(room), colours::text);
   say(notice, colours::text);
   say(room.message, colours::warning);
   draw.PopClipRect();

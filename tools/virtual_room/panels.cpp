@@ -201,7 +201,12 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
     return std::isfinite(part) && part > 0 ? part : 0.0;
   };
   const double used = of_deadline(loop.p99), worst = of_deadline(loop.max);
-  const ImU32 colour = used >= 1 ? colours::bad : used > 0.7 ? colours::warning : colours::good;
+  // Without a clock to keep (headless) no time is late.
+  const bool paced = loop.period_p50 > 0;
+  const ImU32 colour = !paced       ? colours::text
+                       : used >= 1  ? colours::bad
+                       : used > 0.7 ? colours::warning
+                                    : colours::good;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float wide = ImGui::GetContentRegionAvail().x, high = 9 * panel.scale;
   ImDrawList& draw = *ImGui::GetWindowDrawList();
@@ -209,7 +214,8 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
   draw.AddRectFilled(at, {at.x + wide * static_cast<float>(std::clamp(used, 0.004, 1.0)), at.y + high},
                      colour, 3);
   const float mark = at.x + wide * static_cast<float>(std::clamp(worst, 0.0, 1.0));
-  draw.AddLine({mark, at.y - 1}, {mark, at.y + high + 1}, worst >= 1 ? colours::bad : colours::text, 1.5f);
+  draw.AddLine({mark, at.y - 1}, {mark, at.y + high + 1}, paced && worst >= 1 ? colours::bad : colours::text,
+               1.5f);
   ImGui::Dummy(ImVec2(wide, high + 2));
   panel.readout(
       "p99 of the deadline",
@@ -249,6 +255,11 @@ void loop_table(const Panel& panel, const LoopStatistics& loop) {
   panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " +
                                                               with_unit(loop.period_p99, "s")
                                                         : "not paced");
+  if (loop.period_p50 > 0) {
+    panel.readout("simulated in a second", with_unit(loop.deadline / loop.period_p50, "s"),
+                  loop.period_p50 > 1.1 * loop.deadline ? colours::warning : colours::text);
+    panel.readout("pictures in a second", fmt::format("{:.0f}", ImGui::GetIO().Framerate));
+  }
   panel.readout("late by this program", with_commas(loop.late_ours),
                 loop.late_ours ? colours::bad : colours::good);
   panel.readout("late by the machine", with_commas(loop.late_machine),
@@ -265,7 +276,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
   // The buttons take as many rows as they need.
   const float bar = (w - left) / scale;
-  const float above = panels ? std::round((bar >= 1020 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
+  const float above = panels ? std::round((bar >= 940 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
   const float below =
       panels ? std::min(std::round(std::clamp(0.26f * h, 150 * scale, 300 * scale)), 0.5f * h) : 0;
   layout.picture.width = width;
@@ -417,6 +428,10 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
   ImGui::Begin("help", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoNav);
+  ImGui::TextUnformatted("Keys and mouse");
+  ImGui::SameLine();
+  ImGui::TextDisabled("F1 or Esc closes this page");
+  ImGui::Separator();
   ImGui::PushFont(fonts.small);
   if (ImGui::BeginTable("keys", 2)) {
     ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthStretch, 0.34f);
@@ -439,7 +454,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   if (layout.bar.height < 1) return;
   begin_panel("bar", layout.bar);
   const float scale = layout.scale;
-  const float room_for_time = 150 * scale;
+  const float room_for_time = 120 * scale;
   bool first = true;
   const auto button = [&](const char* label, const char* says, float gap = 5) {
     // On the next row where this one is full.
@@ -470,13 +485,13 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     wishes.act = Act::slow_pull;
   }
   if (room.recording) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(150, 36, 30, 255));
-  if (button(room.recording ? "Stop recording###record" : "Record###record",
-             "C: hand and forces as CSV, in files of their own; begins with a reset", 16)) {
+  if (button(room.recording ? "Stop###record" : "Record###record",
+             "C: hand and forces as CSV, in files of their own; begins with a reset", 10)) {
     wishes.act = room.recording ? Act::stop_recording : Act::record;
   }
   if (room.recording) ImGui::PopStyleColor();
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
-  if (button("Picture", "F12: this window as PNG", 16)) wishes.screenshot = true;
+  if (button("Picture", "F12: this window as PNG", 10)) wishes.screenshot = true;
   if (button("CSV", "E: what the plots show, as CSV")) wishes.export_plots = true;
   if (button("Save", "S: all settings as a script, and the material alone, for 'Load'"))
     wishes.save_scene = true;
@@ -491,7 +506,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     }
     ImGui::EndPopup();
   }
-  if (button("Glass", "G: the magnifying glass", 16)) wishes.toggle_glass = true;
+  if (button("Glass", "G: the magnifying glass", 10)) wishes.toggle_glass = true;
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
   const bool compares = room.compared > 0;
   if (compares) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));

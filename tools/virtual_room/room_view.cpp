@@ -53,21 +53,23 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
   if (!block.allFinite()) return;
   const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
   const auto reach = static_cast<float>(0.5 * measures_.block[0]);
-  const auto is_free = [&](const Layout& layout) {
+  const auto is_free = [&](const Layout& layout, float more = 1.0f) {
     const Picture& p = layout.picture;
     float x = 0, y = 0, top_x = 0, top_y = 0;
     if (!camera.find_pixel(p.scene, tilt * block, x, y) ||
         !camera.find_pixel(p.scene, tilt * (block + Eigen::Vector3f(0, 0, reach)), top_x, top_y)) {
       return true;
     }
-    const float size = 1.3f * std::hypot(top_x - x, top_y - y);
+    const float size = 1.3f * more * std::hypot(top_x - x, top_y - y);
     // The glass, and the words below it.
     const float below = p.glass_y + p.glass_radius + 45 * scale_;
     const bool in_words =
         std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
     return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
-  if (is_free(layout_)) return;
+  // It goes back to the right where there is ample room.
+  if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 1.3f)))
+    return;
   const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);
   if (!is_free(other)) return;
   glass_left_ = !glass_left_;
