@@ -322,10 +322,10 @@ TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[c
   CHECK(run_cli(folder, "run '" + scene + "' --record-decisions '" + decisions + "'").code == 2);
 
   const std::string recorded = read_file(decisions);
-  check_refused(
-      folder,
-      "run '" + scene + "' --replay-decisions '" + decisions + "' --record-decisions '" + folder.at("others.csv") + "'",
-      {"a replay makes no decisions"});
+  check_refused(folder,
+                "run '" + scene + "' --replay-decisions '" + decisions + "' --record-decisions '" +
+                    folder.at("others.csv") + "'",
+                {"a replay makes no decisions"});
   CHECK(read_file(decisions) == recorded);
 
   // On stdout there is nothing else.
@@ -486,7 +486,7 @@ TEST_CASE("A scene that is not right is refused in one line with file, line and 
        &SmallScene::motion,
        "\"ramp\"",
        "\"ramps\"",
-       {"type is 'ramps'; allowed: hold, ramp, sine, keyframes, trace"}},
+       {"type is 'ramps' (did you mean 'ramp'?); allowed: hold, ramp, sine, keyframes, trace"}},
       {"key of another type",
        &SmallScene::motion,
        "velocity = 0.02",
@@ -640,10 +640,17 @@ TEST_CASE("A broken line of a trace is refused by its number", "[cli][bad input]
 TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad input]") {
   const Folder folder;
   const std::string scene = "'" + folder.write("small.toml", SmallScene{}.text()) + "'";
-  check_refused(folder, "", {"subcommand"});
   check_refused(folder, "walk", {"'walk' is not a command", "run, capacity"});
-  check_refused(folder, "run", {"SCENE"});
-  check_refused(folder, "run " + scene + " --fast", {"--fast"});
+  check_refused(folder, "rnu", {"did you mean 'run'"});
+  check_refused(folder, "run", {"SCENE", "see bristle run --help"});
+  check_refused(folder, "run " + scene + " --fast", {"'--fast' is not an option of bristle run"});
+  check_refused(folder, "run " + scene + " --treads=2", {"did you mean '--threads'"});
+  check_refused(folder, "experiment stick", {"'stick' is not an experiment (did you mean 'stick-slip'?)"});
+  check_refused(folder, "experiment drift --models lugr", {"did you mean 'lugre'"});
+  check_refused(folder, "experiment drift --set bristels=2", {"did you mean 'bristles'"});
+  check_refused(folder, "experiment drift --plot a.jpg", {"a.jpg: pictures are PNG"});
+  check_refused(folder, "fit data.csv --plot a.jpg", {"a.jpg: pictures are PNG"});
+  check_refused(folder, "fit " + scene, {"is a scene", "bristle run"});
   check_refused(folder, "run " + scene + " --threads -1", {"--threads"});
   check_refused(folder, "run " + scene + " --steps 0", {"--steps"});
   check_refused(folder, "run " + scene + " --isa zx81", {"zx81"});
@@ -662,6 +669,7 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "fit data.csv --load 2m", {"--load is '2m'", "mN"});
   check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: Value -nan not in range"});
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
+  check_refused(folder, "capacity --deadline 1", {"--deadline is '1'", "with its unit: 1ms"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
   check_refused(folder, "capacity --deadline 1ms --threads 0", {"--threads"});
   check_refused(folder, "capacity --targets --csv x.csv", {"--csv", "--targets"});
@@ -671,6 +679,39 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
                 {"--population", "finite", "representatives", "infinite"});
   check_refused(folder, "stability --json - --csv -", {"--json -", "--csv -", "stdout"});
   check_refused(folder, "stability --csv /no/such/folder/map.csv", {"/no/such/folder/map.csv"});
+}
+
+TEST_CASE("bristle alone lists its commands, each with an example", "[cli]") {
+  const Folder folder;
+  const Outcome outcome = run_cli(folder, "");
+  CHECK(outcome.code == 0);
+  for (const char* command :
+       {"run", "capacity", "experiment", "fit", "stability", "sweep", "accuracy", "report"})
+    CHECK_THAT(outcome.out, Contains(std::string("\n    bristle ") + command + ' '));
+}
+
+TEST_CASE("Completion offers models, instruction sets and the keys of a scene", "[cli]") {
+  const Folder folder;
+  const std::string scene = "'" + folder.write("small.toml", SmallScene{}.text()) + "'";
+  CHECK_THAT(run_cli(folder, "--complete experiment drift --models coulomb,lu").out,
+             Contains("coulomb,lugre\t"));
+  CHECK_THAT(run_cli(folder, "--complete run --isa ''").out, Contains("scalar\t"));
+  const std::string keys = run_cli(folder, "--complete sweep " + scene + " --vary material.").out;
+  CHECK_THAT(keys, Contains("material.wood.presliding_length=\t"));
+  CHECK_FALSE(Contains("scene.dt").match(keys));
+}
+
+TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
+  const Folder folder;
+  const json body = run_report(folder, "run " + scene_path("block_on_floor"))["bodies"][0];
+  // Pushed by 1.3 N in 0.6 s from 1.4 s on; it holds 0.46 of 2.45 N. It takes 17 ms to go a snap length.
+  CHECK(body["broke_away_n"].get<double>() == Approx(0.46 * 0.25 * 9.80665).epsilon(0.04));
+  CHECK(body["broke_away_s"].get<double>() == Approx(1.4 + 0.6 * 0.46 * 0.25 * 9.80665 / 1.3).margin(0.02));
+  CHECK(body["stuck_s"] > 2.0);
+  CHECK(body["stuck_s"] < 3.8);
+  const std::string text = run_cli(folder, "run " + scene_path("block_on_floor")).out;
+  CHECK_THAT(text, Contains("block breaks away after 1.9") && Contains("and sticks for"));
+  CHECK_FALSE(Contains("fy mean").match(text));  // of one axis
 }
 
 TEST_CASE("Capacity tells what each feature of a kernel costs", "[cli]") {
@@ -701,6 +742,7 @@ TEST_CASE("accuracy refuses errors that make no sense, and two reports on one st
   const std::string scene = "accuracy " + scene_path("fingertip");
   check_refused(folder, scene + " --error 0%", {"--error is '0%'", "allowed: 0.0001% to 100%"});
   check_refused(folder, scene + " --error good", {"--error is 'good'"});
+  check_refused(folder, scene + " --error 1", {"--error is '1'", "with its unit: 1%"});
   check_refused(folder, scene + " --json - --csv -", {"only one can have stdout"});
   check_refused(folder, "accuracy nowhere.toml", {"nowhere.toml", "cannot be read"});
   check_refused(folder, scene + " --isa zx81", {"zx81"});
@@ -974,8 +1016,9 @@ TEST_CASE("A fit beside rivals judges five models on the part that none has seen
   check_refused(folder, "fit '" + file + "' --fit-until 4", {"--fit-until: only with --rivals"});
   check_refused(folder, "fit '" + file + "' --rivals --rule keep",
                 {"--rivals: the brush is one with --rule redraw"});
-  check_refused(folder, "fit '" + file + "' --rivals --csv a.csv",
-                {"--rivals: writes a table and --json only"});
+  // Other files than --json have the fit to the whole record.
+  CHECK(run_cli(folder, "fit '" + file + "' --rivals --html '" + folder.at("fit.html") + "'").code == 0);
+  CHECK_THAT(read_file(folder.at("fit.html")), Contains("Residuals over time"));
 }
 
 TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") {

@@ -238,6 +238,9 @@ TEST_CASE("A dotted path sets any key of a scene", "[sweep]") {
   CHECK_THAT(complaint("material.a.snap_lenght.length"), Contains("did you mean 'snap_length'"));
   CHECK_THAT(complaint("material.a"), Contains("material.a.KEY"));
   CHECK_THAT(complaint("scene"), Contains("scene.KEY"));
+  cli::set_key(root, "material.a.peak", 0.5);
+  cli::set_key(root, "material.a.peak_over_kinetic", 1.2);  // a scene takes one of the two
+  CHECK_FALSE(root["material"][0].as_table()->contains("peak"));
 }
 
 TEST_CASE("An unknown key, name or result is refused at once with the nearest one", "[sweep]") {
@@ -255,6 +258,7 @@ TEST_CASE("An unknown key, name or result is refused at once with the nearest on
   refused("--vary patch.tip.bristels=10,20", "did you mean 'bristles'");
   refused("--vary patch.tip.bristles=10,20 --report kinetc", "did you mean 'kinetic'");
   refused("--vary patch.tip.bristles=10:20", "NUMBER");
+  refused("--vary k=0.3..0.4", "'..' makes no range; allowed: KEY=FROM:TO:NUMBER");
   refused("--vary patch.tip.bristles=10,20 --vary patch.tip.bristles=30", "twice");
   refused("--vary patch.tip.bristles=10,20 --sample sobol", "the number of points");
   refused("--vary patch.tip.bristles=10,20 --sample halton 3", "allowed: grid, latin NUMBER, sobol NUMBER");

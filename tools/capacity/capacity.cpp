@@ -167,7 +167,8 @@ void capacity_command(const CapacityOptions& options) {
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
 #endif
-    const Report report = [&](const std::string& what) { progress.update(0.05, what.c_str()); };
+    double done = 0.05;  // each of these pieces is short beside a row of the search
+    const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
     if (options.features || (everything && !options.quick))
       result.features = measure_features(options, report);
 #if !BRISTLE_MINIMAL
@@ -179,7 +180,7 @@ void capacity_command(const CapacityOptions& options) {
     if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const CapacityCase& c = cases[i];
-      progress.update(static_cast<double>(i + 1) / static_cast<double>(cases.size() + 1),
+      progress.update(done + (1.0 - done) * static_cast<double>(i) / static_cast<double>(cases.size()),
                       fmt::format("{}, {}, {}, threads: {}", to_string(c.regime), c.kernel_name(),
                                   c.layout_name(), c.threads)
                           .c_str());

@@ -53,7 +53,7 @@ class Search {
   }
 
   bool probe(std::uint64_t bristles) {
-    const StepTimes times = measure_with_patience(bristles, probe_steps(), 4);
+    const StepTimes times = measure_with_patience(bristles, probe_steps(), options_.quick ? 2 : 4);
     row_.curve.push_back(times);
     if (bristles == whole(static_cast<double>(in_cache_bristles))) row_.in_cache = times;
     if (fits(times)) {
@@ -91,7 +91,7 @@ class Search {
 
   // A longer run, since a p99 of few steps is a noisy figure; backs off until one run agrees.
   void confirm() {
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < (options_.quick ? 6 : 20); ++i) {
       row_.fits = measure_with_patience(fits_, confirming_steps(), 2);
       if (fits(row_.fits)) return;
       fits_ = whole(0.95 * static_cast<double>(fits_));

@@ -5,7 +5,11 @@
 #include <fmt/format.h>
 
 #include "tools/cli/command_tree.hpp"
+#include "tools/files/nearest_name.hpp"
+#include "tools/files/text_file.hpp"
+#include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/sweep/override.hpp"
 
 namespace cli {
 namespace {
@@ -60,6 +64,20 @@ std::string completion_script(const std::string& shell) {
   throw UserError(fmt::format("completion: '{}' is no shell that is known; allowed: bash, zsh, fish", shell));
 }
 
+/// Keys of the scene among the words, "=" behind each.
+static NameList keys_of_scene(const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (!word.ends_with(".toml")) continue;
+    try {
+      NameList keys = keys_to_vary(parse_toml(read_text_file(word), word));
+      for (std::string& key : keys) key += '=';
+      return keys;
+    } catch (const UserError&) {
+    }
+  }
+  return {};
+}
+
 std::string completions(const CLI::App& program, const std::vector<std::string>& words) {
   const CLI::App* command = &program;
   const std::string word = words.empty() ? "" : words.back();
@@ -71,7 +89,10 @@ std::string completions(const CLI::App& program, const std::vector<std::string>&
     if (candidate.starts_with(word)) text += candidate + '\t' + description + '\n';
   };
   const auto offer_values = [&](const OptionWords& option) {
-    for (const std::string& choice : option.choices) offer(choice, option.description);
+    const std::string before = word.substr(0, word.rfind(',') + 1);  // of a list its last word is completed
+    for (const std::string& choice : option.choices) offer(before + choice, option.description);
+    if (option.value.starts_with("KEY=") && command->get_name() == "sweep")
+      for (const std::string& key : keys_of_scene(words)) offer(key, "a key of the scene");
     if (option.takes_file && !word.starts_with('-') && !text.ends_with("*\n")) text += "*\n";
   };
   const std::vector<OptionWords> options = options_of(*command);

@@ -28,7 +28,11 @@ std::string HelpText::make_option(const CLI::Option* option, bool is_positional)
 }
 
 std::string HelpText::make_subcommand(const CLI::App* command) const {
-  return entry(command->get_name(), command->get_description());
+  const std::string footer = command->get_footer();
+  const std::size_t from = std::string_view(example_line).size();
+  return entry(command->get_name(), command->get_description()) +
+         (footer.starts_with(example_line) ? "    " + footer.substr(from, footer.find('\n') - from) + '\n'
+                                           : "");
 }
 
 std::string HelpText::make_usage(const CLI::App* app, std::string name) const {

@@ -5,6 +5,9 @@
 
 namespace cli {
 
+/// How the first line below the options of a command begins; the program's own --help shows it too.
+constexpr const char* example_line = "For example: ";
+
 class HelpText : public CLI::Formatter {
  public:
   HelpText();

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include <bristle/error.hpp>
@@ -29,6 +30,7 @@
 #include "tools/cli/option_checks.hpp"
 #include "tools/experiments/command.hpp"
 #include "tools/files/csv_columns.hpp"
+#include "tools/files/nearest_name.hpp"
 #include "tools/files/one_line.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
@@ -91,53 +93,44 @@ std::string version_text() {
   return cli::filled(text + '\n');
 }
 
-// "1ms", "500 us", "0.001" (seconds).
-double parse_time(const std::string& text) {
+/// A number, NaN where there is none, and the unit behind it.
+std::pair<double, std::string> number_and_unit(const std::string& text) {
   double value = 0.0;
   const char* const end = text.data() + text.size();
   auto [rest, error] = std::from_chars(text.data(), end, value);
   while (rest != end && *rest == ' ') ++rest;
-  const std::string unit(rest, end);
-  const double per_second = unit == "ms" ? 1e3 : unit == "us" ? 1e6 : unit.empty() || unit == "s" ? 1.0 : 0.0;
-  const double seconds = value / per_second;
-  if (error != std::errc() || per_second == 0.0 || !(seconds >= 1e-6 && seconds <= 10.0)) {
-    throw cli::UserError(
-        fmt::format("--deadline is '{}'; allowed: 1us to 10s, as a number with s, ms or us", text));
-  }
-  return seconds;
+  return {error == std::errc() ? value : std::nan(""), {rest, end}};
 }
 
-// "500M", "16G" or "16GiB", "1000000" (bytes).
+/// "1ms", "500 us". A bare number is refused: 1 would be a second.
+double parse_time(const std::string& text) {
+  const auto [value, unit] = number_and_unit(text);
+  const double seconds = value / (unit == "s" ? 1.0 : unit == "ms" ? 1e3 : unit == "us" ? 1e6 : 0.0);
+  if (seconds >= 1e-6 && seconds <= 10.0) return seconds;
+  throw cli::UserError(
+      fmt::format("--deadline is '{}'; allowed: 1us to 10s, with its unit: 1ms, 250us", text));
+}
+
+/// "500M", "16G" or "16GiB", "1000000" (bytes).
 std::uint64_t parse_memory(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  auto [rest, error] = std::from_chars(text.data(), end, value);
-  while (rest != end && *rest == ' ') ++rest;
-  std::string unit(rest, end);
+  auto [value, unit] = number_and_unit(text);
   if (unit.ends_with("iB")) unit.resize(unit.size() - 2);
   const double per_byte = unit.empty()  ? 1.0
                           : unit == "M" ? 0x1p20
                           : unit == "G" ? 0x1p30
                           : unit == "T" ? 0x1p40
                                         : 0.0;
-  if (error != std::errc() || !(value * per_byte >= 1e6 && value * per_byte <= 1e15))
+  if (!(value * per_byte >= 1e6 && value * per_byte <= 1e15))
     throw cli::UserError(
         fmt::format("--memory is '{}'; allowed: 1M to 900T, as a number with M, G or T, or of bytes", text));
   return static_cast<std::uint64_t>(value * per_byte);
 }
 
-// "1%", "1 %", "0.01".
+/// "1%", "1 %". A bare number is refused: 1 would be all of the force.
 double parse_share(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  auto [rest, error] = std::from_chars(text.data(), end, value);
-  while (rest != end && *rest == ' ') ++rest;
-  const std::string unit(rest, end);
-  if (unit == "%") value /= 100.0;
-  if (error != std::errc() || !(unit.empty() || unit == "%") || !(value >= 1e-6 && value <= 1.0)) {
-    throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, as 1% or 0.01", text));
-  }
-  return value;
+  const auto [value, unit] = number_and_unit(text);
+  if (unit == "%" && value >= 1e-4 && value <= 100.0) return value / 100.0;
+  throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, with its unit: 1%", text));
 }
 
 /// "1,2".
@@ -199,8 +192,16 @@ void add_report_file(CLI::App* command, std::string& file) {
   add_file(command, "--json", file, "Write the report to this JSON file (- for stdout)");
 }
 
+/// Names that completion offers; --help shows `text`, where all of them would be a long line.
+CLI::Option* add_names(CLI::Option* option, const cli::NameList& names, const std::string& text) {
+  return option->type_name(fmt::format("{}", fmt::join(names, "|")))->option_text(text);
+}
+
 void add_isa(CLI::App* command, std::string& isa) {
-  command->add_option("--isa", isa, "Instruction set: see bristle --version")->type_name("NAME");
+  cli::NameList names;
+  for (const bristle::IsaInfo& known : bristle::instruction_sets())
+    if (known.usable) names.emplace_back(known.name);
+  add_names(command->add_option("--isa", isa, "Instruction set: see bristle --version"), names, "NAME");
 }
 
 /// Adds the options that say how to read the data of a fit.
@@ -250,32 +251,54 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
            [&](double delay) { options.delay = delay; });
 }
 
+cli::NameList command_names(const CLI::App& app) {
+  cli::NameList names;
+  for (const CLI::App* command : cli::subcommands_of(app)) names.push_back(command->get_name());
+  return names;
+}
+
 // CLI11 itself would only say that a subcommand is missing.
 void check_command(const CLI::App& app, const std::string& name) {
-  std::string known;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_name() == name) return;
-    known += (known.empty() ? "" : ", ") + command->get_name();
+  const cli::NameList known = command_names(app);
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
+}
+
+/// What CLI11 refuses, in the words of the command that was called.
+std::string complaint(const CLI::App& program, const CLI::ParseError& error,
+                      const std::vector<std::string>& words) {
+  cli::Command called{&program, {}};
+  while (!called.app->get_subcommands().empty()) {
+    called.app = called.app->get_subcommands().front();
+    called.path.push_back(called.app->get_name());
   }
-  throw cli::UserError(fmt::format("'{}' is not a command; allowed: {}", name, known));
+  cli::NameList known;
+  for (const cli::OptionWords& option : cli::options_of(*called.app))
+    if (!option.positional) known.push_back(option.name);
+  std::string text = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
+    for (const std::string& word : words) {
+      const std::string name = word.substr(0, word.find('='));
+      if (name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end())
+        text = fmt::format("'{}' is not an option of {}{}", name, called.call(), cli::meant(name, known));
+    }
+  return fmt::format("{} (see {} --help)", text, called.call());
 }
 
 /// An option that takes one of some words. (CLI11's own refusal shows the words as pairs with nothing.)
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {
-  std::string allowed, choices;
-  for (const auto& [word, value] : words) {
-    allowed += (allowed.empty() ? "" : ", ") + word;
-    choices += (choices.empty() ? "" : "|") + word;
-  }
+  cli::NameList allowed;
+  for (const auto& [word, value] : words) allowed.push_back(word);
+  const std::string choices = fmt::format("{}", fmt::join(allowed, "|"));
   const auto choose = [option, words = std::move(words), allowed, &chosen](const std::string& text) {
     for (const auto& [word, value] : words) {
       if (word != text) continue;
       chosen = value;
       return;
     }
-    throw cli::UserError(fmt::format("{} is '{}'; allowed: {}", option, text, allowed));
+    throw cli::UserError(fmt::format("{} is '{}'{}", option, text, cli::allowed_text(text, allowed)));
   };
   app->add_option_function<std::string>(option, choose, description)->type_name(choices);
 }
@@ -297,8 +320,9 @@ Action add_experiments(CLI::App* all) {
         ->allow_extra_args(false)
         ->trigger_on_parse(false);
     add_file(command, "--config", options.config, "Parameters from a TOML file (tools/README.md)");
-    command->add_option("--models", options.models, "Only these models, e.g. lugre,brush_redraw")
-        ->type_name("NAMES")
+    const auto models = cli::model_names();
+    add_names(command->add_option("--models", options.models, "Only these models, e.g. lugre,brush_redraw"),
+              {models.begin(), models.end()}, "NAMES")
         ->delimiter(',');
     add_file(command, "--json", options.json,
              "Write parameters and findings to this JSON file (- for stdout)");
@@ -460,13 +484,6 @@ void add_wide(CLI::App& command, bool& wide) {
   if (command.get_name() != "experiment")
     command.add_flag("--wide", wide, "All columns, in lines as long as they get (default: 80 columns)");
   for (CLI::App* sub : below) add_wide(*sub, wide);
-}
-
-std::string names_of_commands(const CLI::App& app) {
-  std::string names;
-  for (const CLI::App* command : cli::subcommands_of(app))
-    names += (names.empty() ? "" : "|") + command->get_name();
-  return names;
 }
 
 Action add_run(CLI::App* command) {
@@ -642,9 +659,7 @@ Action add_completion(CLI::App* command) {
       ->type_name("bash|zsh|fish")
       ->required();
   command->footer(
-      "For this session: source <(bristle completion bash), or bristle completion fish | source. The "
-      "packages "
-      "install all three.");
+      "In fish: bristle completion fish | source. The packages install the scripts of all three shells.");
   return [shell] {
     cli::print_text(cli::completion_script(*shell));
     return exit_done;
@@ -654,9 +669,8 @@ Action add_completion(CLI::App* command) {
 Action add_manual(CLI::App* command) {
   const auto page = std::make_shared<std::string>();
   const auto folder = std::make_shared<std::string>();
-  command->add_option("COMMAND", *page, "Command (default: the program itself)")
-      ->type_name(names_of_commands(*command->get_parent()))
-      ->option_text("NAME");  // all names would be a long line of --help
+  add_names(command->add_option("COMMAND", *page, "Command (default: the program itself)"),
+            command_names(*command->get_parent()), "NAME");
   command->add_option("--out", *folder, "Write all pages into this folder")->type_name("FILE");
   return [page, folder, command] {
     cli::manual_command(*command->get_parent(), *page, *folder);
@@ -668,30 +682,36 @@ Action add_manual(CLI::App* command) {
 struct CommandEntry {
   const char* name;
   const char* description;
+  const char* example;
   Action (*add)(CLI::App* command);
   bool prints_figures = true;  ///< Whether it takes --wide.
 };
 
 /// All commands in the order of --help. The manual comes last: it lists the names of the others.
 constexpr CommandEntry entries[] = {
-    {"run", "Step a scene and report forces, step times and the state hash", add_run},
-    {"capacity", "How many bristles fit in a deadline on this machine", add_capacity},
-    {"experiment", "Repeat a classic friction experiment, the brush beside its rivals", add_experiments},
-    {"fit", "A material from measured friction", add_fit},
+    {"run", "Step a scene and report forces, step times and the state hash",
+     "bristle run tools/scenes/block_on_floor.toml", add_run},
+    {"capacity", "How many bristles fit in a deadline on this machine",
+     "bristle capacity --quick --deadline 1ms", add_capacity},
+    {"experiment", "Repeat a classic friction experiment, the brush beside its rivals",
+     "bristle experiment stick-slip --plot stick_slip.png", add_experiments},
+    {"fit", "A material from measured friction", "bristle fit measured.csv --load 2N --write material.toml",
+     add_fit},
     {"stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory",
-     add_stability},
-    {"sweep", "A scene over a grid or sample of parameters, as one table", add_sweep},
+     "bristle stability --quick", add_stability},
+    {"sweep", "A scene over a grid or sample of parameters, as one table",
+     "bristle sweep tools/scenes/stroke.toml --vary material.skin.kinetic=0.2:0.4:5", add_sweep},
     {"accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out",
-     add_accuracy},
+     "bristle accuracy tools/scenes/fingertip.toml --quick --error 1%", add_accuracy},
     {"report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures",
-     add_report},
-    {"completion", "Print what a shell needs to complete words of this command line", add_completion, false},
-    {"manual", "Print a page of the manual: bristle manual run | man -l -", add_manual, false}};
+     "bristle report capacity.json accuracy.json --out report.html", add_report},
+    {"completion", "Print what a shell needs to complete words of this command line",
+     "source <(bristle completion bash)", add_completion, false},
+    {"manual", "Print a page of the manual", "bristle manual run | man -l -", add_manual, false}};
 
 int run(int argc, char** argv) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.formatter(std::make_shared<cli::HelpText>());  // subcommands take it over
-  app.require_subcommand(1);
   bool version = false;
   // Done at once, so that it needs no subcommand.
   app.add_flag_callback(
@@ -707,6 +727,7 @@ int run(int argc, char** argv) {
   for (const CommandEntry& entry : entries) {
     CLI::App* command = app.add_subcommand(entry.name, entry.description);
     actions.emplace_back(command, entry.add(command));
+    command->footer(fmt::format("{}{}\n{}", cli::example_line, entry.example, command->get_footer()));
     if (entry.prints_figures) add_wide(*command, wide);
   }
   cli::refuse_empty_files(app, cli::file_value);
@@ -717,7 +738,7 @@ int run(int argc, char** argv) {
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   if (argc > 2 && std::string(argv[1]) == "experiment" && argv[2][0] != '-') {
     const std::string name = argv[2];
-    if (name != "all" && name != "list") cli::find_experiment(name, ", all, list");
+    if (name != "all" && name != "list") cli::find_experiment(name, {"all", "list"});
   }
   try {
     app.parse(argc, argv);
@@ -731,11 +752,12 @@ int run(int argc, char** argv) {
     cli::print_text(help.str());
     return exit_done;
   } catch (const CLI::ParseError& error) {
-    return complain(std::string(error.what()) + " (see bristle --help)", exit_bad_input);
+    return complain(complaint(app, error, {argv + 1, argv + argc}), exit_bad_input);
   }
   cli::set_text_layout(wide);
   for (const auto& [command, act] : actions)
     if (command->parsed()) return act();
+  cli::print_text(app.help());
   return exit_done;
 }
 

@@ -68,6 +68,7 @@ std::string plot_script(const std::string& name) {
 
 void check_plot(const ExperimentOptions& options) {
   if (options.plot.empty()) return;
+  check_picture_name("--plot", options.plot);
   if (options.name == "all") throw UserError("--plot: one experiment at a time");
   if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) {
     throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
@@ -150,7 +151,7 @@ void experiment_command(const ExperimentOptions& options) {
   for (const Experiment& e : experiments()) {
     if (options.name == "all" || options.name == e.name) wanted.push_back(&e);
   }
-  if (wanted.empty()) find_experiment(options.name, ", all, list");
+  if (wanted.empty()) find_experiment(options.name, {"all", "list"});
   for (const Experiment* e : wanted)
     e->check(settings_for(*e, options));  // refuses bad ones before the first runs
   OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);

@@ -63,8 +63,8 @@ struct Experiment {
 
 /// In the order of the table.
 const std::vector<Experiment>& experiments();
-/// Throws UserError that lists the names, and `other_names` (", all") after them.
-const Experiment& find_experiment(std::string_view name, std::string_view other_names = "");
+/// Throws UserError that lists the names, and `other_names` after them.
+const Experiment& find_experiment(std::string_view name, std::initializer_list<const char*> other_names = {});
 
 /// Seven rivals, the two readings of the brush, the infinite brush (of the reading redraw), an infinite brush
 /// that can be rubbed (with residual and shared renewal), and one that also ages.

@@ -6,6 +6,7 @@
 #include <bristle/error.hpp>
 
 #include "tools/experiments/experiment.hpp"
+#include "tools/files/nearest_name.hpp"
 #include "tools/files/user_error.hpp"
 
 namespace cli {
@@ -31,22 +32,22 @@ const std::vector<Experiment>& experiments() {
   return all;
 }
 
-const Experiment& find_experiment(std::string_view name, std::string_view other_names) {
-  std::string known;
+const Experiment& find_experiment(std::string_view name, std::initializer_list<const char*> other_names) {
+  NameList known;
   for (const Experiment& experiment : experiments()) {
     if (experiment.name == name) return experiment;
-    known += (known.empty() ? "" : ", ") + experiment.name;
+    known.push_back(experiment.name);
   }
-  throw UserError(fmt::format("'{}' is not an experiment; allowed: {}{}", name, known, other_names));
+  known.insert(known.end(), other_names.begin(), other_names.end());
+  throw UserError(fmt::format("'{}' is not an experiment{}", name, allowed_text(name, known)));
 }
 
 std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where) {
-  const std::span<const std::string_view> known = model_names();
-  if (wanted.empty()) return {known.begin(), known.end()};
+  const NameList known{model_names().begin(), model_names().end()};
+  if (wanted.empty()) return known;
   for (const std::string& model : wanted) {
     if (std::find(known.begin(), known.end(), model) == known.end()) {
-      throw UserError(
-          fmt::format("{}: '{}' is not a model; allowed: {}", where, model, fmt::join(known, ", ")));
+      throw UserError(fmt::format("{}: '{}' is not a model{}", where, model, allowed_text(model, known)));
     }
     if (std::count(wanted.begin(), wanted.end(), model) > 1) {
       throw UserError(fmt::format("{}: '{}' appears twice", where, model));

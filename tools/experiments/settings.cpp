@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include "tools/files/nearest_name.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_text.hpp"
 #include "tools/files/user_error.hpp"
@@ -64,12 +65,12 @@ std::vector<double> toml_numbers(const toml::node& node, const std::string& wher
 }  // namespace
 
 Parameter& Settings::find(std::string_view name, const std::string& where) {
-  std::string known;
+  NameList known;
   for (Parameter& p : parameters_) {
     if (p.name == name) return p;
-    known += (known.empty() ? "" : ", ") + p.name;
+    known.push_back(p.name);
   }
-  throw UserError(fmt::format("{}: '{}' is not a parameter; allowed: {}", where, name, known));
+  throw UserError(fmt::format("{}: '{}' is not a parameter{}", where, name, allowed_text(name, known)));
 }
 
 const Parameter& Settings::find(std::string_view name) const {
@@ -101,7 +102,7 @@ void Settings::check(Parameter& p, const std::string& text, const std::string& w
       return;
     }
   }
-  throw UserError(fmt::format("{} is '{}'; allowed: {}", where, text, fmt::join(p.choices, ", ")));
+  throw UserError(fmt::format("{} is '{}'{}", where, text, allowed_text(text, p.choices)));
 }
 
 void Settings::set(std::string_view assignment, const std::string& prefix) {

@@ -172,6 +172,11 @@ void OutputFile::finish() {
   beside_.clear();
 }
 
+void check_picture_name(const char* option, const std::string& path) {
+  if (!path.empty() && path != "-" && !path.ends_with(".png"))
+    throw UserError(fmt::format("{} {}: pictures are PNG; let its name end in .png", option, path));
+}
+
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs) {
   std::string on_stdout;
   int count = 0;

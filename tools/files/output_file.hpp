@@ -53,6 +53,9 @@ struct FileOption {
   std::string option, path;
 };
 
+/// Refuses the name of a picture that gnuplot is to draw unless it ends in .png. Empty is no picture.
+void check_picture_name(const char* option, const std::string& path);
+
 /// Refuses an output that is one of the inputs, or another output, under whatever name: before any work.
 /// Empty paths are left out. Returns whether an output goes to stdout, where a table for people must not go
 /// then. Throws UserError.

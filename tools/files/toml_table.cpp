@@ -5,16 +5,11 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/nearest_name.hpp"
 #include "tools/files/user_error.hpp"
 
 namespace cli {
 namespace {
-
-std::string join(std::initializer_list<std::string_view> names) {
-  std::string all;
-  for (const std::string_view name : names) all += fmt::format("{}{}", all.empty() ? "" : ", ", name);
-  return all;
-}
 
 std::string describe(const Range& range) {
   const char* space = *range.unit ? " " : "";
@@ -68,8 +63,8 @@ std::string TomlTable::name() {
 void TomlTable::allow(std::initializer_list<std::string_view> keys) const {
   for (const auto& [key, node] : table_) {
     if (std::find(keys.begin(), keys.end(), key.str()) != keys.end()) continue;
-    throw UserError(fmt::format("{}:{}: {}: unknown key '{}'; allowed: {}", file_, key.source().begin.line,
-                                what_, key.str(), join(keys)));
+    throw UserError(fmt::format("{}:{}: {}: unknown key '{}'{}", file_, key.source().begin.line, what_,
+                                key.str(), allowed_text(key.str(), {keys.begin(), keys.end()})));
   }
 }
 
@@ -129,7 +124,8 @@ std::size_t TomlTable::choice(std::string_view key, std::initializer_list<std::s
   if (!has(key)) return otherwise;
   const std::string chosen = text(key);
   const auto found = std::find(names.begin(), names.end(), chosen);
-  if (found == names.end()) fail(key, fmt::format("is '{}'; allowed: {}", chosen, join(names)));
+  if (found == names.end())
+    fail(key, fmt::format("is '{}'{}", chosen, allowed_text(chosen, {names.begin(), names.end()})));
   return static_cast<std::size_t>(found - names.begin());
 }
 

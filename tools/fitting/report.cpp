@@ -168,10 +168,18 @@ static std::string fit_answer(const FitData& data, const FitResult& r) {
         fmt::format("{}{} {:.4g}{}{} ({:.4g} to {:.4g})", fitted > 1 ? ", " : "", rows[i].name, k * e.value,
                     rows[i].unit[0] != '\0' ? " " : "", rows[i].unit, k * e.low, k * e.high);
   }
+  const double length = r.estimates[fit_length].value;
+  const bool odd_length = r.estimates[fit_length].fitted && !(length > 0.2e-6 && length < 5e-3);
   if (fitted > 2) found += fmt::format(", and {} more below", fitted - 2);
   return fmt::format(
-      "{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
+      "{}{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
       "fitted{}{}.\n\n",
+      odd_length
+          ? fmt::format(
+                "A presliding length of {:.3g} um is implausible (solids: 1 to 100, skin and rubber up to "
+                "1000): check the unit of x (--units x=mm). ",
+                1e6 * length)
+          : "",
       r.explained < 0.5 ? "Not a fit to build on. " : "", 100.0 * r.explained, r.held_out_rms,
       found.empty() ? "" : ": ", found);
 }
@@ -219,8 +227,8 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
   std::string lines = left.text();
   text += lines.substr(lines.find('\n') + 1);
   text += fmt::format(
-      "\nresiduals   {:.3g} N rms, {:.3g} N where not fitted to (held out in fifths); {:.1f} samples count "
-      "as one\n"
+      "\nresiduals   {:.3g} N rms, {:.3g} N where not fitted to (held out in fifths);\n"
+      "            intervals count {:.1f} samples, whose errors are alike, as one\n"
       "            the brush explains {:.2f} % of the force\n",
       r.residual_rms, r.held_out_rms, r.correlated_samples, 100.0 * r.explained);
   for (std::size_t i = 0; i < r.notes.size(); ++i) text += wrapped(i == 0 ? "notes" : "", r.notes[i]);
@@ -409,40 +417,29 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';
-  const bristle::Material& m = r.material;
-  const bristle::SnapLength& law = m.snap_length;
-  const std::string name = bristle::to_string(options.law);
-  const std::string length =
-      options.law == bristle::SnapLaw::uniform
-          ? fmt::format("min = {}, max = {}", law.first_parameter(), law.second_parameter())
-      : options.law == bristle::SnapLaw::normal
-          ? fmt::format("mean = {}, deviation = {}", law.first_parameter(), law.second_parameter())
-      : options.law == bristle::SnapLaw::exponential
-          ? fmt::format("mean = {}", law.first_parameter())
-          : fmt::format("mean = {}, cv = {}", law.first_parameter(), law.second_parameter());
+  const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
   // Of the motion that is replayed: the fit may have taken a load that wobbles as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
   text += fmt::format(
-      "\n[[material]]\nname = \"fitted\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\n"
-      "normal_stiffness = {}  # N/m\nasperity_height_deviation = {}  # m\nsnap_length = {{ law = \"{}\", {} "
-      "}}  # m\n"
-      "rule = \"{}\"\nresidual_length = {}  # m\nshared_renewal = {}\nviscous_friction = {}  # N "
-      "s/m\nstribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\n",
-      m.bristle_stiffness, m.bristle_damping, m.normal_stiffness, m.asperity_height_deviation, name, length,
-      options.rule == bristle::SnapRule::keep ? "keep" : "redraw", m.residual_length, m.shared_renewal,
-      m.viscous_friction, m.stribeck_velocity,
-      options.decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
-  if (m.ageing_strength > 0.0) {
-    text += fmt::format("ageing_form = \"{}\"\nageing_strength = {}\nageing_time = {}  # s\n",
-                        m.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating",
-                        m.ageing_strength, m.ageing_time);
-  }
-  if (m.speed_strengthening > 0.0) {
-    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", m.speed_strengthening,
-                        m.strengthening_speed);
-  }
+      "\n[[material]]\nname = \"fitted\"\nkinetic = {}\npeak = {}\nspread = {}\npresliding_length = {}  # m\n"
+      "bristles_per_newton = {}  # 1/N\nlaw = \"{}\"\nrule = \"{}\"\nresidual_share = {}\nshared_renewal = "
+      "{}\n"
+      "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
+      "damper_decay = \"{}\"\n",
+      c.kinetic, c.peak, c.spread, c.presliding_length, c.bristles_per_newton, bristle::to_string(c.law),
+      c.rule == bristle::SnapRule::keep ? "keep" : "redraw", c.residual_share, c.shared_renewal,
+      c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
+      c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
+  if (c.fall_per_decade > 0.0)
+    text += fmt::format(
+        "kinetic_speed = {}  # m/s\nfall_per_decade = {}\nageing_form = \"{}\"\nageing_time = {}  # s\n",
+        c.kinetic_speed, c.fall_per_decade,
+        c.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating", c.ageing_time);
+  if (c.speed_strengthening > 0.0)
+    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", c.speed_strengthening,
+                        c.strengthening_speed);
   const bool own_file = !data.columns.replayable && motion_file(options) != "";
   const bool replays = data.columns.replayable || own_file;
   text += fmt::format(
@@ -473,13 +470,9 @@ std::vector<FileOption> inputs_of(const FitOptions& options) {
   return inputs;
 }
 
-void rivals_command(const FitOptions& options) {
-  if (!options.csv.empty() || !options.write.empty() || !options.plot.empty() || !options.html.empty()) {
-    throw UserError("--rivals: writes a table and --json only; leave out --csv, --write, --html and --plot");
-  }
+void rivals_command(const FitOptions& options, bool on_stdout) {
   if (options.rule == bristle::SnapRule::keep)
     throw UserError("--rivals: the brush is one with --rule redraw");
-  const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json}});
   OutputFile json(options.json);
   if (options.data.size() > 1) throw UserError("--rivals: one file only");
   const FitColumns columns = read_fit_columns(options.data, options.reading);
@@ -490,17 +483,8 @@ void rivals_command(const FitOptions& options) {
   if (!on_stdout) print_report(judgement_table(judgements));
 }
 
-}  // namespace
-
-void fit_command(const FitOptions& options) {
-  if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
-  if (options.rivals) return rivals_command(options);
-  const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
-                                                          {"--csv", options.csv},
-                                                          {"--write", options.write},
-                                                          {"--html", options.html},
-                                                          {"--plot", options.plot},
-                                                          {"the motion of --write", motion_file(options)}});
+/// Fits the whole record and writes what was asked for.
+void fit_record(const FitOptions& options, bool prints) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
   if (!options.plot.empty() && data.axes == 2)
@@ -514,7 +498,31 @@ void fit_command(const FitOptions& options) {
   if (picture) draw(data, result, picture);
   if (json) json.write(fit_json(data, options, result));
   if (page) page.write(fit_html(data, options, result));
-  if (!on_stdout) print_report(fit_table(data, options, result));
+  if (prints) print_report(fit_table(data, options, result));
+}
+
+}  // namespace
+
+void fit_command(const FitOptions& options) {
+  if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
+  for (const std::string& data : options.data)
+    if (data.ends_with(".toml"))
+      throw UserError(fmt::format(
+          "{}: is a scene; fit reads measured friction (CSV with t, x, load, force); bristle run {}", data,
+          data));
+  check_picture_name("--plot", options.plot);
+  const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
+                                                          {"--csv", options.csv},
+                                                          {"--write", options.write},
+                                                          {"--html", options.html},
+                                                          {"--plot", options.plot},
+                                                          {"the motion of --write", motion_file(options)}});
+  if (!options.rivals) return fit_record(options, !on_stdout);
+  rivals_command(options, on_stdout);
+  FitOptions whole = options;  // --json has the judgements
+  whole.json.clear();
+  if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty() || !whole.html.empty())
+    fit_record(whole, false);
 }
 
 }  // namespace cli

@@ -119,12 +119,18 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
 }
 
 std::string force_table(const Scene& scene, const RunResult& r) {
-  Table table(
-      {"<force on the body", "load N", "fx mean N", "rms", "min", "max", "fy mean N", "rms", "min", "max"});
+  const int axes = std::any_of(scene.patches.begin(), scene.patches.end(),
+                               [](const ScenePatch& p) { return p.options.axes == 2; })
+                       ? 2
+                       : 1;
+  std::vector<std::string> columns = {"<force on the body", "load N"};
+  for (int axis = 0; axis < axes; ++axis)
+    columns.insert(columns.end(), {axis == 0 ? "fx mean N" : "fy mean N", "rms", "min", "max"});
+  Table table(columns);
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const PatchResult& patch = r.patches[p];
     std::vector<Cell> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
-    for (int axis = 0; axis < 2; ++axis) {
+    for (int axis = 0; axis < axes; ++axis) {
       const ForceStatistics& f = patch.force[axis];
       for (const double value : {f.mean(), f.rms(), f.min, f.max}) {
         row.push_back(axis < scene.patches[p].options.axes ? force_text(value) : "-");
@@ -174,6 +180,15 @@ std::string run_answer(const Scene& scene, const RunResult& r) {
               : fmt::format("{} of {} were late, {} by this program, {} because the machine was busy.\n",
                             count_text(m.misses()), count_text(m.count()), count_text(m.misses_ours()),
                             count_text(m.misses_machine()));
+  for (std::size_t b = 0; b < std::min<std::size_t>(r.bodies.size(), 3); ++b) {
+    const Sticking& s = r.bodies[b].sticking;
+    const double all = static_cast<double>(r.steps) * scene.dt;
+    text += s.broke_away
+                ? fmt::format("{} breaks away after {} at {:.3g} N applied, and sticks for {} of {}.\n",
+                              scene.bodies[b].name, time_text(s.time), s.applied, time_text(s.stuck),
+                              time_text(all))
+                : fmt::format("{} sticks all the time.\n", scene.bodies[b].name);
+  }
   std::size_t said = 0;
   std::uint64_t bad = 0;
   for (std::size_t p = 0; p < r.patches.size(); ++p) {
@@ -328,14 +343,18 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
   report["bodies"] = Json::array();
   for (std::size_t b = 0; b < r.bodies.size(); ++b) {
     const BodyResult& body = r.bodies[b];
-    report["bodies"].push_back({{"name", scene.bodies[b].name},
-                                {"position", {body.position[0], body.position[1]}},
-                                {"velocity", {body.velocity[0], body.velocity[1]}},
-                                {"highest_speed", body.highest_speed},
-                                {"solver",
-                                 {{"evaluations", body.solve.iterations},
-                                  {"worst_evaluations", body.solve.worst_iterations},
-                                  {"worst_residual", body.solve.worst_residual}}}});
+    report["bodies"].push_back(
+        {{"name", scene.bodies[b].name},
+         {"position", {body.position[0], body.position[1]}},
+         {"velocity", {body.velocity[0], body.velocity[1]}},
+         {"highest_speed", body.highest_speed},
+         {"broke_away_s", body.sticking.broke_away ? Json(body.sticking.time) : Json(nullptr)},
+         {"broke_away_n", body.sticking.broke_away ? Json(body.sticking.applied) : Json(nullptr)},
+         {"stuck_s", body.sticking.stuck},
+         {"solver",
+          {{"evaluations", body.solve.iterations},
+           {"worst_evaluations", body.solve.worst_iterations},
+           {"worst_residual", body.solve.worst_residual}}}});
   }
   report["traces"] = Json::array();
   for (const ScenePatch& patch : scene.patches) {

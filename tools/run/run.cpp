@@ -41,6 +41,7 @@ class SceneRun {
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                         const bristle::Response& response);
+  void account_body(std::size_t b, double t);
   void finish();
   std::uint64_t steps_to_do() const;
 
@@ -50,6 +51,13 @@ class SceneRun {
   SceneStepper stepper_;
   Overload overload_;
   std::vector<Way> ways_;
+  /// Where a body last held, trailing it at ten snap lengths while it slides; and the longest of its
+  /// patches'.
+  struct Hold {
+    double place[2], length;
+    Sticking sticking;
+  };
+  std::vector<Hold> holds_;
   std::optional<ForceFile> force_file_;
   RunResult result_;
 };
@@ -73,6 +81,13 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
   if (!options.save_state.empty()) check_place_of_state(options.save_state);
   if (!options.restore_state.empty())
     result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const double(&place)[2] = stepper_.bodies()[b].position();
+    holds_.push_back({{place[0], place[1]}, 0.0, {}});
+    for (const std::size_t p : scene.bodies[b].patches)
+      holds_[b].length =
+          std::max(holds_[b].length, scene.materials[scene.patches[p].material].material.snap_length.mean());
+  }
   if (!options.out.empty()) {
     const auto any = [&](bristle::Outputs output) {
       return std::any_of(scene.patches.begin(), scene.patches.end(),
@@ -167,7 +182,29 @@ void SceneRun::account(double t) {
                          stepper_.batch().info(motion.id).active, way.x, way.y);
     }
   }
+  for (std::size_t b = 0; b < holds_.size(); ++b) account_body(b, t);
   if (observer_) observer_(stepper_);
+}
+
+void SceneRun::account_body(std::size_t b, double t) {
+  Hold& hold = holds_[b];
+  Sticking& result = hold.sticking;
+  const double(&x)[2] = stepper_.bodies()[b].position();
+  const double(&v)[2] = stepper_.bodies()[b].velocity();
+  const double dx = x[0] - hold.place[0], dy = x[1] - hold.place[1];
+  const double way = std::sqrt(dx * dx + dy * dy), reach = 10.0 * hold.length;
+  if (way <= hold.length && !result.broke_away) {
+    double applied[2];
+    scene_.bodies[b].applied_force(t, applied);
+    result.time = t;
+    result.applied = std::sqrt(applied[0] * applied[0] + applied[1] * applied[1]);
+  }
+  const bool slides = way > reach && v[0] * v[0] + v[1] * v[1] > hold.length * hold.length;
+  result.broke_away |= slides;
+  if (!slides) result.stuck += scene_.dt;
+  if (way <= reach) return;
+  hold.place[0] = x[0] - dx * (reach / way);
+  hold.place[1] = x[1] - dy * (reach / way);
 }
 
 void SceneRun::finish() {
@@ -184,11 +221,13 @@ void SceneRun::finish() {
       result_.bristles += info.bristles;
     result_.memory_bytes += info.memory_bytes;
   }
-  for (const BodyMotion& body : stepper_.bodies()) {
+  for (std::size_t b = 0; b < holds_.size(); ++b) {
+    const BodyMotion& body = stepper_.bodies()[b];
     result_.bodies.push_back({{body.position()[0], body.position()[1]},
                               {body.velocity()[0], body.velocity()[1]},
                               body.highest_speed(),
-                              body.statistics()});
+                              body.statistics(),
+                              holds_[b].sticking});
   }
   if (overload_.is_on()) result_.overload = overload_.finish();
   result_.isa = stepper_.batch().isa();

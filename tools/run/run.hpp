@@ -70,9 +70,18 @@ struct PatchResult {
   double dissipated = 0.0, contact_loss = 0.0, damper_work = 0.0, work = 0.0, stored = 0.0;  // J
 };
 
+/// When a body broke away and how long it stuck. It slides while it is further from where it last held than
+/// ten mean snap lengths (the longest of its patches'), and faster than one of them a second.
+struct Sticking {
+  bool broke_away = false;
+  double time = 0.0, applied = 0.0;  ///< s, N: of the first break-away, as it left the first of these lengths
+  double stuck = 0.0;                ///< s, in all
+};
+
 struct BodyResult {
   double position[2], velocity[2], highest_speed;
   SolveStatistics solve;
+  Sticking sticking;
 };
 
 struct RunResult {

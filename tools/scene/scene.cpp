@@ -11,6 +11,7 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/files/motion_file.hpp"
+#include "tools/files/nearest_name.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_table.hpp"
 #include "tools/files/toml_text.hpp"
@@ -103,8 +104,12 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   // Beside what it follows from the peak follows, unless it is given: the drop where bristles slide, else the
   // spread.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
-  const bool has_peak = !follows || table.has_any({"peak"});
+  const bool has_peak = !follows || table.has("peak");
   c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
+  if (table.has("peak_over_kinetic")) {
+    if (table.has("peak")) table.fail("peak_over_kinetic", "is given beside peak; give one of them");
+    c.peak = c.kinetic * table.number("peak_over_kinetic", {1.0, 1e3});
+  }
   c.presliding_length = table.number("presliding_length", {0.0, 1.0, true, "m"}, c.presliding_length);
   c.bristles_per_newton = table.number("bristles_per_newton", any_positive, c.bristles_per_newton);
   c.law = static_cast<bristle::SnapLaw>(table.choice(
@@ -133,9 +138,9 @@ SceneMaterial read_material(TomlTable table) {
                      "snap_length", "ageing_strength"});
   try {
     if (bristle_parameters) {
-      if (table.has_any({"kinetic", "peak", "presliding_length", "bristles_per_newton", "law", "spread",
-                         "damping_per_newton", "residual_share", "kinetic_speed", "fall_per_decade",
-                         "growth_per_decade"})) {
+      if (table.has_any({"kinetic", "peak", "peak_over_kinetic", "presliding_length", "bristles_per_newton",
+                         "law", "spread", "damping_per_newton", "residual_share", "kinetic_speed",
+                         "fall_per_decade", "growth_per_decade"})) {
         table.fail(
             "mixes coefficients (kinetic, peak, presliding_length, bristles_per_newton, law, spread, "
             "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
@@ -150,6 +155,7 @@ SceneMaterial read_material(TomlTable table) {
       table.allow({"name",
                    "kinetic",
                    "peak",
+                   "peak_over_kinetic",
                    "presliding_length",
                    "bristles_per_newton",
                    "law",
@@ -195,11 +201,10 @@ class Names {
   std::size_t find(const std::string& name, const TomlTable& table, std::string_view key) const {
     const auto found = index_.find(name);
     if (found != index_.end()) return found->second;
-    std::string known;
+    NameList known;
     for (auto other = index_.begin(); other != index_.end() && known.size() < 100; ++other)
-      known += (known.empty() ? "" : ", ") + other->first;
-    table.fail(key, fmt::format("names '{}', which does not exist; allowed: {}", name,
-                                known.empty() ? "none" : known));
+      known.push_back(other->first);
+    table.fail(key, fmt::format("names '{}', which does not exist{}", name, allowed_text(name, known)));
   }
 
  private:

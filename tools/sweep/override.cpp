@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <numeric>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -74,6 +73,8 @@ void set_in(toml::node& node, const Path& parts, std::size_t at, const SweepValu
   if (toml::table* table = node.as_table()) {
     if (part.empty()) fail(path, "has an empty part");
     if (last) {
+      if (part == "peak_over_kinetic") table->erase("peak");  // a scene takes one of the two
+      if (part == "peak") table->erase("peak_over_kinetic");
       table->insert_or_assign(part, *holder(value, path).get("v"));
       return;
     }
@@ -120,34 +121,6 @@ void set_in_tables(toml::array& tables, const Path& parts, const SweepValue& val
 
 }  // namespace
 
-std::string nearest_name(std::string_view name, const std::vector<std::string>& names) {
-  std::string best;
-  std::size_t least = std::max<std::size_t>(2, name.size() / 2) + 1;
-  for (const std::string& other : names) {
-    // Levenshtein's distance, a row at a time.
-    std::vector<std::size_t> row(other.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < name.size(); ++i) {
-      std::size_t diagonal = row[0];
-      row[0] = i + 1;
-      for (std::size_t j = 0; j < other.size(); ++j) {
-        const std::size_t changed = diagonal + (name[i] != other[j]);
-        diagonal = row[j + 1];
-        row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, changed});
-      }
-    }
-    if (row.back() >= least) continue;
-    least = row.back();
-    best = other;
-  }
-  return best;
-}
-
-std::string meant(std::string_view name, const std::vector<std::string>& names) {
-  const std::string nearest = nearest_name(name, names);
-  return nearest.empty() ? std::string() : fmt::format(" (did you mean '{}'?)", nearest);
-}
-
 void set_key(toml::table& root, const std::string& path, const SweepValue& value) {
   const Path parts = split(path);
   static const std::vector<std::string> kinds = {"scene", "material", "patch", "motion", "body"};
@@ -170,6 +143,22 @@ void for_each_motion_file(toml::table& root, const std::function<void(std::strin
     toml::node* file = table ? table->get("file") : nullptr;
     if (file && file->is_string()) visit(file->as_string()->get());
   }
+}
+
+NameList keys_to_vary(const toml::table& root) {
+  NameList keys;
+  const auto add = [&](const std::string& before, const toml::table& table) {
+    for (const auto& [key, node] : table)
+      if (node.is_number()) keys.push_back(fmt::format("{}.{}", before, key.str()));
+  };
+  for (const auto& [kind, node] : root) {
+    const std::string before(kind.str());
+    if (node.is_table()) add(before, *node.as_table());
+    if (!node.is_array()) continue;
+    for (const toml::node& one : *node.as_array())
+      if (one.is_table()) add(before + '.' + name_of(*one.as_table(), before), *one.as_table());
+  }
+  return keys;
 }
 
 std::string canonical_text(const toml::table& root) {

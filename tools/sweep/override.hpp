@@ -3,11 +3,10 @@
 
 #include <functional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include <toml++/toml.h>
 
+#include "tools/files/nearest_name.hpp"
 #include "tools/sweep/range.hpp"
 
 namespace cli {
@@ -23,14 +22,11 @@ namespace cli {
 /// Throws UserError where the path leads nowhere, with the nearest name.
 void set_key(toml::table& root, const std::string& path, const SweepValue& value);
 
-/// The name that is nearest to `name` by edits, "" where none is near.
-std::string nearest_name(std::string_view name, const std::vector<std::string>& names);
-
-/// " (did you mean 'x'?)", or nothing.
-std::string meant(std::string_view name, const std::vector<std::string>& names);
-
 /// Every `file` of a [[motion]].
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
+
+/// Keys of a scene that hold a number, as set_key takes them.
+NameList keys_to_vary(const toml::table& root);
 
 /// A TOML document as one text, without comments and in the order of keys.
 std::string canonical_text(const toml::table& root);

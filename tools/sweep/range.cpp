@@ -158,6 +158,9 @@ VariedKey parse_varied(const std::string& text) {
   const std::vector<std::string_view> parts = split_range(range);
   if (parts.size() >= 2 && finite_number(parts[0]) && finite_number(parts[1]))
     return parse_range(std::move(varied), parts, text);
+  const std::size_t dots = range.find("..");
+  if (dots != std::string_view::npos && finite_number(range.substr(0, dots)))
+    refuse(text, fmt::format("'..' makes no range; {}", forms));
   for (const std::string_view item : split_list(range)) {
     if (item.empty()) refuse(text, "has an empty value in its list");
     varied.values.push_back(value_of(item));

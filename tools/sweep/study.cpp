@@ -135,11 +135,11 @@ void parse_window(const std::string& text, double& from, double& until) {
 /// The keys that the reader of scenes lists where it meets one it does not know; empty where its message is
 /// another.
 std::vector<std::string> keys_allowed_by(const std::string& message, const std::string& key) {
-  const std::string before = fmt::format("unknown key '{}'; allowed: ", key);
-  const std::size_t at = message.find(before);
+  const std::size_t said = message.find(fmt::format("unknown key '{}'", key));
+  const std::string_view before = "; allowed: ";
   std::vector<std::string> keys;
-  if (at == std::string::npos) return keys;
-  std::string rest = message.substr(at + before.size());
+  if (said == std::string::npos) return keys;
+  std::string rest = message.substr(message.find(before, said) + before.size());
   for (std::size_t comma; (comma = rest.find(", ")) != std::string::npos; rest.erase(0, comma + 2))
     keys.push_back(rest.substr(0, comma));
   keys.push_back(rest);
@@ -507,8 +507,8 @@ void Study::check_keys() const {
         }
       }
       if (known.empty()) continue;
-      throw UserError(fmt::format("{}: the scene has no key '{}'{}; allowed: {}", varied.key, leaf,
-                                  meant(leaf, known), fmt::join(known, ", ")));
+      throw UserError(
+          fmt::format("{}: the scene has no key '{}'{}", varied.key, leaf, allowed_text(leaf, known)));
     }
 }
 
