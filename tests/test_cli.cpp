@@ -764,8 +764,8 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
   }
   if (!BRISTLE_MINIMAL) {
-    // At rest, in tremor, in seven straight slides and seven in zigzag; one patch and ten thousand.
-    REQUIRE(report["infinite"].size() == 2 * (2 + 7 + 7));
+    // At rest, in tremor, in three straight slides and one in zigzag; one patch and ten thousand.
+    REQUIRE(report["infinite"].size() == 2 * (2 + 3 + 1));
     for (const json& row : report["infinite"]) {
       CHECK(row["resolution"] == 8);
       CHECK((row["patches"] == 1 || row["patches"] == 10'000));

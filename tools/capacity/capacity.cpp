@@ -28,10 +28,9 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
                        Precision precision = Precision::single, std::uint32_t patch_bristles = 0) {
     cases.push_back({regime, rule, outputs, axes, precision, patch_bristles, threads});
   };
-  if (first_thread_count || !quick) {
-    add(Regime::rest, SnapRule::keep, Outputs::end);
-    add(Regime::presliding, SnapRule::keep, Outputs::end);
-  }
+  // A patch at rest fits in any number, and takes the longest to fill.
+  if (!quick) add(Regime::rest, SnapRule::keep, Outputs::end);
+  if (first_thread_count || !quick) add(Regime::presliding, SnapRule::keep, Outputs::end);
   if (!quick) add(Regime::tremor, SnapRule::keep, Outputs::end);
   add(Regime::sliding, SnapRule::keep, Outputs::end);
   add(Regime::sliding, SnapRule::keep, Outputs::mean);

@@ -53,7 +53,10 @@ std::vector<CapacityCase> infinite_sliding() {
 
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report) {
   std::vector<CapacityCase> cases = {infinite_case(Regime::rest), infinite_case(Regime::tremor)};
-  for (const CapacityCase& slide : infinite_sliding()) cases.push_back(slide);
+  for (const CapacityCase& slide : infinite_sliding())
+    if (!options.quick || *slide.step == 0.1 ||
+        (!slide.zigzag && (*slide.step == 1.0 || *slide.step == 100.0)))
+      cases.push_back(slide);
   std::vector<InfiniteRow> rows;
   for (const CapacityCase& what : cases) {
     const std::string motion = what.zigzag ? "zigzag" : what.step ? "straight" : to_string(what.regime);
