@@ -184,10 +184,11 @@ struct alignas(64) SlideBlock {
 template <class T>
 struct SlideView {
   T* zx;
-  T* zy;            ///< null with one axis
-  const T* limit;   ///< deflection at which it slides, at the load of its stiffness
-  const T* weight;  ///< share of the stiffness; they add up to 1
-  double* since;    ///< with drop or ageing: the patch's time at the end of its last slide, s; else null
+  T* zy;               ///< null with one axis
+  const T* limit;      ///< deflection at which it slides, at the load of its stiffness
+  const T* per_limit;  ///< 1 / limit
+  const T* weight;     ///< share of the stiffness; they add up to 1
+  double* since;       ///< with drop or ageing: the patch's time at the end of its last slide, s; else null
   SlideBlock* blocks;
   std::uint32_t rows;  ///< bristles, padded
   T share;             ///< of the limits, that the load now leaves: 1 but after it fell

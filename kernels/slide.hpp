@@ -18,7 +18,7 @@ namespace {
 
 /// Polynomial, lowest power first, as two of half the degree: half as long a wait.
 template <class T, class V, std::size_t n>
-inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
+[[gnu::always_inline]] inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
   constexpr int last = static_cast<int>(n) - 1;
   const V x2 = x * x;
   V even(static_cast<T>(coefficients[last - last % 2])),
@@ -34,7 +34,7 @@ struct Decay {
   V left, lost;
 };
 template <class T, class V>
-inline Decay<V> decay(V y) {
+[[gnu::always_inline]] inline Decay<V> decay(V y) {
   // 2^-x with x = k + f, k whole and f at most a half. Adding `magic` rounds.
   constexpr T magic = T(1.5) * (sizeof(T) == 4 ? T(8388608) : T(4503599627370496));
   const V x = least(y, V(T(80))) * V(T(1.4426950408889634));
@@ -60,7 +60,7 @@ inline Decay<V> decay(V y) {
 
 /// artanh(t) / t as a polynomial in t^2, for t <= 1/3.
 template <class T, class V>
-inline V log_series(V t2) {
+[[gnu::always_inline]] inline V log_series(V t2) {
   constexpr double single[] = {1.0000000039605197, 0.33333157341063313, 0.20012455137606738,
                                0.13980301428296538, 0.14089167218473486};
   constexpr double taylor[] = {1.0,      1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11,
@@ -75,14 +75,14 @@ inline V log_series(V t2) {
 /// ln(1 + part / whole) for 0 <= part <= whole, also relative to a small one: 2 artanh(t) with
 /// t = part / (2 whole + part).
 template <class T, class V>
-inline V log_of_one_plus(V part, V whole) {
+[[gnu::always_inline]] inline V log_of_one_plus(V part, V whole) {
   const V t = divide(part, (whole + whole) + part);
   return (t + t) * log_series<T>(t * t);
 }
 
 /// arctan(u) for |u| <= 1, also relative to a small u. In double the angle is halved twice first.
 template <class T, class V>
-inline V arc_tangent(V u) {
+[[gnu::always_inline]] inline V arc_tangent(V u) {
   constexpr double single[] = {0.9999999846670059,  -0.33333071910176365,  0.1999258568843616,
                                -0.1420334635383251, 0.10639651206002876,   -0.07501320095496422,
                                0.04265356152088699, -0.016043546652153916, 0.002843188724029338};
@@ -99,7 +99,7 @@ struct SlideStart {
   V x, y, along, aside;
 };
 template <class T, int axes, class V>
-inline SlideStart<V> slide_start(V x, V y, V ex, V ey) {
+[[gnu::always_inline]] inline SlideStart<V> slide_start(V x, V y, V ex, V ey) {
   if constexpr (axes == 1) return {x, y, x * ex, V(T(0))};
   return {x, y, x * ex + y * ey, x * ey - y * ex};
 }
@@ -107,7 +107,7 @@ inline SlideStart<V> slide_start(V x, V y, V ex, V ey) {
 /// Distance to the circle of radius `limit`, forward along e; 0 on it or outside. This form cannot go wrong
 /// in sign or root.
 template <class T, int axes, class V>
-inline V way_to_slide(const SlideStart<V>& start, V limit) {
+[[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
   if constexpr (axes == 1) return most(limit - start.along, none);
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
@@ -116,7 +116,7 @@ inline V way_to_slide(const SlideStart<V>& start, V limit) {
 /// Whether a bristle within `limit` slides before the end of the step: whether it would end beyond the limit,
 /// as a disc is convex.
 template <class T, int axes, class V>
-inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
+[[gnu::always_inline]] inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
   const V ahead = start.along + length;
   if constexpr (axes == 1) return ahead > limit;
   return ahead * ahead + start.aside * start.aside > limit * limit;
@@ -125,7 +125,7 @@ inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
 /// The distance over which the tip sticks, of bristles of which `slides` slide. A bristle that lies at its
 /// limit to a few digits, and does not unload, slides at once: no root.
 template <class T, int axes, class V, class Which>
-inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
+[[gnu::always_inline]] inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
   if constexpr (axes == 1) {
     return select_lanes(slides, least(way_to_slide<T, axes>(start, limit), length), length);
   } else {
@@ -151,10 +151,10 @@ struct Slid {
 
 /// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
 /// their z' is filled. `holds` is |z| where sliding begins; a bristle that holds more than its limit drops to
-/// it there.
-template <class T, int axes, bool mean, bool energy, class V, class Which>
-inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V holds, V limit, V ex, V ey,
-                        V length) {
+/// it there. over_limit(s) gives s / limit.
+template <class T, int axes, bool mean, bool energy, class V, class Which, class OverLimit>
+[[gnu::always_inline]] inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V holds,
+                                               V limit, V ex, V ey, V length, OverLimit&& over_limit) {
   const V none(T(0));
   const V half(T(0.5));
   Slid<V> end;
@@ -174,7 +174,7 @@ inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V hold
       // With p = l + l cos(theta) and a = l sin(theta), t = a / p: no quotient until the end. The tip begins
       // to slide where z along the motion is l cos(theta).
       const V p = most(holds + (start.along + path), V(T(1e-15)));
-      const Decay<V> turn = decay<T>(divide(s, most(limit, V(T(1e-30)))));
+      const Decay<V> turn = decay<T>(over_limit(s));
       const V w = a * turn.left;
       const V p2 = p * p;
       const V w2 = w * w;
@@ -213,9 +213,12 @@ inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V hold
 
 /// As slide_on() for bristles that slide if anything is left of the length; z' of the others is filled too.
 template <class T, int axes, bool mean, bool energy, class V>
-inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex, V ey, V length) {
+[[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
+                                                  V ey, V length) {
   const auto slides = path < length;
-  Slid<V> end = slide_on<T, axes, mean, energy>(start, slides, path, holds, limit, ex, ey, length);
+  const auto over_limit = [limit](V s) { return divide(s, most(limit, V(T(1e-30)))); };
+  Slid<V> end =
+      slide_on<T, axes, mean, energy>(start, slides, path, holds, limit, ex, ey, length, over_limit);
   end.x = select_lanes(slides, end.x, start.x + ex * length);
   end.y = select_lanes(slides, end.y, start.y + ey * length);
   return end;
@@ -223,7 +226,7 @@ inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit,
 
 /// The rule without drop and ageing: slides at the limit that it holds. The deflection is within it.
 template <class T, int axes, bool mean, bool energy, class V>
-inline Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
+[[gnu::always_inline]] inline Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
   const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
   const auto slides = slides_within<T, axes>(start, limit, length);
   const V path = way_that_sticks<T, axes>(start, limit, slides, length);
@@ -275,7 +278,7 @@ inline void turn_into(V& ux, V& uy, V dx, V dy) {
 /// Share of the motion d over which the tip sticks, 0 to 1, of a bristle that slides within the step: the
 /// root of |z + share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
 template <class V>
-inline V share_that_sticks(V gap, V b, V d2) {
+[[gnu::always_inline]] inline V share_that_sticks(V gap, V b, V d2) {
   const V none(0.0f);
   const V r = root(most(b * b + d2 * gap, none));
   const auto outward = b > none;

@@ -84,7 +84,7 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
       // t = a / p is the tangent of half the angle; it falls as exp(-s / limit).
       const T a = aside;
       const T p = most(holds + (along + path), T(1e-15));
-      const Decay<T> turn = decay<T>(s / most(limit, T(1e-30)));
+      const Decay<T> turn = decay<T>(s * (patch.per_limit[i] * per_share_of(patch)));
       const T w = a * turn.left;
       const T both = p * p + w * w;
       const T scale = limit / both;

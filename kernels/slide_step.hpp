@@ -9,6 +9,9 @@
 
 #include "ageing.hpp"
 #include "slide.hpp"
+#if defined(BRISTLE_KERNEL_ISA)
+#include "pair.hpp"
+#endif
 
 namespace bristle::detail {
 namespace {
@@ -18,6 +21,12 @@ namespace {
 constexpr double longest_slide = 1048576.0;  // 2^20
 /// Farther off, scaled, deflections are counted from the patch's place again.
 constexpr double farthest_reference = 0.25;
+
+/// Returns the factor of 1 / limit, for the limit at which bristles slide under the present load.
+template <class T>
+inline T per_share_of(const SlideView<T>& patch) {
+  return T(1) / most(patch.share * patch.kinetic, T(1e-15));
+}
 
 /// Numbers of a step that all bristles of a block share.
 struct SlideMotion {
@@ -104,8 +113,9 @@ class Slider {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr T eps = std::numeric_limits<T>::epsilon();
 
-  const SlideView<T>& patch;
+  const SlideView<T> patch;  ///< copied: what a step writes may alias the caller's
   const Advance& advance;
+  const bool commits = advance.commit != 0;
 
   struct Extent {
     std::uint32_t first, end;
@@ -113,7 +123,7 @@ class Slider {
   static std::uint32_t least_index(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 
   struct Shared {
-    Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y, share, kinetic, keep_x, keep_y, shift_x, shift_y;
+    Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y, share, per_share, kinetic, keep_x, keep_y, shift_x, shift_y;
     AgeingLaw<T> ageing;
 
     Shared(const SlideView<T>& patch, const Advance& a, const SlideMotion& m)
@@ -125,6 +135,7 @@ class Slider {
           p1x(static_cast<T>(m.p1[0])),
           p1y(static_cast<T>(m.p1[1])),
           share(patch.share),
+          per_share(per_share_of(patch)),
           kinetic(patch.kinetic),
           ageing(ageing_of<T>(a)) {
       const Lanes<T> none(T(0));
@@ -136,20 +147,23 @@ class Slider {
   };
 
   /// Bristles before they slide.
+  template <class V>
   struct Begin {
-    SlideStart<Lanes<T>> start;
-    Lanes<T> path;  ///< over which they stick; without ages not filled
-    Lanes<T> holds, limit;
-    Mask<T> slides;   ///< within the step
-    Mask<T> goes_on;  ///< or slid at its beginning, and was not unloaded
+    using Which = decltype(V() < V());
+    SlideStart<V> start;
+    V path;  ///< over which they stick; without ages not filled
+    V holds, limit;
+    Which slides;   ///< within the step
+    Which goes_on;  ///< or slid at its beginning, and was not unloaded
   };
 
-  Begin begin(const Shared& m, std::uint32_t i) const {
-    Lanes<T> y(T(0));
-    if constexpr (axes == 2) y = load(patch.zy + i) + m.p0y;
-    Begin b;
-    b.start = slide_start<T, axes>(load(patch.zx + i) + m.p0x, y, m.ex, m.ey);
-    b.limit = load(patch.limit + i) * m.share;
+  template <class V>
+  Begin<V> begin(const Shared& m, std::uint32_t i) const {
+    Begin<V> b;
+    V y(T(0));
+    if constexpr (axes == 2) y = load_as<V>(patch.zy + i) + V(m.p0y);
+    b.start = slide_start<T, axes>(load_as<V>(patch.zx + i) + V(m.p0x), y, V(m.ex), V(m.ey));
+    b.limit = load_as<V>(patch.limit + i) * V(m.share);
     b.holds = b.limit;
     if constexpr (ages) {
       Lanes<T> tau;
@@ -179,7 +193,7 @@ class Slider {
       b.slides = b.path < m.length;
       b.goes_on = b.goes_on | b.slides;
     } else {
-      b.slides = slides_within<T, axes>(b.start, b.limit, m.length);
+      b.slides = slides_within<T, axes>(b.start, b.limit, V(m.length));
       b.goes_on = b.slides;
     }
     return b;
@@ -190,7 +204,7 @@ class Slider {
   bool any_slides(const Shared& m, const Extent& extent, T& margin) const {
     Lanes<T> shortest(margin);
     for (std::uint32_t i = extent.first; i < extent.end; i += width) {
-      const Begin b = begin(m, i);
+      const Begin<Lanes<T>> b = begin<Lanes<T>>(m, i);
       if (xsimd::any(b.goes_on)) return true;
       const Lanes<T> x = load(patch.zx + i) + m.p1x;
       Lanes<T> bent = xsimd::abs(x);
@@ -206,37 +220,46 @@ class Slider {
     return false;
   }
 
+  /// The bristles of V from i on.
+  template <class V>
+  [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, Row<T> (&stored)[2],
+                                         Row<T> (&integral)[2], Row<T>& dissipated, Row<T>& count) const {
+    Begin<V> b = begin<V>(m, i);
+    if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, V(m.length));
+    // Short of the limit by what a step may round: the next one sticks until it has moved by more.
+    const V limit = b.limit * V(T(1) - 4 * eps);
+    const auto over_limit = [&](V s) { return s * (load_as<V>(patch.per_limit + i) * V(m.per_share)); };
+    const Slid<V> end = slide_on<T, axes, mean, energy>(b.start, b.slides, b.path, b.holds, limit, V(m.ex),
+                                                        V(m.ey), V(m.length), over_limit);
+    const V weight = load_as<V>(patch.weight + i);
+    const V x = select_lanes(b.slides, end.x - V(m.keep_x), load_as<V>(patch.zx + i) + V(m.shift_x));
+    add_to(stored[0], i, weight * x);
+    if (commits) store(x, patch.zx + i);
+    if constexpr (axes == 2) {
+      const V y = select_lanes(b.slides, end.y - V(m.keep_y), load_as<V>(patch.zy + i) + V(m.shift_y));
+      add_to(stored[1], i, weight * y);
+      if (commits) store(y, patch.zy + i);
+    }
+    if constexpr (mean) {
+      add_to(integral[0], i, weight * end.integral_x);
+      if constexpr (axes == 2) add_to(integral[1], i, weight * end.integral_y);
+    }
+    if constexpr (energy) {
+      const V none(T(0));
+      add_to(dissipated, i, weight * end.dissipated);
+      add_to(count, i, select_lanes(b.slides & (weight > none), V(T(1)), none));
+    }
+    if constexpr (ages)
+      if (advance.commit) note_time(b.goes_on, i);
+  }
+
   SlideSums slide_all(const Shared& m, const Extent& extent, Totals& totals) const {
     Row<T> stored[2], integral[2], dissipated, count;
-    const Lanes<T> none(T(0));
-    for (std::uint32_t i = extent.first; i < extent.end; i += width) {
-      const std::uint32_t part = i / width % Row<T>::parts;
-      Begin b = begin(m, i);
-      if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, m.length);
-      // Short of the limit by what a step may round: the next one sticks until it has moved by more.
-      const Lanes<T> limit = b.limit * Lanes<T>(T(1) - 4 * eps);
-      const Slid<Lanes<T>> end =
-          slide_on<T, axes, mean, energy>(b.start, b.slides, b.path, b.holds, limit, m.ex, m.ey, m.length);
-      const Lanes<T> weight = load(patch.weight + i);
-      const Lanes<T> x = select_lanes(b.slides, end.x - m.keep_x, load(patch.zx + i) + m.shift_x);
-      stored[0].part[part] = stored[0].part[part] + weight * x;
-      if (advance.commit) x.store_aligned(patch.zx + i);
-      if constexpr (axes == 2) {
-        const Lanes<T> y = select_lanes(b.slides, end.y - m.keep_y, load(patch.zy + i) + m.shift_y);
-        stored[1].part[part] = stored[1].part[part] + weight * y;
-        if (advance.commit) y.store_aligned(patch.zy + i);
-      }
-      if constexpr (mean) {
-        integral[0].part[part] = integral[0].part[part] + weight * end.integral_x;
-        if constexpr (axes == 2) integral[1].part[part] = integral[1].part[part] + weight * end.integral_y;
-      }
-      if constexpr (energy) {
-        dissipated.part[part] = dissipated.part[part] + weight * end.dissipated;
-        count.part[part] = count.part[part] + select_lanes(b.slides & (weight > none), Lanes<T>(T(1)), none);
-      }
-      if constexpr (ages)
-        if (advance.commit) note_time(b.goes_on, i);
-    }
+    std::uint32_t i = extent.first;
+    if constexpr (!ages && axes == 2)
+      for (; i + 2 * width <= extent.end; i += 2 * width)
+        slide_some<Pair<T>>(m, i, stored, integral, dissipated, count);
+    for (; i < extent.end; i += width) slide_some<Lanes<T>>(m, i, stored, integral, dissipated, count);
     SlideSums sums;
     for (int axis = 0; axis < axes; ++axis) {
       sums.stored[axis] = tree_sum(stored[axis]);

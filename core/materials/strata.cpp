@@ -1,8 +1,7 @@
 #include "core/materials/strata.hpp"
 
 #include <algorithm>
-
-#include "core/materials/elementary.hpp"
+#include <cmath>
 
 namespace bristle::detail {
 namespace {
@@ -10,7 +9,89 @@ namespace {
 /// Points of the law close to each other towards both ends.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-double cube_root(double x) noexcept { return x > 0.0 ? exp(log(x) / 3.0) : 0.0; }
+/// A law as it stands in `make_strata`: cells of its quantiles, with the integral of p^(1/2) up to each.
+class Cells {
+ public:
+  Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
+    double before = 0.0;
+    for (std::uint32_t k = 0; k <= count; ++k) {
+      const double u = share_at(static_cast<double>(k) / count);
+      length_[k] = k == count ? law.longest() : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
+      if (k > 0) {
+        length_[k] = std::min(std::max(length_[k], length_[k - 1]), law.longest());
+        // Over a cell of probability u and width x it is u^(1/2) x^(1/2).
+        integral_[k] =
+            integral_[k - 1] + std::sqrt(std::max(u - before, 0.0) * (length_[k] - length_[k - 1]));
+      }
+      before = u;
+    }
+  }
+
+  double integral() const noexcept { return integral_.back(); }
+  double integral_at(double x) const noexcept { return interpolate(length_, integral_, x); }
+  double length_at(double integral) const noexcept { return interpolate(integral_, length_, integral); }
+
+  double shorter(double x) const { return 1.0 - law_.survival(x); }          ///< P(l < x)
+  double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< E[l; l < x]
+  double long_moment(double x) const { return law_.mean() - short_moment(x); }
+
+  /// Where a function that does not fall reaches 0, to some digits.
+  template <class Function>
+  double find_zero(Function&& function) const {
+    double low = 0.0, high = law_.longest();
+    for (int i = 0; i < 44; ++i) {
+      const double middle = 0.5 * (low + high);
+      (function(middle) < 0.0 ? low : high) = middle;
+    }
+    return high;
+  }
+
+ private:
+  static double interpolate(const std::vector<double>& from, const std::vector<double>& to, double x) {
+    const auto next = std::upper_bound(from.begin() + 1, from.end() - 1, x) - from.begin();
+    const auto k = static_cast<std::size_t>(next);
+    const double width = from[k] - from[k - 1];
+    const double part = width > 0.0 ? std::clamp((x - from[k - 1]) / width, 0.0, 1.0) : 1.0;
+    return to[k - 1] + part * (to[k] - to[k - 1]);
+  }
+
+  const SnapLength& law_;
+  std::vector<double> length_, integral_;
+};
+
+/// Ends of the first and the last stratum, on either side of which the error alternates between +e and -e.
+struct Edges {
+  double first, last;  ///< upper end of the first stratum, lower end of the last
+  double error;        ///< e, m
+
+  Edges(const SnapLength& law, const Cells& cells, double e) : error(e) {
+    const double shortest =
+        cells.find_zero([&](double x) { return x * cells.shorter(x) - cells.short_moment(x) - e; });
+    first =
+        cells.find_zero([&](double x) { return cells.short_moment(x) - shortest * cells.shorter(x) - e; });
+    const double longest =
+        cells.find_zero([&](double x) { return e - (cells.long_moment(x) - x * law.survival(x)); });
+    last = cells.find_zero([&](double x) { return e - (longest * law.survival(x) - cells.long_moment(x)); });
+  }
+};
+
+/// The edges whose e is that of n - 2 strata between them.
+Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
+  double low = 0.0, high = law.mean();
+  double e = cells.integral() / n;
+  e *= e / 16.0;
+  for (int i = 0; i < 12; ++i) {
+    const Edges edges(law, cells, e);
+    const double between = cells.integral_at(edges.last) - cells.integral_at(edges.first);
+    const double wanted = between > 0.0 ? between * between / (16.0 * (n - 2.0) * (n - 2.0)) : 0.0;
+    if (std::abs(wanted - e) < 1e-3 * e) break;
+    (wanted > e ? low : high) = e;
+    e = wanted > low && wanted < high ? wanted : 0.5 * (low + high);
+  }
+  Edges edges(law, cells, e);
+  while (edges.first > edges.last && edges.error > 0.0) edges = Edges(law, cells, 0.5 * edges.error);
+  return edges;
+}
 
 }  // namespace
 
@@ -21,38 +102,26 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
   constexpr double negligible_cv = 1e-9;
   if (n == 1 || law.cv() < negligible_cv) return strata;
 
-  // The integral of p^(1/3) over a cell of probability u and width x is u^(1/3) x^(2/3).
-  const auto cells = std::max(std::uint32_t{4096}, 16 * n);
-  std::vector<double> length(cells + 1), integral(cells + 1);
-  double before = 0.0;
-  for (std::uint32_t k = 0; k <= cells; ++k) {
-    const double u = share_at(static_cast<double>(k) / cells);
-    length[k] = k == 0       ? law.quantile(0x1p-52)
-                : k == cells ? law.longest()
-                             : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
-    if (k > 0) {
-      length[k] = std::min(std::max(length[k], length[k - 1]), law.longest());
-      const double width = cube_root(length[k] - length[k - 1]);
-      integral[k] = integral[k - 1] + cube_root(u - before) * width * width;
-    }
-    before = u;
+  const Cells cells(law, std::max(std::uint32_t{4096}, 16 * n));
+  const double all = cells.integral();
+  double first = 0.0, last = all, error = 0.0;  // two strata: halves of the integral
+  if (n > 2) {
+    const Edges edges = find_edges(law, cells, n);
+    first = cells.integral_at(edges.first);
+    last = cells.integral_at(edges.last);
+    error = edges.error;
   }
-
   double low = 0.0, above = 1.0, first_moment = 0.0;  // of the stratum's lower end
-  std::uint32_t k = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
     double high = law.longest(), beyond = 0.0, moment = law.mean();
     if (i + 1 < n) {
-      const double wanted = integral[cells] * (static_cast<double>(i + 1) / n);
-      while (k + 1 < cells && integral[k + 1] < wanted) ++k;
-      const double cell = integral[k + 1] - integral[k];
-      const double part = cell > 0.0 ? std::clamp((wanted - integral[k]) / cell, 0.0, 1.0) : 1.0;
-      high = std::max(length[k] + part * (length[k + 1] - length[k]), low);
+      high = std::max(cells.length_at(n > 2 ? first + (last - first) * i / (n - 2.0) : 0.5 * all), low);
       beyond = law.survival(high);
-      moment = law.partial_moment(1, high);
+      moment = cells.short_moment(high);
     }
     const double share = std::max(above - beyond, 0.0);
-    const double mean = share > 0.0 ? (moment - first_moment) / share : high;
+    const double shift = i == 0 ? -error : i + 1 == n ? error : 0.0;
+    const double mean = share > 0.0 ? (moment - first_moment + shift) / share : high;
     strata.share[i] = share;
     strata.length[i] = std::clamp(mean, low, high) / law.mean();
     low = high;

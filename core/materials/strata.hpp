@@ -8,8 +8,12 @@
 
 namespace bristle::detail {
 
-/// n intervals of the law that hold equal integrals of p^(1/3), p its density: the mean length of each over
-/// E[delta], and its probability. A sum over them is off by n^-2, whatever the law's tail.
+/// Weighted lengths, over E[delta], whose force at first loading, the sum of share x min(x, length), is as
+/// close to E[min(x, delta)] as n lengths can be: its error alternates between +e and -e, of order n^-2
+/// whatever the law's tail (a law without density between its ends meets this up to its own jumps). Sum of
+/// shares and mean length are the law's own. The n strata hold equal integrals of p^(1/2), p the density, but
+/// for the first and the last; each has its mean length and its probability. Those two are shifted by e over
+/// their probability.
 struct Strata {
   std::vector<double> length, share;
 };

@@ -337,6 +337,7 @@ std::size_t apply_decisions(PatchBatch& batch, Span<const DetailDecision> decisi
 }
 
 double sliding_noise(const Material& material, double active) noexcept {
+  if (material.snap_rule == SnapRule::slide) return 0.0;
   const SnapLength& law = material.snap_length;
   const double m1 = law.moment(1), m2 = law.moment(2), m3 = law.moment(3);
   const double one = material.snap_rule == SnapRule::keep

@@ -72,7 +72,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
   info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
   info.active = p.zeta > 0.0 ? r.detail : 0.0;
   info.bytes_per_bristle =
-      static_cast<std::uint32_t>(sizeof(T) * (p.axes + 4u) + (r.since != nullptr ? sizeof(double) : 0));
+      static_cast<std::uint32_t>(sizeof(T) * (p.axes + 5u) + (r.since != nullptr ? sizeof(double) : 0));
   info.kernel = slider_names()[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
                                (has(p.outputs, Outputs::energy) ? 4u : 0u) |
                                (sizeof(T) == sizeof(double) ? 8u : 0u) | (r.since != nullptr ? 16u : 0u)]
@@ -188,6 +188,8 @@ void fill_strata(Sliders<T>& r) noexcept {
     r.weight[j] = T(0);
     r.limit[j] = r.limit[r.detail - 1];
   }
+  constexpr T least_limit = T(1e-15);
+  for (std::uint32_t j = 0; j < r.rows(); ++j) r.per_limit[j] = T(1) / std::max(r.limit[j], least_limit);
 }
 
 void name_sliders() { slider_names(); }

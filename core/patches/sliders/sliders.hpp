@@ -29,6 +29,7 @@ struct Sliders : PatchRecord {
   double* since = nullptr;  ///< SlideView::since
   // Columns of the strata in use, then of all n:
   T* limit = nullptr;
+  T* per_limit = nullptr;  ///< SlideView::per_limit
   T* weight = nullptr;
   T* first_limit = nullptr;
   T* first_weight = nullptr;
@@ -41,6 +42,7 @@ struct Sliders : PatchRecord {
     visit(r.zy, ColumnRule{"zy", r.options.axes == 2 ? rows : 0, Filler::zero, true});
     visit(r.since, ColumnRule{"since", r.has_times() ? rows : 0, Filler::age, true});
     visit(r.limit, ColumnRule{"limit", rows, Filler::from_seed, false});
+    visit(r.per_limit, ColumnRule{"per_limit", rows, Filler::from_seed, false});
     visit(r.weight, ColumnRule{"weight", rows, Filler::from_seed, false});
     visit(r.first_limit, ColumnRule{"first_limit", rows, Filler::from_seed, false});
     visit(r.first_weight, ColumnRule{"first_weight", rows, Filler::from_seed, false});

@@ -19,6 +19,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
   return {r.zx,
           r.zy,
           r.limit,
+          r.per_limit,
           r.weight,
           r.since,
           r.blocks,
