@@ -88,9 +88,7 @@ Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
     (wanted > e ? low : high) = e;
     e = wanted > low && wanted < high ? wanted : 0.5 * (low + high);
   }
-  Edges edges(law, cells, e);
-  while (edges.first > edges.last && edges.error > 0.0) edges = Edges(law, cells, 0.5 * edges.error);
-  return edges;
+  return Edges(law, cells, e);
 }
 
 }  // namespace
