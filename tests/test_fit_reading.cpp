@@ -316,8 +316,8 @@ TEST_CASE("A replay of data in words of their own reads the motion that was unde
              Contains("read") && Contains("x = 'Weg' in um") && Contains("load of 2 N throughout"));
   const std::string page = cli::fit_html(data, options, result);
   CHECK_THAT(page, Contains("What was read") && Contains("As written in the file") &&
-                       Contains("What it does not determine") && Contains("Friction over displacement") &&
-                       Contains("Residuals over time"));
+                       Contains("What it does not determine") && Contains(">um</td>") &&
+                       Contains("Friction over displacement") && Contains("Residuals over time"));
   for (const char* outside : {"src=\"http", "href=\"http", "<script", "<link", "url("})
     CHECK(page.find(outside) == std::string::npos);
 }

@@ -1159,6 +1159,16 @@ class Interface(unittest.TestCase):
 
 
 class FirstMinutes(unittest.TestCase):
+    def test_a_keyword_that_is_wrong_is_named(self):
+        with self.assertRaisesRegex(TypeError, r"Coefficients\(\) has no parameter 'kinetik' \(did you mean 'kinetic'\?\)"):
+            bristle.Material.from_coefficients(kinetik=0.4)
+        with self.assertRaisesRegex(TypeError, r"kinetic is 'much', of type str; it takes one as 0\.4"):
+            bristle.Material.from_coefficients(kinetic="much")
+        with self.assertRaisesRegex(bristle.Error, "did you mean 'double'"):
+            bristle.PatchOptions(precision="duoble")
+        with self.assertWarnsRegex(UserWarning, "presliding_length is in m"):
+            bristle.Material.from_coefficients(presliding_length=20.0)
+
     def test_the_example_of_help_runs_and_responses_check_themselves(self):
         names = {}
         example = bristle.__doc__.split("\n\n", 2)[2].replace("print(", "last = (")

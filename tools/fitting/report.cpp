@@ -346,7 +346,15 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
 }
 
 std::string fit_html(const FitData& data, const FitOptions& options, const FitResult& r) {
-  const Json report = Json::parse(fit_json(data, options, r));
+  Json report = Json::parse(fit_json(data, options, r));
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {  // in the units of the table
+    if (!report["parameters"].contains(fit_names[i])) continue;
+    Json& parameter = report["parameters"][fit_names[i]];
+    for (const char* key : {"value", "low", "high"})
+      if (parameter.contains(key) && parameter[key].is_number())
+        parameter[key] = rows[i].per_si * parameter[key].get<double>();
+    parameter["unit"] = rows[i].unit;
+  }
   return fit_report_page(report, std::filesystem::path(data.columns.name).filename().string());
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/files/nearest_name.hpp"
 #include "tools/python/module.hpp"
 
 namespace bristle_python {
@@ -24,11 +25,13 @@ std::string name_of(const Names<E>& names, E value) {
 template <class E>
 E value_of(const Names<E>& names, const std::string& parameter, const std::string& name) {
   std::string known;
+  cli::NameList all;
   for (const auto& [candidate, value] : names) {
     if (name == candidate) return value;
     known += (known.empty() ? "\"" : ", \"") + std::string(candidate) + "\"";
+    all.emplace_back(candidate);
   }
-  throw bristle::Error(parameter + ": \"" + name + "\" is not one of " + known);
+  throw bristle::Error(parameter + ": \"" + name + "\" is not one of " + known + cli::meant(name, all));
 }
 
 template <class T>
@@ -56,14 +59,22 @@ class KeywordClass {
   }
   /// To be called last. Python: T(a=1, b=2), the rest as by default.
   void done(const char* signature) {
-    const auto make = [name = name_](const py::dict& given) {
+    const auto make = [name = name_, fields = fields_](const py::dict& given) {
       T value;
       const py::object self = py::cast(&value, py::return_value_policy::reference);
       for (const auto& [key, item] : given) {
-        if (!py::hasattr(self, key)) {
-          throw py::type_error(name + "() has no parameter '" + py::cast<std::string>(key) + "'");
+        const std::string parameter = py::cast<std::string>(key);
+        if (!py::hasattr(self, key))
+          throw py::type_error(name + "() has no parameter '" + parameter + "'" +
+                               cli::meant(parameter, fields));
+        try {
+          py::setattr(self, key, item);
+        } catch (const py::error_already_set& error) {
+          if (!error.matches(PyExc_TypeError)) throw;
+          throw py::type_error(name + "(): " + parameter + " is " + py::cast<std::string>(py::repr(item)) +
+                               ", of type " + Py_TYPE(item.ptr())->tp_name + "; it takes one as " +
+                               py::cast<std::string>(py::repr(self.attr(key))));
         }
-        py::setattr(self, key, item);
       }
       return value;
     };

@@ -107,6 +107,13 @@ void define_snap_length(py::module_& module) {
       .def("__repr__", &text_of);
 }
 
+Material material_of(const Coefficients& c) {
+  if (c.presliding_length > 1.0 &&
+      PyErr_WarnEx(PyExc_UserWarning, "bristle: presliding_length is in m, and more than one of them", 1) < 0)
+    throw py::error_already_set();
+  return Material::from_coefficients(c);
+}
+
 void define_coefficients(py::module_& module) {
   KeywordClass<Coefficients> coefficients(
       module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
@@ -191,14 +198,14 @@ void define_material(py::module_& module) {
           "strengthening_speed=1e-6, drop=0.0)");
   material.type
       .def_static(
-          "from_coefficients", &Material::from_coefficients, py::arg("coefficients"),
+          "from_coefficients", &material_of, py::arg("coefficients"),
           "Bristle parameters from Coefficients. Raises bristle.Error, with the reachable range, where the "
           "family cannot reach peak / kinetic.")
       .def_static(
           "from_coefficients",
           [](const py::kwargs& given) {
             const py::object type = py::type::of<Coefficients>();
-            return Material::from_coefficients(py::cast<Coefficients>(type(**given)));
+            return material_of(py::cast<Coefficients>(type(**given)));
           },
           "The same with the parameters of Coefficients as keywords.")
       .def("coefficients", &Material::coefficients, py::arg("kinetic_speed") = 0.0,

@@ -92,13 +92,15 @@ void add_curves(HtmlPage& page, const Json& curves, const char* place_key, const
 
 void add_parameters(HtmlPage& page, const Json& parameters) {
   page.section("parameters", "What the record determines");
-  Table found({"<parameter", "value (SI units)", "95 % from", "to"});
-  Table open({"<parameter", "left at", "<why"});
+  Table found({"<parameter", "value", "95 % from", "to", "<unit"});
+  Table open({"<parameter", "left at", "<unit", "<why"});
   for (const auto& [name, p] : parameters.items()) {
     if (p.at("determined").get<bool>())
-      found.add({name, number_text(p.at("value")), number_text(p.at("low")), number_text(p.at("high"))});
+      found.add({name, number_text(p.at("value")), number_text(p.at("low")), number_text(p.at("high")),
+                 text_of(p, "unit")});
     else
-      open.add({name, number_text(p.at("value")), p.contains("why") ? text_of(p, "why") : std::string()});
+      open.add({name, number_text(p.at("value")), text_of(p, "unit"),
+                p.contains("why") ? text_of(p, "why") : std::string()});
   }
   page.table(found);
   page.section("open", "What it does not determine");
@@ -111,20 +113,23 @@ std::string fit_report_page(const Json& report, const std::string& record) {
   HtmlPage page;
   const Json &data = report.at("data"), &left = report.at("residuals");
   page.section("summary", "At a glance");
-  page.list({fmt::format("{} samples over {} s, {} reversals, {} mm travelled; mean load {} N",
-                         number_text(data.at("samples")), number_text(data.at("length_s")),
-                         number_text(data.at("reversals")), number_text(data.at("travelled_m"), 1e3),
-                         number_text(data.at("mean_load_n"))),
-             fmt::format("law {}, rule {}", text_of(report, "law"), text_of(report, "rule")),
-             fmt::format("the brush explains {} % of the force; residuals {} N rms, {} samples count as one",
-                         number_text(left.at("explained"), 100.0), number_text(left.at("rms_n")),
-                         number_text(left.at("correlated_samples")))});
+  page.list(
+      {fmt::format("{} samples over {} s, {} reversals, {} mm travelled; mean load {} N",
+                   number_text(data.at("samples")), number_text(data.at("length_s")),
+                   number_text(data.at("reversals")), number_text(data.at("travelled_m"), 1e3),
+                   number_text(data.at("mean_load_n"))),
+       fmt::format("law {}, rule {}", text_of(report, "law"), text_of(report, "rule")),
+       fmt::format(
+           "the brush explains {} % of the force; residuals {} N rms; intervals count {} samples, whose "
+           "errors are alike, as one",
+           number_text(left.at("explained"), 100.0), number_text(left.at("rms_n")),
+           number_text(left.at("correlated_samples")))});
   for (const Json& note : report.at("notes")) page.paragraph(note.get<std::string>());
-  add_parameters(page, report.at("parameters"));
   page.section("fit", "Data and fit");
   const Json& curves = report.at("curves");
   add_curves(page, curves, "x_m", "force_n", "fit_n", "x");
   if (curves.contains("y_m")) add_curves(page, curves, "y_m", "force_y_n", "fit_y_n", "y");
+  add_parameters(page, report.at("parameters"));
   add_reading(page, report);
   const Json& c = report.at("conditions");
   return page.text("Friction of " + record, fmt::format("bristle fit, commit {}; page written {}",
