@@ -32,13 +32,14 @@ struct JointLayout {
   std::uint32_t gradients = 0;  ///< of each tip by each parameter
   std::uint32_t columns = 0;    ///< how many
 
-  static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
+  // Inlined always: objects of different instruction sets must not share a function.
+  [[gnu::always_inline]] static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
     const bool of_static = p >= joint_static_base;
     const bool of_load = p != joint_stiffness && p != joint_viscous && p != joint_base &&
                          p != joint_static_base && p != joint_stribeck_speed;
     return (!of_static || (variant & joint_drops) != 0) && (!of_load || (variant & joint_loaded) != 0);
   }
-  constexpr JointLayout(std::uint32_t variant, std::uint32_t bristles) {
+  [[gnu::always_inline]] constexpr JointLayout(std::uint32_t variant, std::uint32_t bristles) {
     for (std::uint32_t p = 0; p < joint_parameters; ++p)
       if (uses(p, variant)) parameter[p] = constants++;
     if ((variant & joint_drops) != 0) least_decay = constants++;

@@ -69,7 +69,8 @@ TEST_CASE("The guides print the programs that the tests run", "[guides]") {
            {"core/guides/GUIDE_ENGINES.md", "tools/examples/hello_c.c"},
            {"core/guides/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"},
            {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_wheel.cpp"},
-           {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_finger.cpp"}}) {
+           {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_finger.cpp"},
+           {"core/guides/GUIDE_JOINTS.md", "tools/examples/joint_arm.cpp"}}) {
     INFO(guide << " and " << program);
     const std::string shown = shown_part(text_of(program));
     CHECK(shown.size() > 500);

@@ -253,8 +253,8 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
     }
     return error;
   };
-  CHECK(worst(8) < 6.5e-3);
-  CHECK(worst(32) < 4.5e-4);
+  CHECK(worst(8) < 2.1e-3);
+  CHECK(worst(32) < 1.3e-4);
   CHECK(worst(8) / worst(32) > 12);
   // Where all bristles are alike: a spring, then Coulomb's friction.
   JointOptions alike;

@@ -11,9 +11,11 @@ set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "$
 if(BRISTLE_MINIMAL)
   return() # two axes, redraw
 endif()
-# The adapter is compiled from a copy, without this tree among its include folders: it can be copied out.
-add_library(bristle_mujoco_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_friction.cpp)
-foreach(file mujoco_friction.hpp mujoco_friction.cpp)
+# The adapters are compiled from a copy, without this tree among its include folders: they can be copied out.
+add_library(bristle_mujoco_friction STATIC
+  ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_friction.cpp
+  ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_joints.cpp)
+foreach(file mujoco_friction.hpp mujoco_friction.cpp mujoco_joints.hpp mujoco_joints.cpp)
   configure_file(examples/${file} mujoco_adapter/${file} COPYONLY)
 endforeach()
 bristle_compile_flags(bristle_mujoco_friction)

@@ -15,6 +15,7 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
+#include "tools/fitting/joint.hpp"
 #include "tools/fitting/judge.hpp"
 #include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
@@ -512,6 +513,9 @@ void fit_record(const FitOptions& options, bool prints) {
 }  // namespace
 
 void fit_command(const FitOptions& options) {
+  if (options.joint) return fit_joint_command(options);
+  if (options.torque_constant || options.pendulum)
+    throw UserError("--torque-constant and --pendulum: only with --joint");
   if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
   for (const std::string& data : options.data)
     if (data.ends_with(".toml"))

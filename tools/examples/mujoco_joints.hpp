@@ -1,0 +1,52 @@
+// The friction of bristles in MuJoCo's hinges, in place of `frictionloss`: by the torque of the motor and of
+// all else, with presliding, without creep. An adapter to copy and to change; MuJoCo 2.2.
+//
+//   mujoco_example::BristleJoints joints(*model, {shoulder, elbow}, {&gear, 1});
+//   while (...) joints.step(*model, *data);          // in place of mj_step(model, data)
+//
+// The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; the speeds at the end of the step by
+// Newton's method on J M^-1 J^T and JointFriction::find_torque; the torques go to qfrc_applied for the time
+// of mj_step2. Then the bristles step by the angles that the joints really have. `frictionloss` of these
+// joints should be 0.
+//
+// The motor's torque is qfrc_actuator, the outside torque what is left of the smooth forces (gravity,
+// Coriolis, springs, qfrc_applied). Not covered: contacts, which the prediction does not see, and RK4
+// (mj_step2 has none).
+#pragma once
+
+#include <vector>
+
+#include <mujoco/mujoco.h>
+#include <Eigen/Core>
+#include <bristle/joint_friction.hpp>
+
+namespace mujoco_example {
+
+class BristleJoints {
+ public:
+  /// `joints`: ids of hinges or slides; the i-th is of material i modulo their number. Throws bristle::Error.
+  BristleJoints(const mjModel& model, const std::vector<int>& joints,
+                bristle::Span<const bristle::JointMaterial> materials,
+                const bristle::JointOptions& options = {});
+
+  /// One step of the model's timestep, in place of mj_step. What stands in qfrc_applied counts and is left as
+  /// it is.
+  void step(const mjModel& model, mjData& data);
+  /// After mj_resetData, or when joints were put elsewhere: all bristles are straight where they are.
+  void forget() {
+    batch_.reset();
+    begun_ = false;
+  }
+
+  const Eigen::VectorXd& torque() const { return torque_; }  ///< N m, of the last step, by joint
+
+ private:
+  std::vector<int> dofs_, places_;
+  bristle::JointFriction batch_;
+  Eigen::VectorXd angle_, speed_, motor_, outside_, torque_, by_angle_, by_speed_;
+  Eigen::MatrixXd inverse_inertia_;  ///< J M^-1 J^T
+  std::vector<double> unit_, column_;
+  bool begun_ = false;
+};
+
+}  // namespace mujoco_example
