@@ -180,6 +180,9 @@ int main(int argc, char** argv) {
     add_context();
     register_kernels();
     register_batches();
+#if !BRISTLE_MINIMAL
+    register_beds();
+#endif
     register_cohorts();
 #ifdef BRISTLE_HAS_RIVALS
     register_extended();

@@ -5,6 +5,7 @@ namespace bristle_bench {
 
 void register_kernels();
 void register_batches();
+void register_beds();  // not in the minimal library
 void register_cohorts();
 void register_extended();  // where tools/rivals is built
 void register_scaling();

@@ -10,8 +10,8 @@
 namespace bristle::detail {
 
 extern const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
-const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA) = {BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
-                                                                   BRISTLE_BED_STEPS, &place_bed<BedEngine>,
-                                                                   &roll_bed<BedEngine>, BRISTLE_JOINT_STEPS};
+const BedKernels BRISTLE_JOIN(bed_kernels_,
+                              BRISTLE_KERNEL_ISA) = BRISTLE_BED_KERNELS(BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
+                                                                        BRISTLE_JOINT_STEPS);
 
 }  // namespace bristle::detail

@@ -2,8 +2,8 @@
 // for vectors and for numbers: E::V is either.
 #pragma once
 
+#include "bed_slide.hpp"
 #include "engine.hpp"
-#include "slide.hpp"
 
 #include "core/bed_table.hpp"
 
@@ -15,77 +15,106 @@ using BedEngine = Engine<float>;
 /// The columns of a bed at one vector of its bristles.
 template <class E>
 struct BedAt {
-  float* columns;
-  std::uint32_t count, first;
+  float* block;
   using V = typename E::V;
-  V operator[](BedColumn c) const { return E::get(columns + c * count + first); }
-  void put(BedColumn c, V x) const { E::put(columns + c * count + first, x); }
+  V operator[](BedColumn c) const { return E::get(block + c * lane_count); }
+  void put(BedColumn c, V x) const { E::put(block + c * lane_count, x); }
 };
 
+/// Calls `visit` with each vector of bristles and its number within a block of 16.
+template <class E, class Visit>
+inline void for_each_vector(std::uint32_t count, float* columns, const Visit& visit) {
+  float* const end = columns + std::size_t{count} * bed_columns;
+  for (float* block = columns; block != end; block += bed_columns * lane_count)
+    for (std::uint32_t part = 0; part < lane_count / E::size; ++part)
+      visit(BedAt<E>{block + part * E::size}, part);
+}
+
 template <class E, std::uint32_t variant>
-void step_bed(const BedStep& step, float* columns, BedSums& sums) {
+void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   using V = typename E::V;
   constexpr bool spins = (variant & bed_spins) != 0;
   constexpr bool carried = (variant & bed_carried) != 0;
   constexpr bool all = (variant & bed_all_outputs) != 0;
   constexpr bool drops = (variant & bed_drops) != 0;
+  const BedStep step = given;
   const V none(0.0f);
   const V one(1.0f);
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
-  const auto rebase = V(step.rebase ? 1.0f : 0.0f) > none;
+  const bool with_torque = spins || all || step.torque;
+  // Of rolling: every tip is written, and relative to a root at zero.
+  const V stands(carried && step.rolled ? 0.0f : 1.0f);
+  [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
   typename E::Sum mean_x, mean_y, mean_torque, energy_x, energy_y, start_energy, dissipated;
   typename E::Sum stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;
 
-  for (std::uint32_t block = 0; block < step.count; block += lane_count)
-    for (std::uint32_t part = 0; part < lane_count / E::size; ++part) {
-      const BedAt<E> at{columns, step.count, block + part * E::size};
-      const V k = at[bed_stiffness];
-      const V limit = at[bed_pressure] * limit_of_pressure;
-      V x = none, y = none, moved = one, kept = one;
-      if (spins || all || step.torque) {
-        x = at[bed_x];
-        y = at[bed_y];
-      }
-      if constexpr (carried) {
-        moved = at[bed_moved];
-        kept = at[bed_kept];
-      }
+  for_each_vector<E>(step.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
+    const V k = at[bed_stiffness];
+    const V limit = at[bed_pressure] * limit_of_pressure;
+    V x = none, y = none, moved = one, kept = one;
+    if (with_torque) {
+      x = at[bed_x];
+      y = at[bed_y];
+    }
+    if constexpr (carried) {
+      moved = at[bed_moved];
+      kept = at[bed_kept];
+    }
 
-      // Deflection, and the motion of the root.
-      const V tip_x = at[bed_tip_x];
-      const V tip_y = at[bed_tip_y];
-      V zx = V(step.root[0]) - tip_x;
-      V zy = V(step.root[1]) - tip_y;
-      V dx(step.motion[0]), dy(step.motion[1]);
-      V anchor_x(step.anchor[0]), anchor_y(step.anchor[1]);
-      if constexpr (spins) {
-        zx = (V(step.root[0]) - V(step.root[2]) * y) - tip_x;
-        zy = (V(step.root[1]) + V(step.root[3]) * x) - tip_y;
-        anchor_x = anchor_x - V(step.anchor[2]) * y;
-        anchor_y = anchor_y + V(step.anchor[3]) * x;
-        V middle_x = x, middle_y = y;
-        if constexpr (carried) {
-          middle_x = x + moved * V(step.half_rolled[0]);
-          middle_y = y + moved * V(step.half_rolled[1]);
-        }
-        dx = dx - V(step.motion[2]) * middle_y;
-        dy = dy + V(step.motion[3]) * middle_x;
-      }
-      V hold = limit;
-      if constexpr (drops) {
-        const auto slid = at[bed_slid] * kept > none;
-        hold = select_lanes(slid, limit, limit * V(step.hold_over_limit));
-      }
+    // Deflection, and the motion of the root.
+    const V tip_x = at[bed_tip_x];
+    const V tip_y = at[bed_tip_y];
+    V zx, zy, dx(step.motion[0]), dy(step.motion[1]);
+    if constexpr (spins) {
+      zx = (V(step.root[0]) - V(step.root[2]) * y) - tip_x;
+      zy = (V(step.root[1]) + V(step.root[3]) * x) - tip_y;
+      V middle_x = x, middle_y = y;
       if constexpr (carried) {
-        dx = dx * moved;
-        dy = dy * moved;
-        zx = zx * kept;
-        zy = zy * kept;
+        middle_x = x + moved * V(step.half_rolled[0]);
+        middle_y = y + moved * V(step.half_rolled[1]);
       }
-      const V z2 = zx * zx + zy * zy;
-      if constexpr (carried && all) start_energy.add(part, k * z2);
+      dx = dx - V(step.motion[2]) * middle_y;
+      dy = dy + V(step.motion[3]) * middle_x;
+    } else {
+      zx = V(step.root[0]) - tip_x;
+      zy = V(step.root[1]) - tip_y;
+    }
+    // Where a tip without deflection stands after the step.
+    V free_x = tip_x + (zx + dx);
+    V free_y = tip_y + (zy + dy);
+    if constexpr (carried) {
+      free_x = free_x * stands;
+      free_y = free_y * stands;
+      dx = dx * moved;
+      dy = dy * moved;
+      zx = zx * kept;
+      zy = zy * kept;
+    }
+    V hold = limit;
+    V limit_over_hold = one;
+    if constexpr (drops) {
+      const auto held_less = at[bed_slid] * kept > none;
+      hold = select_lanes(held_less, limit, limit * V(step.hold_over_limit));
+      limit_over_hold = select_lanes(held_less, one, V(step.limit_over_hold));
+    }
+    const V z2 = zx * zx + zy * zy;
+    if constexpr (carried && all) start_energy.add(part, k * z2);
+
+    V end_x = zx + dx;
+    V end_y = zy + dy;
+    auto slides = none > one;
+    V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
+    if constexpr (all) {
+      // Where there is no contact, or was none, rounding is no deflection.
+      const auto presses = (carried ? k : limit) > none;
+      zx = select_lanes(presses, zx, none);
+      zy = select_lanes(presses, zy, none);
+      length = root(dx * dx + dy * dy);
+      over_length = divide(one, most(length, smallest));
+      const V ex = dx * over_length;
+      const V ey = dy * over_length;
       // A limit that falls within the step counts by its mean for the slide; the deflection beyond the new
       // limit is dropped last.
       V reach = hold;
@@ -97,107 +126,122 @@ void step_bed(const BedStep& step, float* columns, BedSums& sums) {
           slide_limit = select_lanes(falls, V(0.5f) * (reach + limit), limit);
         }
       }
-
-      V end_x = zx + dx;
-      V end_y = zy + dy;
-      auto slides = none > one;
-      V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
-      if constexpr (all) {
-        length = root(dx * dx + dy * dy);
-        over_length = divide(one, most(length, smallest));
-        const V ex = dx * over_length;
-        const V ey = dy * over_length;
-        const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
-        const V path = least(way_to_slide<float, 2>(start, reach), length);
-        const Slid<V> end =
-            slide_after<float, 2, true, true>(start, path, reach, slide_limit, ex, ey, length);
-        slides = path < length;
-        end_x = end.x;
-        end_y = end.y;
-        integral_x = end.integral_x;
-        integral_y = end.integral_y;
-        lost = end.dissipated;
-      } else {
-        const V gap = most(reach * reach - z2, none);
-        slides = end_x * end_x + end_y * end_y > most(z2, reach * reach);
-        if (any_lane(slides)) {
-          // In units of the limit at which it slides; a bristle without a limit has no deflection.
-          V over_limit = at[bed_over_pressure] * V(step.pressure_of_limit);
-          V over_reach = over_limit;
-          if constexpr (carried || drops) {
-            const auto has_limit = over_limit > none;
-            over_reach = select_lanes(has_limit, divide(one, most(reach, smallest)), none);
-            if constexpr (carried)
-              over_limit = select_lanes(has_limit, divide(one, most(slide_limit, smallest)), none);
-          }
-          V ux = zx, uy = zy, left_x = dx, left_y = dy;
-          const V along = zx * dx + zy * dy;
-          const auto sticks_first = (gap > V(1e-6f) * along) & slides;
-          if (any_lane(sticks_first)) {
-            const V sticks = share_that_sticks(gap, along, dx * dx + dy * dy);
-            const V share = select_lanes(sticks_first, sticks, none);
-            ux = ux + dx * share;
-            uy = uy + dy * share;
-            left_x = dx - dx * share;
-            left_y = dy - dy * share;
-          }
-          ux = ux * over_reach;
-          uy = uy * over_reach;
-          turn_into(ux, uy, left_x * over_limit, left_y * over_limit);
-          end_x = select_lanes(slides, ux * limit, end_x);
-          end_y = select_lanes(slides, uy * limit, end_y);
-        }
+      const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
+      const V path = least(way_to_slide<float, 2>(start, reach), length);
+      const Slid<V> end = slide_after<float, 2, true, true>(start, path, reach, slide_limit, ex, ey, length);
+      slides = path < length;
+      end_x = end.x;
+      end_y = end.y;
+      integral_x = end.integral_x;
+      integral_y = end.integral_y;
+      lost = end.dissipated;
+    } else {
+      // A bristle without a limit has an inverse of 0: it never slides, and has no stiffness.
+      const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
+      V over_both = over_limit2, over_hold2 = over_limit2;
+      if constexpr (drops) {
+        over_both = over_limit2 * limit_over_hold;
+        over_hold2 = over_both * limit_over_hold;
       }
-      if constexpr (carried) {
-        const V bound = select_lanes(slides, limit, hold);
-        const V n2 = end_x * end_x + end_y * end_y;
-        const auto beyond = n2 > bound * bound * V(1.000001f);
-        if (any_lane(beyond)) {
-          // Reduces a deflection beyond its limit to the limit. Such a bristle has slid and holds no more
-          // than the kinetic limit.
-          const V n = root(n2);
-          const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
-          end_x = end_x * back;
-          end_y = end_y * back;
-          if constexpr (all) lost = lost + select_lanes(beyond, V(0.5f) * ((n - limit) * (n + limit)), none);
-          slides = slides | beyond;
+      const V d2 = dx * dx + dy * dy;
+      const V zd = zx * dx + zy * dy;
+      const V zd2 = zd + zd;
+      V gap = one - z2 * over_hold2;
+      slides = (d2 + zd2) * over_hold2 > most(gap, none);
+      if (any_lane(slides)) {
+        V ux = zx, uy = zy, left = one;
+        V t = d2 * over_limit2;
+        V q2 = zd2 * over_both;
+        V to_keep = limit_over_hold, to_push = one;
+        // Rounding of a place is 5e-7 at most, in units of the largest limit.
+        const auto unloads = none > zd;
+        const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
+        const bool any_rough = any_lane(rough);
+        if (any_rough) {
+          // Within its limit, or as it unloads, a bristle sticks first.
+          V share = share_that_sticks(most(gap, none), zd * over_hold2, d2 * over_hold2);
+          share = select_lanes(rough & ((gap > none) | unloads), share, none);
+          ux = zx + dx * share;
+          uy = zy + dy * share;
+          left = one - share;
+          t = t * (left * left);
+          const V ud = (ux * dx + uy * dy) * left;
+          const V ud2 = ud + ud;
+          q2 = select_lanes(rough, ud2 * over_both, q2);
+          // Beyond its limit, since that falls, it slides at the mean limit of the step.
+          const auto outside = rough & (none > gap);
+          if (any_lane(outside)) {
+            const V n = root(z2);
+            const V mean = carried ? V(0.5f) * (n + limit) : limit;
+            const V over = divide(one, most(n * mean, smallest));
+            const V over_mean = over * n;
+            const V path = left * over_mean;
+            t = select_lanes(outside, d2 * (path * path), t);
+            q2 = select_lanes(outside, ud2 * over, q2);
+            to_keep = select_lanes(outside, limit * (over * mean), to_keep);
+            to_push = select_lanes(outside, limit * over_mean, to_push);
+          }
+          gap = select_lanes(rough, none, gap);
         }
-      }
-      auto writes = slides | rebase;
-      if constexpr (carried) writes = writes | (kept < one);
-      at.put(bed_tip_x, select_lanes(writes, anchor_x - end_x, tip_x));
-      at.put(bed_tip_y, select_lanes(writes, anchor_y - end_y, tip_y));
-      if constexpr (drops) at.put(bed_slid, select_lanes(slides, one, none));
-
-      const V fx = k * end_x;
-      const V fy = k * end_y;
-      force_x.add(part, fx);
-      force_y.add(part, fy);
-      if (spins || all || step.torque) torque.add(part, x * fy - y * fx);
-      if constexpr (all) {
-        slipping.add(part, select_lanes(slides, k, none));
-        const auto moves = length > smallest;
-        const V mx = k * select_lanes(moves, integral_x * over_length, end_x);
-        const V my = k * select_lanes(moves, integral_y * over_length, end_y);
-        mean_x.add(part, mx);
-        mean_y.add(part, my);
-        mean_torque.add(part, x * my - y * mx);
-        energy_x.add(part, fx * end_x);
-        energy_y.add(part, fy * end_y);
-        dissipated.add(part, k * lost);
-        const V held = select_lanes(slides, none, k);
-        const V held_x = held * x;
-        const V held_y = held * y;
-        stuck.add(part, held);
-        stuck_x.add(part, held_x);
-        stuck_y.add(part, held_y);
-        stuck_xx.add(part, held_x * x);
-        stuck_yy.add(part, held_y * y);
+        Dragged<V> to = drag(t, q2, gap);
+        if (any_rough || drops) {
+          to.keep = to.keep * to_keep;
+          to.push = to.push * (to_push * left);
+        }
+        end_x = select_lanes(slides, ux * to.keep + dx * to.push, end_x);
+        end_y = select_lanes(slides, uy * to.keep + dy * to.push, end_y);
       }
     }
+    if constexpr (carried) {
+      const V bound = select_lanes(slides, limit, hold);
+      const V n2 = end_x * end_x + end_y * end_y;
+      const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
+      if (any_lane(beyond)) {
+        // Reduces a deflection beyond its limit to the limit. Such a bristle has slid and holds no more
+        // than the kinetic limit.
+        const V n = root(n2);
+        const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
+        end_x = end_x * back;
+        end_y = end_y * back;
+        if constexpr (all) lost = lost + select_lanes(beyond, V(0.5f) * ((n - limit) * (n + limit)), none);
+        slides = slides | beyond;
+      }
+    }
+    auto writes = slides;
+    if constexpr (carried) writes = writes | always | (kept < one);
+    at.put(bed_tip_x, select_lanes(writes, free_x - end_x, tip_x));
+    at.put(bed_tip_y, select_lanes(writes, free_y - end_y, tip_y));
+    if constexpr (drops) at.put(bed_slid, select_lanes(slides, one, none));
+
+    const V fx = k * end_x;
+    const V fy = k * end_y;
+    force_x.add(part, fx);
+    force_y.add(part, fy);
+    if (with_torque) torque.add(part, x * fy - y * fx);
+    if constexpr (all) {
+      slipping.add(part, select_lanes(slides, k, none));
+      const auto moves = length > smallest;
+      const V mx = k * select_lanes(moves, integral_x * over_length, end_x);
+      const V my = k * select_lanes(moves, integral_y * over_length, end_y);
+      mean_x.add(part, mx);
+      mean_y.add(part, my);
+      mean_torque.add(part, x * my - y * mx);
+      energy_x.add(part, fx * end_x);
+      energy_y.add(part, fy * end_y);
+      dissipated.add(part, k * lost);
+      const V held = select_lanes(slides, none, k);
+      const V held_x = held * x;
+      const V held_y = held * y;
+      stuck.add(part, held);
+      stuck_x.add(part, held_x);
+      stuck_y.add(part, held_y);
+      stuck_xx.add(part, held_x * x);
+      stuck_yy.add(part, held_y * y);
+    }
+  });
   sums.force[0] = force_x.total();
   sums.force[1] = force_y.total();
-  sums.torque = torque.total();
+  if (with_torque) sums.torque = torque.total();
   if constexpr (all) {
     sums.slipping = slipping.total();
     sums.mean[0] = mean_x.total();
@@ -223,127 +267,136 @@ inline V pressure_at(BedProfile profile, V inside) {
   return profile == BedProfile::parabolic ? positive : root(positive);
 }
 
+/// Writes stiffness and pressure. A bristle without pressure is out of contact. Returns their product.
 template <class E>
-inline void put_pressure(const BedAt<E>& at, typename E::V pressure) {
+inline typename E::V put_contact(const BedAt<E>& at, typename E::V k, typename E::V pressure) {
   using V = typename E::V;
-  const auto tiny = V(1e-6f) > pressure;
-  at.put(bed_pressure, select_lanes(tiny, V(0.0f), pressure));
-  at.put(bed_over_pressure, select_lanes(tiny, V(0.0f), divide(V(1.0f), most(pressure, V(1e-6f)))));
+  const auto presses = pressure >= V(1e-6f);
+  k = select_lanes(presses, k, V(0.0f));
+  pressure = select_lanes(presses, pressure, V(0.0f));
+  at.put(bed_stiffness, k);
+  at.put(bed_pressure, pressure);
+  at.put(bed_over_pressure2,
+         select_lanes(presses, divide(V(1.0f), most(pressure * pressure, V(1e-12f))), V(0.0f)));
+  return k * pressure;
 }
 
 template <class E>
 double place_bed(const BedPlaces& places, float* columns) {
   using V = typename E::V;
   const V none(0.0f), one(1.0f);
-  const V size2(places.size2);
+  const V size2(places.size2), inverse_size2(places.inverse_size2);
+  const BedProfile profile = places.profile;
   typename E::Sum sum;
-  for (std::uint32_t block = 0; block < places.count; block += lane_count)
-    for (std::uint32_t part = 0; part < lane_count / E::size; ++part) {
-      const BedAt<E> at{columns, places.count, block + part * E::size};
-      const V inner = at[bed_inner];
-      const V outer = at[bed_outer];
-      const V in_contact = least(most(divide(size2 - inner, outer - inner), none), one);
-      const V before = at[bed_stiffness];
-      const V k = at[bed_own] * in_contact;
-      at.put(bed_kept, least(divide(before, most(k, V(1e-30f))), one));
-      at.put(bed_stiffness, k);
-      const V middle = V(0.5f) * (inner + least(outer, size2));
-      V pressure = at[bed_share] * pressure_at(places.profile, one - middle * V(places.inverse_size2));
-      pressure = select_lanes(k > none, pressure, none);
-      put_pressure<E>(at, pressure);
-      sum.add(part, k * pressure);
-    }
+  for_each_vector<E>(places.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
+    const V inner = at[bed_inner];
+    const V outer = at[bed_outer];
+    const V in_contact = least(most(divide(size2 - inner, outer - inner), none), one);
+    const V before = at[bed_stiffness];
+    const V k = at[bed_own] * in_contact;
+    at.put(bed_kept, least(divide(before, most(k, V(1e-30f))), one));
+    const V middle = V(0.5f) * (inner + least(outer, size2));
+    V pressure = at[bed_share] * pressure_at(profile, one - middle * inverse_size2);
+    pressure = select_lanes(k > none, pressure, none);
+    sum.add(part, put_contact<E>(at, k, pressure));
+  });
   return sum.total();
 }
 
-template <class E>
-double roll_bed(const BedPlaces& places, float* columns) {
+template <class E, bool rolls>
+double roll_bed(const BedPlaces& given, float* columns) {
   using V = typename E::V;
+  const BedPlaces places = given;
   const V none(0.0f), one(1.0f);
   const V half_cell(0.5f * places.cell);
+  const V over_cell(1.0f / places.cell);
   const V ring(2.0f + places.cell);
   const V sign(places.rolled < 0.0f ? -1.0f : 1.0f);
   const V rolled(places.rolled < 0.0f ? -places.rolled : places.rolled);
   const V inverse_size2(places.inverse_size2);
-  const bool rolls = places.rolled != 0.0f;
+  const bool chords_change = places.chords && places.size2 < 1.0f;
+  [[maybe_unused]] const bool moves_y = places.turned || places.axes[2] != 0.0f;
   typename E::Sum sum;
-  for (std::uint32_t block = 0; block < places.count; block += lane_count)
-    for (std::uint32_t part = 0; part < lane_count / E::size; ++part) {
-      const BedAt<E> at{columns, places.count, block + part * E::size};
-      const V across = at[bed_inner];
-      const V half_length = at[bed_outer];
-      const V before = at[bed_stiffness];
+  for_each_vector<E>(places.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
+    const V across = at[bed_inner];
+    const V half_length = at[bed_outer];
 
-      // The part in contact, seen from the leading edge, whichever it is.
-      V edge(places.edge);
-      if (places.chords && places.size2 < 1.0f)
-        edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
-      const V carried = rolled * at[bed_share];
-      V place = at[bed_along] * sign;
-      if (rolls) {
-        V within = carried;
-        if (any_lane(carried >= ring)) within = carried - whole_part(divide(carried, ring)) * ring;
-        place = place - within;
-        place = select_lanes(place < none - (one + half_cell), place + ring, place);
-        at.put(bed_along, place * sign);
-      }
-      const V low = most(place - half_cell, none - edge);
-      const V high = least(place + half_cell, edge);
-      const V overlap = most(high - low, none);
-      const V k = at[bed_own] * (overlap * V(1.0f / places.cell));
-      const V middle = V(0.5f) * (low + high) * sign;
-      const V along = middle * half_length;
-      V inside = one - along * along * inverse_size2;
-      if (places.chords) inside = inside - across * across * inverse_size2;
-      const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
-      const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
-      const V y = along * V(places.axes[2]) + across * V(places.axes[3]);
-
-      const V tip_x = at[bed_tip_x];
-      const V tip_y = at[bed_tip_y];
-      const V old_x = at[bed_x];
-      const V old_y = at[bed_y];
-      V kept, moved = one;
-      if (rolls) {
-        // Distances from the leading edge, `near` to `far`: what is within `carried` has come in.
-        const V near = edge - high;
-        const V far = edge - low;
-        const V border = least(most(near, carried), far);
-        const auto enters = carried > near;
-        kept = one;
-        if (any_lane(enters)) {
-          const V over = divide(one, most(overlap, V(1e-30f)));
-          const V old_part = least((far - border) * over, one);
-          const V fresh = most(border - near, none) * (border + near) * (V(0.5f) * over);
-          const V share = least(old_part + divide(fresh, most(carried, V(1e-30f))), one);
-          kept = select_lanes(enters, old_part, one);
-          moved = select_lanes(enters, share, one);
-        }
-        at.put(bed_tip_x, tip_x - (V(places.root[0]) - V(places.root[2]) * old_y));
-        at.put(bed_tip_y, tip_y - (V(places.root[1]) + V(places.root[3]) * old_x));
-      } else {
-        kept = least(divide(before, most(k, V(1e-30f))), one);
-        at.put(bed_tip_x, tip_x + V(places.root[2]) * (old_y - y));
-        at.put(bed_tip_y, tip_y + V(places.root[3]) * (x - old_x));
+    // The part in contact, seen from the leading edge, whichever it is.
+    V edge(places.edge);
+    if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
+    V place = at[bed_along] * sign;
+    V carried = none;
+    if constexpr (rolls) {
+      carried = rolled * at[bed_share];
+      V within = carried;
+      if (any_lane(carried >= ring)) within = carried - whole_part(divide(carried, ring)) * ring;
+      place = place - within;
+      place = select_lanes(place < none - (one + half_cell), place + ring, place);
+      at.put(bed_along, place * sign);
+    }
+    const V low = most(place - half_cell, none - edge);
+    const V high = least(place + half_cell, edge);
+    const V overlap = most(high - low, none);
+    const V k = at[bed_own] * (overlap * over_cell);
+    const V middle = V(0.5f) * (low + high) * sign;
+    const V along = middle * half_length;
+    V inside = one - along * along * inverse_size2;
+    if (places.chords) inside = inside - across * across * inverse_size2;
+    const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
+    const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
+    if constexpr (rolls) {
+      // Distances from the leading edge, `near` to `far`: what is within `carried` has come in.
+      const V near = edge - high;
+      const V far = edge - low;
+      const V border = least(most(near, carried), far);
+      const auto enters = carried > near;
+      V kept = one, moved = one;
+      if (any_lane(enters)) {
+        const V over = divide(one, most(overlap, V(1e-30f)));
+        const V old_part = least((far - border) * over, one);
+        const V fresh = most(border - near, none) * (border + near) * (V(0.5f) * over);
+        const V share = least(old_part + fresh * (half_length * V(places.over_rolled)), one);
+        kept = select_lanes(enters, old_part, one);
+        moved = select_lanes(enters, share, one);
       }
       at.put(bed_kept, kept);
       at.put(bed_moved, moved);
-      at.put(bed_stiffness, k);
-      put_pressure<E>(at, pressure);
+      at.put(bed_x, x);
+      if (moves_y) at.put(bed_y, along * V(places.axes[2]) + across * V(places.axes[3]));
+    } else {
+      const V y = along * V(places.axes[2]) + across * V(places.axes[3]);
+      at.put(bed_kept, least(divide(at[bed_stiffness], most(k, V(1e-30f))), one));
+      at.put(bed_moved, one);
+      at.put(bed_tip_x, at[bed_tip_x] + V(places.root[2]) * (at[bed_y] - y));
+      at.put(bed_tip_y, at[bed_tip_y] + V(places.root[3]) * (x - at[bed_x]));
       at.put(bed_x, x);
       at.put(bed_y, y);
-      sum.add(part, k * pressure);
     }
+    sum.add(part, put_contact<E>(at, k, pressure));
+  });
   return sum.total();
 }
 
-#define BRISTLE_BED_STEPS                                                                                   \
-  {                                                                                                         \
-    &step_bed<BedEngine, 0>, &step_bed<BedEngine, 1>, &step_bed<BedEngine, 2>, &step_bed<BedEngine, 3>,     \
-        &step_bed<BedEngine, 4>, &step_bed<BedEngine, 5>, &step_bed<BedEngine, 6>, &step_bed<BedEngine, 7>, \
-        &step_bed<BedEngine, 8>, &step_bed<BedEngine, 9>, &step_bed<BedEngine, 10>,                         \
-        &step_bed<BedEngine, 11>, &step_bed<BedEngine, 12>, &step_bed<BedEngine, 13>,                       \
-        &step_bed<BedEngine, 14>, &step_bed<BedEngine, 15>                                                  \
+template <class E>
+void rebase_bed(const BedPlaces& places, float* columns) {
+  using V = typename E::V;
+  const V x(places.root[0]), y(places.root[1]), turn_x(places.root[2]), turn_y(places.root[3]);
+  for_each_vector<E>(places.count, columns, [&](const BedAt<E>& at, std::uint32_t) {
+    at.put(bed_tip_x, at[bed_tip_x] - (x - turn_x * at[bed_y]));
+    at.put(bed_tip_y, at[bed_tip_y] - (y + turn_y * at[bed_x]));
+  });
+}
+
+#define BRISTLE_BED_KERNELS(name, joint_steps)                                           \
+  {                                                                                      \
+    name, {&step_bed<BedEngine, 0>,  &step_bed<BedEngine, 1>,  &step_bed<BedEngine, 2>,  \
+           &step_bed<BedEngine, 3>,  &step_bed<BedEngine, 4>,  &step_bed<BedEngine, 5>,  \
+           &step_bed<BedEngine, 6>,  &step_bed<BedEngine, 7>,  &step_bed<BedEngine, 8>,  \
+           &step_bed<BedEngine, 9>,  &step_bed<BedEngine, 10>, &step_bed<BedEngine, 11>, \
+           &step_bed<BedEngine, 12>, &step_bed<BedEngine, 13>, &step_bed<BedEngine, 14>, \
+           &step_bed<BedEngine, 15>},                                                    \
+        &place_bed<BedEngine>, &roll_bed<BedEngine, false>, &roll_bed<BedEngine, true>,  \
+        &rebase_bed<BedEngine>, joint_steps                                              \
   }
 
 }  // namespace

@@ -53,19 +53,20 @@ struct Bed {
   double full_load = 0.0;       ///< N
   double longest_piece = 0.0;   ///< m, of rolling
   double cell = 0.0;            ///< BedPlaces::cell
+  double most_pressure = 0.0;   ///< largest relative pressure at full load
   std::uint64_t last_step = 0;  ///< number of the step that named it last
   BedState state;
   BedMemory columns;
 
-  float* column(BedColumn c) const noexcept { return columns.get() + c * count; }
+  float& at(BedColumn c, std::size_t i) const noexcept { return columns[bed_place(c, i)]; }
 };
 
 /// Checks the caller's material, shape and options and makes a bed. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
 /// Writes places, stiffnesses and pressures under the present size, after rolling by a distance (m) along the
-/// rows. Returns the sum of stiffness x pressure.
-double place(Bed& bed, const BedKernels& kernels, double rolled) noexcept;
+/// rows, which may have turned since the last time. Returns the sum of stiffness x pressure.
+double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
 /// Unbends all bristles, out of contact.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
 /// Steps a bed by a motion whose id and rolling are known to be good.

@@ -19,13 +19,11 @@ using namespace detail;
 namespace {
 
 constexpr int most_tasks = 256;
+constexpr int fetched_lines = 15;
+constexpr std::size_t cache_line = 64;
 /// Fixed cost of a bed, in bristles.
 constexpr std::uint64_t bed_overhead = 64;
-/// Columns that state consists of: the rest follows from them and the size.
-constexpr BedColumn state_columns[] = {bed_tip_x,     bed_tip_y,         bed_slid,     bed_along,
-                                       bed_stiffness, bed_over_pressure, bed_pressure, bed_x,
-                                       bed_y,         bed_kept,          bed_moved};
-constexpr std::uint64_t saved_magic = 0x3144454220425242u;
+constexpr std::uint64_t saved_magic = 0x3244454220425242u;
 
 /// Calls `visit` with each number of a state.
 template <class State, class Visit>
@@ -45,7 +43,15 @@ constexpr std::size_t state_numbers = 18;
 
 std::size_t saved_bytes(const Bed& bed) {
   return 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t) + state_numbers * sizeof(double) +
-         std::size(state_columns) * bed.count * sizeof(float);
+         std::size_t{bed_state_columns} * bed.count * sizeof(float);
+}
+
+/// Calls `visit` with the numbers of state of each block of bristles: the columns before the constants.
+template <class Visit>
+void for_each_block(const Bed& bed, Visit&& visit) {
+  float* const end = bed.columns.get() + std::size_t{bed.count} * bed_columns;
+  for (float* block = bed.columns.get(); block != end; block += bed_columns * lane_count)
+    visit(block, std::uint32_t{bed_state_columns} * lane_count);
 }
 
 void add_bytes(Hasher& hasher, Span<const std::byte> bytes) {
@@ -86,17 +92,24 @@ struct BedBatch::Impl {
   void run(std::size_t first, std::size_t last) noexcept {
     const FloatModeScope mode;
     for (std::size_t i = first; i < last; ++i) {
-      if (i + 2 < last) fetch(in[i + 2].id);
+      if (i + 8 < last) fetch_record(in[i + 8].id);
+      if (i + 4 < last) fetch_bristles(in[i + 4].id);
       if (out[i].status == Status::ok) step_bed(*find(in[i].id), kernels, in[i], out[i]);
     }
   }
 
-  /// Asks for the first bristles of a bed that is stepped soon.
-  void fetch(BedId id) noexcept {
+  /// Asks for the record of a bed that is stepped soon, then for its first bristles.
+  void fetch_record(BedId id) const noexcept {
+    const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
+    if (slot >= beds.size()) return;
+    const char* record = reinterpret_cast<const char*>(&beds[slot]);
+    for (std::size_t at = 0; at < sizeof(Bed); at += cache_line) __builtin_prefetch(record + at);
+  }
+  void fetch_bristles(BedId id) noexcept {
     const Bed* bed = find(id);
     if (bed == nullptr) return;
-    for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_stiffness, bed_pressure, bed_over_pressure})
-      __builtin_prefetch(bed->column(c));
+    const char* bristles = reinterpret_cast<const char*>(bed->columns.get());
+    for (int i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
   /// Clears a response, and says what is wrong with a motion. Returns its cost in bristles.
@@ -209,7 +222,7 @@ BedResponse BedBatch::find_force(const BedMotion& motion) noexcept {
   Bed& bed = *impl.find(motion.id);
   const FloatModeScope mode;
   const BedState state = bed.state;
-  const std::size_t numbers = std::size_t{bed.count} * std::size(state_columns);
+  const std::size_t numbers = std::size_t{bed.count} * bed_columns;
   std::copy_n(bed.columns.get(), numbers, impl.scratch.get());
   step_bed(bed, impl.kernels, motion, response);
   std::copy_n(impl.scratch.get(), numbers, bed.columns.get());
@@ -245,7 +258,7 @@ std::size_t BedBatch::read_bristles(BedId id, Span<BedBristle> out) const noexce
   const std::size_t n = std::min<std::size_t>(out.size(), bed->bristles);
   const BedState& s = bed->state;
   for (std::size_t i = 0; i < n; ++i) {
-    const auto at = [&](BedColumn c) { return static_cast<double>(bed->column(c)[i]); };
+    const auto at = [&](BedColumn c) { return static_cast<double>(bed->at(c, i)); };
     const double x = at(bed_x), y = at(bed_y);
     BedBristle& b = out[i];
     b.position[0] = x * bed->length;
@@ -265,7 +278,7 @@ std::uint64_t BedBatch::state_hash(BedId id) const noexcept {
   for_each_number(bed->state, [&](double x) { hasher.add(x); });
   hasher.add(std::uint64_t{bed->state.rolled_last});
   for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid, bed_along})
-    for (std::uint32_t i = 0; i < bed->bristles; ++i) hasher.add(bed->column(c)[i]);
+    for (std::uint32_t i = 0; i < bed->bristles; ++i) hasher.add(bed->at(c, i));
   return hasher.value();
 }
 
@@ -298,7 +311,7 @@ std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
     write(bed.count);
     write(std::uint64_t{bed.state.rolled_last});
     for_each_number(bed.state, [&](double x) { write(x); });
-    for (const BedColumn c : state_columns) write.column(bed.column(c), bed.count);
+    for_each_block(bed, [&](const float* block, std::uint32_t n) { write.column(block, n); });
   }
   Hasher checksum;
   add_bytes(checksum, Span<const std::byte>(to.data() + head_bytes, bytes - head_bytes));
@@ -344,12 +357,12 @@ void BedBatch::restore_state(Span<const std::byte> from) {
       });
       if (!good) fail("has a value that no bed can have");
       if (!writes) {
-        read.skip(std::size(state_columns) * bed.count * sizeof(float));
+        read.skip(std::size_t{bed_state_columns} * bed.count * sizeof(float));
         continue;
       }
       state.rolled_last = rolled_last != 0;
       bed.state = state;
-      for (const BedColumn c : state_columns) read.column(bed.column(c), bed.count);
+      for_each_block(bed, [&](float* block, std::uint32_t n) { read.column(block, n); });
     }
   }
 }

@@ -309,28 +309,28 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   const double y_unit = is_list ? 1.0 : shape.half[1] / bed.length;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
     const Cell cell = i < bed.bristles ? cells[i] : Cell{};
-    bed.column(bed_own)[i] = static_cast<float>(cell.area / area);
-    bed.column(bed_inner)[i] = static_cast<float>(cell.inner);
-    bed.column(bed_outer)[i] = static_cast<float>(shape.rolls && i >= bed.bristles ? 1.0 : cell.outer);
-    bed.column(bed_share)[i] = shape.rolls ? 1.0f / bed.column(bed_outer)[i] : static_cast<float>(cell.share);
-    bed.column(bed_along)[i] = static_cast<float>(cell.along);
-    bed.column(bed_x)[i] = static_cast<float>(cell.x * x_unit);
-    bed.column(bed_y)[i] = static_cast<float>(cell.y * y_unit);
-    bed.column(bed_moved)[i] = 1.0f;
+    bed.at(bed_own, i) = static_cast<float>(cell.area / area);
+    bed.at(bed_inner, i) = static_cast<float>(cell.inner);
+    bed.at(bed_outer, i) = static_cast<float>(shape.rolls && i >= bed.bristles ? 1.0 : cell.outer);
+    bed.at(bed_share, i) = shape.rolls ? 1.0f / bed.at(bed_outer, i) : static_cast<float>(cell.share);
+    bed.at(bed_along, i) = static_cast<float>(cell.along);
+    bed.at(bed_x, i) = static_cast<float>(cell.x * x_unit);
+    bed.at(bed_y, i) = static_cast<float>(cell.y * y_unit);
+    bed.at(bed_moved, i) = 1.0f;
   }
 
   // The unit of deflection is the largest kinetic limit at full load.
   bed.deflection = 1.0;
   bed.state.size = 1.0;
   const double sum = place(bed, kernels, 0.0);
-  const float* pressures = bed.column(bed_pressure);
-  const double most_pressure = static_cast<double>(*std::max_element(pressures, pressures + bed.count));
+  for (std::uint32_t i = 0; i < bed.count; ++i)
+    bed.most_pressure = std::max(bed.most_pressure, static_cast<double>(bed.at(bed_pressure, i)));
   const double force = bed.friction * bed.full_load;
   if (bed.stiffness == 0.0) {
     bed.deflection = material.presliding / bed.hold_over_limit;
-    bed.stiffness = force * most_pressure / (bed.deflection * sum);
+    bed.stiffness = force * bed.most_pressure / (bed.deflection * sum);
   } else {
-    bed.deflection = force * most_pressure / (bed.stiffness * sum);
+    bed.deflection = force * bed.most_pressure / (bed.stiffness * sum);
   }
   require_within(material_text, "deflection at which bristles slide", bed.deflection, 1e-13, 1e4, "m");
   for (int k = 0; k < 2; ++k) {

@@ -10,6 +10,10 @@ namespace {
 
 /// A root that has gone farther, in units of deflection, has the tips written relative to it.
 constexpr double farthest_root = 8.0;
+/// Limits of friction below this, in units of deflection, count as none.
+constexpr double least_limit = 1e-12;
+/// Motion, in largest limits, after which every bristle has turned into it.
+constexpr double longest_motion = 1e6;
 /// Rolling below this, in half lengths of the contact, waits until it adds up.
 constexpr double least_rolled = 0x1p-13;
 /// Pieces of rolling are no shorter than for a contact of this size.
@@ -33,7 +37,7 @@ double size_under(const Bed& bed, double load) noexcept {
 
 }  // namespace
 
-double place(Bed& bed, const BedKernels& kernels, double rolled) noexcept {
+double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) noexcept {
   const BedState& s = bed.state;
   BedPlaces places{};
   places.count = bed.count;
@@ -50,15 +54,27 @@ double place(Bed& bed, const BedKernels& kernels, double rolled) noexcept {
   places.axes[2] = static_cast<float>(s.along[1] * to_x);
   places.axes[3] = static_cast<float>(s.along[0] * to_y);
   for (int k = 0; k < 4; ++k) places.root[k] = static_cast<float>(s.root[k]);
-  places.rolled = static_cast<float>(rolled / bed.half[0]);
   places.cell = static_cast<float>(bed.cell);
+  if (rolled == 0.0) return kernels.place_rows(places, bed.columns.get());
+  places.rolled = static_cast<float>(rolled / bed.half[0]);
+  places.over_rolled = static_cast<float>(bed.half[0] / magnitude(rolled));
+  places.turned = turned;
   return kernels.roll(places, bed.columns.get());
 }
 
+namespace {
+
+/// Unbends all bristles where they are.
+void straighten(Bed& bed) noexcept {
+  for (std::uint32_t i = 0; i < bed.count; ++i)
+    for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
+  for (double& r : bed.state.root) r = 0.0;
+}
+
+}  // namespace
+
 void unbend(Bed& bed, const BedKernels& kernels) noexcept {
-  std::fill_n(bed.column(bed_tip_x), bed.count, 0.0f);
-  std::fill_n(bed.column(bed_tip_y), bed.count, 0.0f);
-  std::fill_n(bed.column(bed_slid), bed.count, 0.0f);
+  straighten(bed);
   const double along[2] = {bed.state.along[0], bed.state.along[1]};
   bed.state = BedState{};
   bed.state.along[0] = along[0];
@@ -95,45 +111,69 @@ struct StepSum {
   double mean_torque = 0.0;
 };
 
+/// Makes tips relative to roots at zero.
+void rebase(Bed& bed, const BedKernels& kernels) noexcept {
+  BedPlaces places{};
+  places.count = bed.count;
+  for (int k = 0; k < 4; ++k) {
+    places.root[k] = static_cast<float>(bed.state.root[k]);
+    bed.state.root[k] = 0.0;
+  }
+  kernels.rebase(places, bed.columns.get());
+}
+
+bool any_above(const double (&values)[4], double limit) noexcept {
+  return magnitude(values[0]) > limit || magnitude(values[1]) > limit || magnitude(values[2]) > limit ||
+         magnitude(values[3]) > limit;
+}
+
 void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums& sums) noexcept {
   BedState& s = bed.state;
+  const bool holds = s.limit_of_pressure > least_limit;
+  if (!holds && !bed.all_outputs) {
+    straighten(bed);
+    sums = BedSums{};
+    return;
+  }
+  if (any_above(s.root, farthest_root)) rebase(bed, kernels);
   BedStep step{};
   step.count = bed.count;
-  step.limit_of_pressure = static_cast<float>(s.limit_of_pressure);
-  step.pressure_of_limit = s.limit_of_pressure > 1e-30 ? 1.0f / step.limit_of_pressure : 0.0f;
+  step.limit_of_pressure = holds ? static_cast<float>(s.limit_of_pressure) : 0.0f;
+  step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
-  double after[4];
-  // A bristle that is carried moves by more or less than the root of its new place.
-  bool far = piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
-  for (int k = 0; k < 4; ++k) {
-    step.root[k] = static_cast<float>(s.root[k]);
-    step.motion[k] = static_cast<float>(piece.motion[k]);
-    after[k] = s.root[k] + piece.motion[k];
-    far = far || magnitude(after[k]) > farthest_root;
-  }
-  step.rebase = far;
+  step.limit_over_hold = static_cast<float>(1.0 / bed.hold_over_limit);
+  // Where only the end counts, a longer motion ends as this one does: single precision holds its square.
+  double share = 1.0;
+  const double longest = longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
+  if (!bed.all_outputs && any_above(piece.motion, longest))
+    share = longest / std::max({magnitude(piece.motion[0]), magnitude(piece.motion[1]),
+                                magnitude(piece.motion[2]), magnitude(piece.motion[3])});
+  step.rolled = piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
   step.torque = bed.resists_spin;
   for (int k = 0; k < 4; ++k) {
-    s.root[k] = far ? 0.0 : after[k];
-    step.anchor[k] = static_cast<float>(s.root[k]);
+    const double motion = share * piece.motion[k];
+    step.root[k] = static_cast<float>(s.root[k]);
+    step.motion[k] = static_cast<float>(motion);
+    if (!step.rolled) s.root[k] += motion;
   }
+  for (int k = 0; k < 2; ++k) step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
   const bool spins =
       piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
-  for (int k = 0; k < 2; ++k) step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
   const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried ? bed_carried : 0u) |
                            (bed.all_outputs ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
   kernels.step[variant](step, bed.columns.get(), sums);
+  if (!holds) straighten(bed);
 }
 
 /// Carries the rows by a distance and steps. The mean is the trapezium of the forces before and after.
-void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share,
+void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share, bool turned,
                 StepSum& sum) noexcept {
   BedState& s = bed.state;
   const double distance = piece.rolled[0] * s.along[0] + piece.rolled[1] * s.along[1];
   const double before[3] = {s.force[0], s.force[1], s.torque};
-  s.pressure_sum = place(bed, kernels, distance);
+  if (any_above(s.root, 0.0)) rebase(bed, kernels);
+  s.pressure_sum = place(bed, kernels, distance, turned);
   s.rolled_last = true;
-  for (double& r : s.root) r = 0.0;
   s.limit_of_pressure =
       s.pressure_sum > 0.0 ? bed.friction * s.load / (bed.stiffness * bed.deflection * s.pressure_sum) : 0.0;
   run_kernel(bed, kernels, piece, sum.last);
@@ -144,17 +184,24 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   sum.mean_torque += share * 0.5 * (before[2] + s.torque);
 }
 
-/// Turns the rows of a disc into the direction of rolling, by less than a quarter turn.
-void turn_rows(BedState& s) noexcept {
+/// Turns the rows of a disc into the direction of rolling, by less than a quarter turn. Returns whether they
+/// turned.
+bool turn_rows(BedState& s) noexcept {
   const double length = square_root(square(s.rolled[0]) + square(s.rolled[1]));
   const double sign = s.rolled[0] * s.along[0] + s.rolled[1] * s.along[1] < 0.0 ? -1.0 : 1.0;
-  for (int k = 0; k < 2; ++k) s.along[k] = sign * s.rolled[k] / length;
+  bool turned = false;
+  for (int k = 0; k < 2; ++k) {
+    const double along = sign * s.rolled[k] / length;
+    turned = turned || along != s.along[k];
+    s.along[k] = along;
+  }
+  return turned;
 }
 
 /// Rolls by s.rolled, in pieces where the direction of slip may turn, or the mean is asked for.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
-  if (bed.turns_rows) turn_rows(s);
+  bool turned = bed.turns_rows && turn_rows(s);
   const double rolled[2] = {s.rolled[0], s.rolled[1]};
   s.rolled[0] = s.rolled[1] = 0.0;
   const double distance = square_root(square(rolled[0]) + square(rolled[1]));
@@ -168,7 +215,10 @@ void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSu
     share /= times;
     for (int k = 0; k < 4; ++k) piece.motion[k] = motion[k] * share;
     for (int k = 0; k < 2; ++k) piece.rolled[k] = rolled[k] * share;
-    for (int i = 0; i < times; ++i) roll_piece(bed, kernels, piece, share, sum);
+    for (int i = 0; i < times; ++i) {
+      roll_piece(bed, kernels, piece, share, turned, sum);
+      turned = false;
+    }
   };
   const auto pieces = [&](double part) { return static_cast<int>(part / piece_length * (1.0 - 1e-9)) + 1; };
   if (cuts && distance > 2.0 * cut + piece_length) {
