@@ -68,7 +68,7 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
     return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
   // It goes back to the right where there is ample room.
-  if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 1.3f)))
+  if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 2.0f)))
     return;
   const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);
   if (!is_free(other)) return;
