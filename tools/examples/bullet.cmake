@@ -28,5 +28,6 @@ target_link_libraries(bristle_bullet_parts PUBLIC bristle_bullet_friction)
 
 add_executable(bristle_bullet examples/bullet_main.cpp)
 bristle_compile_flags(bristle_bullet)
+bristle_compile_lightly(bristle_bullet)
 target_link_libraries(bristle_bullet PRIVATE bristle_bullet_parts bristle_reports CLI11::CLI11)
 set_target_properties(bristle_bullet PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

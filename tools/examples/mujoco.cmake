@@ -27,5 +27,6 @@ target_link_libraries(bristle_mujoco_parts PUBLIC bristle_mujoco_friction PRIVAT
 
 add_executable(bristle_mujoco examples/mujoco_main.cpp)
 bristle_compile_flags(bristle_mujoco)
+bristle_compile_lightly(bristle_mujoco)
 target_link_libraries(bristle_mujoco PRIVATE bristle_mujoco_parts bristle_reports CLI11::CLI11)
 set_target_properties(bristle_mujoco PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
