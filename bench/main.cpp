@@ -193,7 +193,6 @@ int main(int argc, char** argv) {
     register_long_motion();
     register_presliding();
     register_rivals();
-    register_targets();
     register_threads();
     WithRatios reporter{
         std::unique_ptr<benchmark::BenchmarkReporter>(benchmark::CreateDefaultDisplayReporter())};

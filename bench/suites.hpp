@@ -14,7 +14,6 @@ void register_keys();
 void register_long_motion();
 void register_presliding();
 void register_rivals();
-void register_targets();
 void register_threads();
 
 }  // namespace bristle_bench
