@@ -285,7 +285,7 @@ std::string fitted_line(const Cell& cell, int repeat) {
   std::string line = fmt::format("{}|{}|", cell.name, repeat);
   for (const auto& [name, truth] : cell.truth(result)) {
     for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
-      if (name != cli::fit_names[i]) continue;
+      if (name != cli::fit_name(i)) continue;
       const cli::FitEstimate& e = cli::report_estimate(result, i);
       if (e.fitted)
         line += fmt::format("{}|{:.9g} {:.9g} {:.9g} {:.9g}|", name, e.value, e.low, e.high, truth);

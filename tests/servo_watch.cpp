@@ -199,32 +199,20 @@ Sighting watch(const std::function<void()>& prepare, const std::function<long()>
 }
 
 std::string system_call_name(int number) {
-  switch (number) {
-    case SYS_futex:
-      return "futex";
-    case SYS_write:
-      return "write";
-    case SYS_read:
-      return "read";
-    case SYS_mmap:
-      return "mmap";
-    case SYS_munmap:
-      return "munmap";
-    case SYS_brk:
-      return "brk";
-    case SYS_sched_yield:
-      return "sched_yield";
-    case SYS_sched_setaffinity:
-      return "sched_setaffinity";
-    case SYS_clock_nanosleep:
-      return "clock_nanosleep";
-    case SYS_clock_gettime:
-      return "clock_gettime";
-    case SYS_madvise:
-      return "madvise";
-    default:
-      return std::to_string(number);
-  }
+  static constexpr std::pair<int, const char*> names[] = {{SYS_futex, "futex"},
+                                                          {SYS_write, "write"},
+                                                          {SYS_read, "read"},
+                                                          {SYS_mmap, "mmap"},
+                                                          {SYS_munmap, "munmap"},
+                                                          {SYS_brk, "brk"},
+                                                          {SYS_sched_yield, "sched_yield"},
+                                                          {SYS_sched_setaffinity, "sched_setaffinity"},
+                                                          {SYS_clock_nanosleep, "clock_nanosleep"},
+                                                          {SYS_clock_gettime, "clock_gettime"},
+                                                          {SYS_madvise, "madvise"}};
+  for (const auto& [known, name] : names)
+    if (known == number) return name;
+  return std::to_string(number);
 }
 
 }  // namespace bristle_test

@@ -418,142 +418,67 @@ TEST_CASE("Copies of a patch are stepped together and the force file says how ma
 
 TEST_CASE("A scene that is not right is refused in one line with file, line and key", "[cli][bad input]") {
   const Folder folder;
-  struct Case {
-    const char* what;
-    std::string SmallScene::*part;
-    const char* from;
-    const char* to;
-    std::vector<std::string> parts;
-  };
-  const Case cases[] = {
-      {"unknown key",
-       &SmallScene::patch,
-       "bristles",
-       "bristels",
-       {":12: [[patch]] 'tip': unknown key 'bristels'", "bristles"}},
-      {"unknown table", &SmallScene::motion, "[[motion]]", "[[movement]]", {":13: unknown key 'movement'"}},
-      {"unknown population",
-       &SmallScene::patch,
-       "bristles = 100",
-       "population = \"finite\"",
-       {":12: [[patch]] 'tip': population is 'finite'", "representatives", "infinite"}},
-      {"resolution below its range",
-       &SmallScene::patch,
-       "bristles = 100",
-       "population = \"infinite\"\nresolution = 0.5",
-       {":13: [[patch]] 'tip': resolution is 0.5; allowed: 0 (automatic), or 1 to 128"}},
-      {"cohorts above their range",
-       &SmallScene::patch,
-       "bristles = 100",
-       "population = \"infinite\"\ncohorts = 513",
-       {":13: [[patch]] 'tip': cohorts is 513", "0 to 512"}},
-      {"cohorts below their range",
-       &SmallScene::patch,
-       "bristles = 100",
-       "population = \"infinite\"\ncohorts = 7",
-       {":13: [[patch]] 'tip': cohorts is 7; allowed: 0 (automatic), or 8 to 512"}},
-      {"resolution of representatives",
-       &SmallScene::patch,
-       "bristles = 100",
-       "population = \"representatives\"\nresolution = 8",
-       {":13: [[patch]] 'tip': resolution is for population = \"infinite\""}},
-      {"infinite brush with the literal rule",
-       &SmallScene::patch,
-       "bristles = 100",
-       "population = \"infinite\"\nstep_rule = \"literal\"",
-       {":13: [[patch]] 'tip': step_rule is 'literal'", "exact"}},
-      {"dt = 0", &SmallScene::scene, "dt = 1e-3", "dt = 0", {":3: [scene] 'small': dt is 0", "more than 0"}},
-      {"negative dt", &SmallScene::scene, "dt = 1e-3", "dt = -1.0", {":3:", "dt is -1"}},
-      {"no dt", &SmallScene::scene, "dt = 1e-3\n", "", {"[scene] 'small': key 'dt' is missing"}},
-      {"NaN load",
-       &SmallScene::motion,
-       "load = 1.0",
-       "load = nan",
-       {":17: [[motion]]: load is nan", "at least 0"}},
-      {"infinite load", &SmallScene::motion, "load = 1.0", "load = inf", {"load is inf"}},
-      {"negative load", &SmallScene::motion, "load = 1.0", "load = -1", {"load is -1"}},
-      {"text for a number",
-       &SmallScene::motion,
-       "velocity = 0.02",
-       "velocity = \"fast\"",
-       {":16: [[motion]]: velocity is 'fast'; a number is needed"}},
-      {"three components",
-       &SmallScene::motion,
-       "velocity = 0.02",
-       "velocity = [1, 2, 3]",
-       {"velocity holds 3 numbers"}},
-      {"unknown type",
-       &SmallScene::motion,
-       "\"ramp\"",
-       "\"ramps\"",
-       {"type is 'ramps' (did you mean 'ramp'?); allowed: hold, ramp, sine, keyframes, trace"}},
-      {"key of another type",
-       &SmallScene::motion,
-       "velocity = 0.02",
-       "amplitude = 0.02",
-       {"unknown key 'amplitude'"}},
-      {"unknown material",
-       &SmallScene::patch,
-       "\"wood\"",
-       "\"would\"",
-       {"material names 'would'", "allowed: wood"}},
-      {"unknown patch", &SmallScene::motion, "\"tip\"", "\"top\"", {"patch names 'top'", "allowed: tip"}},
-      {"too many bristles",
-       &SmallScene::patch,
-       "bristles = 100",
-       "bristles = 100000000000",
-       {"bristles is 100000000000", "67108864"}},
-      {"fraction of a bristle",
-       &SmallScene::patch,
-       "bristles = 100",
-       "bristles = 100.5",
-       {"bristles is 100.5; a whole number"}},
-      {"three axes", &SmallScene::patch, "bristles = 100", "axes = 3", {"axes is 3"}},
-      {"motion on a missing axis", &SmallScene::patch, "bristles = 100", "axes = 1", {}},  // right: x only
-      {"unreachable peak",
-       &SmallScene::material,
-       "presliding",
-       "peak = 2.0\npresliding",
-       {"[[material]] 'wood'", "peak"}},
-      {"mixed parameters",
-       &SmallScene::material,
-       "presliding",
-       "bristle_stiffness = 10\npresliding",
-       {"mixes coefficients"}},
-      {"unknown output",
-       &SmallScene::patch,
-       "bristles = 100",
-       "outputs = [\"end\", \"median\"]",
-       {"outputs holds 'median'"}},
-      {"a name twice",
-       &SmallScene::material,
-       "[[material]]",
-       "[[material]]\nname = \"wood\"\n[[material]]",
-       {"name 'wood' appears twice"}},
-      {"no motion",
-       &SmallScene::motion,
-       "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n",
-       "",
-       {"[[patch]] 'tip'", "nothing moves it"}},
-      {"not TOML", &SmallScene::scene, "[scene]", "[[[[scene]", {":1:", "not TOML"}},
-      {"no duration", &SmallScene::scene, "duration = 0.05\n", "", {"key 'duration' is missing"}},
-      {"missing trace",
-       &SmallScene::motion,
-       "type = \"ramp\"\nvelocity = 0.02",
-       "type = \"trace\"\nfile = \"gone.csv\"",
-       {"gone.csv: cannot be read"}},
-  };
-  for (const Case& c : cases) {
+  // Part of the scene | text in it | its replacement | parts of the message; where there are none, the scene
+  // is right.
+  const char* const cases = R"(
+patch    | bristles              | bristels            | :12: [[patch]] 'tip': unknown key 'bristels' | bristles
+motion   | [[motion]]            | [[movement]]        | :13: unknown key 'movement'
+patch    | bristles = 100        | population = "finite" | :12: [[patch]] 'tip': population is 'finite' | representatives | infinite
+patch    | bristles = 100        | population = "infinite"; resolution = 0.5 | :13: [[patch]] 'tip': resolution is 0.5; allowed: 0 (automatic), or 1 to 128
+patch    | bristles = 100        | population = "infinite"; cohorts = 513 | :13: [[patch]] 'tip': cohorts is 513 | 0 to 512
+patch    | bristles = 100        | population = "infinite"; cohorts = 7 | :13: [[patch]] 'tip': cohorts is 7; allowed: 0 (automatic), or 8 to 512
+patch    | bristles = 100        | population = "representatives"; resolution = 8 | :13: [[patch]] 'tip': resolution is for population = "infinite"
+patch    | bristles = 100        | population = "infinite"; step_rule = "literal" | :13: [[patch]] 'tip': step_rule is 'literal' | exact
+scene    | dt = 1e-3             | dt = 0              | :3: [scene] 'small': dt is 0 | more than 0
+scene    | dt = 1e-3             | dt = -1.0           | :3: | dt is -1
+scene    | dt = 1e-3             |                     | [scene] 'small': key 'dt' is missing
+motion   | load = 1.0            | load = nan          | :17: [[motion]]: load is nan | at least 0
+motion   | load = 1.0            | load = inf          | load is inf
+motion   | load = 1.0            | load = -1           | load is -1
+motion   | velocity = 0.02       | velocity = "fast"   | :16: [[motion]]: velocity is 'fast'; a number is needed
+motion   | velocity = 0.02       | velocity = [1, 2, 3] | velocity holds 3 numbers
+motion   | "ramp"                | "ramps"             | type is 'ramps' (did you mean 'ramp'?); allowed: hold, ramp, sine, keyframes, trace
+motion   | velocity = 0.02       | amplitude = 0.02    | unknown key 'amplitude'
+patch    | "wood"                | "would"             | material names 'would' | allowed: wood
+motion   | "tip"                 | "top"               | patch names 'top' | allowed: tip
+patch    | bristles = 100        | bristles = 100000000000 | bristles is 100000000000 | 67108864
+patch    | bristles = 100        | bristles = 100.5    | bristles is 100.5; a whole number
+patch    | bristles = 100        | axes = 3            | axes is 3
+patch    | bristles = 100        | axes = 1            |
+material | presliding            | peak = 2.0; presliding | [[material]] 'wood' | peak
+material | presliding            | bristle_stiffness = 10; presliding | mixes coefficients
+patch    | bristles = 100        | outputs = ["end", "median"] | outputs holds 'median'
+material | [[material]]          | [[material]]; name = "wood"; [[material]] | name 'wood' appears twice
+motion   | [[motion]]; patch = "tip"; type = "ramp"; velocity = 0.02; load = 1.0 | | [[patch]] 'tip' | nothing moves it
+scene    | [scene]               | [[[[scene]          | :1: | not TOML
+scene    | duration = 0.05       |                     | key 'duration' is missing
+motion   | type = "ramp"; velocity = 0.02 | type = "trace"; file = "gone.csv" | gone.csv: cannot be read
+)";
+  std::istringstream lines(cases + 1);
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<std::string> cells;
+    for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
+      end = line.find('|', at);
+      const std::string cell = line.substr(at, end - at);
+      const std::size_t from = cell.find_first_not_of(' ');
+      cells.push_back(from == std::string::npos ? ""
+                                                : cell.substr(from, cell.find_last_not_of(' ') + 1 - from));
+    }
     SmallScene s;
-    replace(s.*c.part, c.from, c.to);
-    INFO(c.what);
+    std::string& part = cells[0] == "scene"      ? s.scene
+                        : cells[0] == "material" ? s.material
+                        : cells[0] == "patch"    ? s.patch
+                                                 : s.motion;
+    const std::regex new_line("; ");
+    replace(part, std::regex_replace(cells[1], new_line, "\n"), std::regex_replace(cells[2], new_line, "\n"));
+    INFO(line);
     const std::string path = folder.write("bad.toml", s.text());
-    if (c.parts.empty()) {
+    std::vector<std::string> parts(cells.begin() + 3, cells.end());
+    if (parts.front().empty()) {
       CHECK(run_cli(folder, "run '" + path + "'").code == 0);
       continue;
     }
-    std::vector<std::string> parts = c.parts;
-    if (std::string(c.what) != "missing trace") parts.push_back("bristle: " + path);
+    if (parts.front() != "gone.csv: cannot be read") parts.push_back("bristle: " + path);
     check_refused(folder, "run '" + path + "'", parts);
   }
 }

@@ -340,7 +340,7 @@ TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap
   const auto refuses = [](const std::function<void()>& call, const std::vector<std::string>& parts) {
     return names(message_of(call), parts);
   };
-  for (double bad : {0.0, -1.0, 0.99e-12, 1.001e3, inf, -inf, nan_value}) {
+  for (double bad : {0.0, -1.0, 1e-310, 0.99e-12, 1.001e3, 1e300, inf, -inf, nan_value}) {
     INFO(bad);
     CHECK(refuses([=] { SnapLength::single(bad); }, {"single", "length_m", "1e-12 to 1000 m"}));
     CHECK(refuses([=] { SnapLength::uniform(0.0, bad); }, {"uniform", "max_m", "1e-12 to 1000 m"}));

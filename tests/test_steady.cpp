@@ -222,13 +222,3 @@ TEST_CASE("Without contact there is no force at all, the viscous one included", 
   CHECK(r.force_limit == 0.0);
   CHECK(r.damper_work == 0.0);
 }
-
-TEST_CASE("A Stribeck velocity of zero means no damper", "[physics]") {
-  OnePatch patch(Material{}.with_bristle_damping(0.1).with_stribeck_velocity(0.0).with_viscous_friction(0.25),
-                 PatchOptions{}.with_outputs(Outputs::all));
-  for (double v : {0.0, 1e-9, 1e-3, 1.0}) {
-    const Response r = patch.step(v * tick, 0.0, 1.0);
-    CHECK(r.damper[0] == Approx(-0.25 * v));
-    CHECK(r.damping == Approx(0.25));
-  }
-}

@@ -82,40 +82,15 @@ std::vector<int> thread_counts(const CapacityOptions& options) {
 
 }  // namespace
 
-const char* to_string(Regime regime) noexcept {
-  switch (regime) {
-    case Regime::rest:
-      return "rest";
-    case Regime::tremor:
-      return "tremor";
-    case Regime::presliding:
-      return "presliding";
-    case Regime::one_snap:
-      return "one snap";
-    case Regime::sliding:
-      return "all snap";
-    case Regime::far:
-      return "far";
-  }
-  return "";
-}
-
-double step_length(Regime regime) noexcept {
-  switch (regime) {
-    case Regime::rest:
-      return 0.0;
-    case Regime::tremor:
-      return 0.05;
-    case Regime::presliding:
-      return 0.003;
-    case Regime::one_snap:
-      return 1.0;
-    case Regime::sliding:
-      return 1.6;
-    case Regime::far:
-      return 100.0;
-  }
-  return 0.0;
+const RegimeFacts& facts_of(Regime regime) noexcept {
+  static constexpr RegimeFacts facts[] = {
+      {"rest", 0.0, "no motion, after sliding"},
+      {"tremor", 0.05, "to and fro by 0.05 mean snap lengths: nothing snaps any more"},
+      {"presliding", 0.003, "0.003 mean snap lengths a step: few snap"},
+      {"one snap", 1.0, "1.0 mean snap lengths a step: one snap of each bristle on average, none to two"},
+      {"all snap", 1.6, "1.6 mean snap lengths a step: every bristle snaps, one to three times"},
+      {"far", 100.0, "100 mean snap lengths a step"}};
+  return facts[static_cast<int>(regime)];
 }
 
 std::string CapacityCase::kernel_name() const {

@@ -33,9 +33,14 @@ enum class Regime {
   sliding,     ///< 1.6 a step: every bristle snaps, one to three times
   far          ///< 100 a step: 1 m/s at 10 um and 1 kHz
 };
-const char* to_string(Regime regime) noexcept;
-/// Displacement of a step in mean snap lengths.
-double step_length(Regime regime) noexcept;
+struct RegimeFacts {
+  const char* name;
+  double step;  ///< displacement of a step in mean snap lengths
+  const char* meaning;
+};
+const RegimeFacts& facts_of(Regime regime) noexcept;
+inline const char* to_string(Regime regime) noexcept { return facts_of(regime).name; }
+inline double step_length(Regime regime) noexcept { return facts_of(regime).step; }
 
 /// One case to measure: a kernel variant, a motion, a layout.
 struct CapacityCase {

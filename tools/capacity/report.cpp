@@ -10,18 +10,8 @@
 namespace cli {
 namespace {
 
-struct Motion {
-  Regime regime;
-  const char* meaning;
-};
-constexpr Motion motions[] = {
-    {Regime::rest, "no motion, after sliding"},
-    {Regime::tremor, "to and fro by 0.05 mean snap lengths: nothing snaps any more"},
-    {Regime::presliding, "0.003 mean snap lengths a step: few snap"},
-    {Regime::one_snap, "1.0 mean snap lengths a step: one snap of each bristle on average, none to two"},
-    {Regime::sliding, "1.6 mean snap lengths a step: every bristle snaps, one to three times"},
-    {Regime::far, "100 mean snap lengths a step"},
-};
+constexpr Regime regimes[] = {Regime::rest,     Regime::tremor,  Regime::presliding,
+                              Regime::one_snap, Regime::sliding, Regime::far};
 
 const char* const note_on_p99 =
     "Steps run back to back on this machine as it is: preemption and other load count in p99. Where only p99 "
@@ -51,10 +41,10 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   report["quick"] = options.quick;
   report["note"] = note_on_p99;
   report["motions"] = Json::array();
-  for (const Motion& m : motions) {
-    report["motions"].push_back({{"name", to_string(m.regime)},
-                                 {"step_over_mean_snap_length", step_length(m.regime)},
-                                 {"meaning", m.meaning}});
+  for (const Regime regime : regimes) {
+    const RegimeFacts& facts = facts_of(regime);
+    report["motions"].push_back(
+        {{"name", facts.name}, {"step_over_mean_snap_length", facts.step}, {"meaning", facts.meaning}});
   }
   report["paper"] = {{"bristles", 900}, {"deadline_s", 1e-3}, {"machine", "1 GHz Pentium III, 2004"}};
   report["targets"] = Json::array();
@@ -151,7 +141,8 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
       "motion along (0.8, 0.6)\n",
       measured_with(conditions(), result.isa), result.state_hash, time_text(options.deadline_s),
       time_text(capacity_dt_s));
-  for (const Motion& m : motions) text += fmt::format("  {:<11} {}\n", to_string(m.regime), m.meaning);
+  for (const Regime regime : regimes)
+    text += fmt::format("  {:<11} {}\n", facts_of(regime).name, facts_of(regime).meaning);
   text += '\n';
   if (!result.features.empty()) {
     text +=

@@ -113,7 +113,7 @@ struct FitResult {
 
 /// Names of the fitted numbers in a report, by FitParameter, then peak, stiffness, forward and backward.
 inline constexpr std::size_t fit_report_rows = fit_parameters + 4;
-extern const std::array<const char*, fit_report_rows> fit_names;
+const char* fit_name(std::size_t row);
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 
 /// Throws UserError where the brush explains too little of the force.

@@ -33,31 +33,32 @@ struct Row {
   const char* name;
   const char* unit;
   double per_si;
+  const char* key;  ///< in JSON and Python
 };
 /// By FitParameter, then peak and stiffness.
-constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0},
-                                       {"presliding_length", "um", 1e6},
-                                       {"spread", "", 1.0},
-                                       {"residual_share", "", 1.0},
-                                       {"shared_renewal", "", 1.0},
-                                       {"ageing", "", 1.0},
-                                       {"ageing_time", "s", 1.0},
-                                       {"speed_strengthening", "", 1.0},
-                                       {"strengthening_speed", "mm/s", 1e3},
-                                       {"viscous_friction", "N s/m", 1.0},
-                                       {"damping_per_newton", "s/m", 1.0},
-                                       {"stribeck_velocity", "mm/s", 1e3},
-                                       {"stage compliance", "um/N", 1e6},
-                                       {"sensor delay", "ms", 1e3},
-                                       {"asymmetry", "", 1.0},
-                                       {"sensor offset", "N", 1.0},
-                                       {"sensor drift", "N/s", 1.0},
-                                       {"sensor offset y", "N", 1.0},
-                                       {"sensor drift y", "N/s", 1.0},
-                                       {"peak", "", 1.0},
-                                       {"stiffness / load", "1/mm", 1e-3},
-                                       {"kinetic towards +x", "", 1.0},
-                                       {"kinetic towards -x", "", 1.0}};
+constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
+                                       {"presliding_length", "um", 1e6, "presliding_length"},
+                                       {"spread", "", 1.0, "spread"},
+                                       {"residual_share", "", 1.0, "residual_share"},
+                                       {"shared_renewal", "", 1.0, "shared_renewal"},
+                                       {"ageing", "", 1.0, "ageing"},
+                                       {"ageing_time", "s", 1.0, "ageing_time"},
+                                       {"speed_strengthening", "", 1.0, "speed_strengthening"},
+                                       {"strengthening_speed", "mm/s", 1e3, "strengthening_speed"},
+                                       {"viscous_friction", "N s/m", 1.0, "viscous_friction"},
+                                       {"damping_per_newton", "s/m", 1.0, "damping_per_newton"},
+                                       {"stribeck_velocity", "mm/s", 1e3, "stribeck_velocity"},
+                                       {"stage compliance", "um/N", 1e6, "stage_compliance"},
+                                       {"sensor delay", "ms", 1e3, "sensor_delay"},
+                                       {"asymmetry", "", 1.0, "asymmetry"},
+                                       {"sensor offset", "N", 1.0, "sensor_offset"},
+                                       {"sensor drift", "N/s", 1.0, "sensor_drift"},
+                                       {"sensor offset y", "N", 1.0, "sensor_offset_y"},
+                                       {"sensor drift y", "N/s", 1.0, "sensor_drift_y"},
+                                       {"peak", "", 1.0, "peak"},
+                                       {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"},
+                                       {"kinetic towards +x", "", 1.0, "kinetic_forward"},
+                                       {"kinetic towards -x", "", 1.0, "kinetic_backward"}};
 
 /// Rows that a record of this kind has.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
@@ -77,26 +78,6 @@ const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on"
 /// Replay: the interval of the measurement, or a finer whole part of it, 1 ms at most.
 std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
-}
-
-/// Lines of at most 80 columns under a heading.
-std::string wrapped(const std::string& heading, const std::string& text) {
-  std::string out = fmt::format("{:<12}", heading);
-  std::size_t column = 12;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    if (column > 12 && column + 1 + end - begin > 80) {
-      out += "\n" + std::string(12, ' ');
-      column = 12;
-    } else if (column > 12) {
-      out += ' ';
-      ++column;
-    }
-    out += text.substr(begin, end - begin);
-    column += end - begin;
-    begin = end + 1;
-  }
-  return out + '\n';
 }
 
 std::string quoted(const std::string& text) {
@@ -127,29 +108,7 @@ void draw(const FitData& data, const FitResult& result, OutputFile& picture) {
 
 }  // namespace
 
-const std::array<const char*, fit_report_rows> fit_names = {"kinetic",
-                                                            "presliding_length",
-                                                            "spread",
-                                                            "residual_share",
-                                                            "shared_renewal",
-                                                            "ageing",
-                                                            "ageing_time",
-                                                            "speed_strengthening",
-                                                            "strengthening_speed",
-                                                            "viscous_friction",
-                                                            "damping_per_newton",
-                                                            "stribeck_velocity",
-                                                            "stage_compliance",
-                                                            "sensor_delay",
-                                                            "asymmetry",
-                                                            "sensor_offset",
-                                                            "sensor_drift",
-                                                            "sensor_offset_y",
-                                                            "sensor_drift_y",
-                                                            "peak",
-                                                            "stiffness_per_newton",
-                                                            "kinetic_forward",
-                                                            "kinetic_backward"};
+const char* fit_name(std::size_t row) { return rows[row].key; }
 
 const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
   if (row < fit_parameters) return r.estimates[row];
@@ -197,7 +156,7 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
                   data.mean_load, data.steady_load ? " (taken as constant)" : " on average",
                   data.quantum > 0.0 ? fmt::format(", encoder of {:.3g} um", 1e6 * data.quantum) : "");
   for (std::size_t i = 0; i < data.columns.understood.size(); ++i)
-    text += wrapped(i == 0 ? "read" : "", data.columns.understood[i]);
+    text += fmt::format("{:<12}{}\n", i == 0 ? "read" : "", data.columns.understood[i]);
   text +=
       fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
                   data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
@@ -232,7 +191,8 @@ std::string fit_table(const FitData& data, const FitOptions& options, const FitR
       "            intervals count {:.1f} samples, whose errors are alike, as one\n"
       "            the brush explains {:.2f} % of the force\n",
       r.residual_rms, r.held_out_rms, r.correlated_samples, 100.0 * r.explained);
-  for (std::size_t i = 0; i < r.notes.size(); ++i) text += wrapped(i == 0 ? "notes" : "", r.notes[i]);
+  for (std::size_t i = 0; i < r.notes.size(); ++i)
+    text += fmt::format("{:<12}{}\n", i == 0 ? "notes" : "", r.notes[i]);
   return text;
 }
 
@@ -319,7 +279,7 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
     } else if (!e.why.empty()) {
       entry["why"] = e.why;
     }
-    report["parameters"][fit_names[i]] = entry;
+    report["parameters"][fit_name(i)] = entry;
   }
   if (r.frame.speed > 0.0) {
     const bool ages = r.estimates[fit_ageing].value > 0.0;
@@ -349,8 +309,8 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
 std::string fit_html(const FitData& data, const FitOptions& options, const FitResult& r) {
   Json report = Json::parse(fit_json(data, options, r));
   for (std::size_t i = 0; i < fit_report_rows; ++i) {  // in the units of the table
-    if (!report["parameters"].contains(fit_names[i])) continue;
-    Json& parameter = report["parameters"][fit_names[i]];
+    if (!report["parameters"].contains(fit_name(i))) continue;
+    Json& parameter = report["parameters"][fit_name(i)];
     for (const char* key : {"value", "low", "high"})
       if (parameter.contains(key) && parameter[key].is_number())
         parameter[key] = rows[i].per_si * parameter[key].get<double>();

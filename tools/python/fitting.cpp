@@ -15,6 +15,7 @@
 #include "tools/fitting/fit.hpp"
 #include "tools/python/material_names.hpp"
 #include "tools/python/tools.hpp"
+#include "tools/reports/text_layout.hpp"
 
 namespace bristle_python {
 template <>
@@ -201,7 +202,7 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
     const bool meant = estimate.fitted || !estimate.why.empty();  // a record with one axis has no second
-    if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_names[i]] = estimate;
+    if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
   }
   return parameters;
 }
@@ -278,7 +279,8 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "html", [](const Fit& fit) { return cli::fit_html(fit.data, fit.options, fit.result); },
           "A page to read: what was read, data and fit, residuals, parameters, what is not determined.")
-      .def("__str__", [](const Fit& fit) { return cli::fit_table(fit.data, fit.options, fit.result); })
+      .def("__str__",
+           [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.options, fit.result)); })
       .def("__repr__", [](const Fit& fit) {
         return "<bristle.FitResult of " + std::to_string(fit.data.force.size()) + " samples>";
       });

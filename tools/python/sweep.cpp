@@ -51,41 +51,14 @@ std::string run_row(const Study& study, std::uint64_t index, const std::string& 
   return study.run_row(index, isa);
 }
 
-/// Rows in a journal, or only in memory.
-class Rows {
- public:
-  Rows(const Study& study, const std::string& journal) {
-    if (!journal.empty()) {
-      journal_ = std::make_unique<cli::Journal>(journal, study.header());
-      return;
-    }
-    rows_.header = study.header();
-    rows_.rows.resize(study.rows());
-  }
-  const cli::SweepRows& rows() const { return journal_ ? journal_->rows() : rows_; }
-  void add(const std::string& row) { journal_ ? journal_->add(row) : rows_.add(row, "sweep"); }
-  /// Takes the journal away: its rows are in a table.
-  void remove() {
-    if (journal_) journal_->remove();
-  }
-  /// Lets others write the journal; the rows stay.
-  void close() {
-    if (!journal_) return;
-    rows_ = journal_->rows();
-    journal_.reset();
-  }
-
- private:
-  std::unique_ptr<cli::Journal> journal_;
-  cli::SweepRows rows_;
-};
-
 }  // namespace
 
 template <>
-inline constexpr bool is_module_class<Rows> = true;
+inline constexpr bool is_module_class<cli::KeptRows> = true;
 
 namespace {
+
+using Rows = cli::KeptRows;
 
 void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
   const std::vector<std::uint64_t> indices = cli::rows_to_do(study, {}, rows.rows());
@@ -118,7 +91,9 @@ void define_sweep(py::module_& module) {
       .def_property_readonly("columns", &columns_of)
       .def("run_row", &run_row, py::arg("index"), py::arg("isa"));
   py::class_<Rows>(module, "_SweepRows")
-      .def(py::init<const Study&, const std::string&>())
+      .def(py::init([](const Study& study, const std::string& journal) {
+        return std::make_unique<Rows>(journal, study.header());
+      }))
       .def("add", &Rows::add)
       .def("remove", &Rows::remove)
       .def("close", &Rows::close)

@@ -280,54 +280,29 @@ LoopResult Loop::run() {
 
 }  // namespace
 
-const char* to_string(Scheme scheme) noexcept {
-  switch (scheme) {
-    case Scheme::explicit_euler:
-      return "explicit Euler";
-    case Scheme::semi_implicit:
-      return "semi-implicit, end";
-    case Scheme::semi_implicit_mean:
-      return "semi-implicit, mean";
-    case Scheme::predictor:
-      return "coupling, predictor";
-    case Scheme::midpoint:
-      return "coupling, midpoint";
-    case Scheme::linear_always:
-      return "linear solve, always on";
-    case Scheme::hold:
-      return "hold, true velocity";
-    case Scheme::hold_difference:
-      return "hold, difference";
-    case Scheme::device:
-      return "device, end, encoder";
-    case Scheme::device_mean:
-      return "device, mean";
-  }
-  return "";
-}
+namespace {
+
+struct SchemeText {
+  const char *name, *linear_condition;
+};
+/// By Scheme.
+constexpr SchemeText schemes[] = {{"explicit Euler", "k < c < 2 + k/2"},
+                                  {"semi-implicit, end", "k + 2c < 4"},
+                                  {"semi-implicit, mean", "k < 2c and c < 2"},
+                                  {"coupling, predictor", "always"},
+                                  {"coupling, midpoint", "always"},
+                                  {"linear solve, always on", "always"},
+                                  {"hold, true velocity", "k < 2c and c < 2"},
+                                  {"hold, difference", "k < 2c(2-c)/(2+c)"},
+                                  {"device, end, encoder", "about k < 2 beta"},
+                                  {"device, mean", "about k < beta"}};
+
+}  // namespace
+
+const char* to_string(Scheme scheme) noexcept { return schemes[static_cast<int>(scheme)].name; }
 
 const char* linear_condition(Scheme scheme) noexcept {
-  switch (scheme) {
-    case Scheme::explicit_euler:
-      return "k < c < 2 + k/2";
-    case Scheme::semi_implicit:
-      return "k + 2c < 4";
-    case Scheme::semi_implicit_mean:
-      return "k < 2c and c < 2";
-    case Scheme::predictor:
-    case Scheme::midpoint:
-    case Scheme::linear_always:
-      return "always";
-    case Scheme::hold:
-      return "k < 2c and c < 2";
-    case Scheme::hold_difference:
-      return "k < 2c(2-c)/(2+c)";
-    case Scheme::device:
-      return "about k < 2 beta";
-    case Scheme::device_mean:
-      return "about k < beta";
-  }
-  return "";
+  return schemes[static_cast<int>(scheme)].linear_condition;
 }
 
 const char* to_string(Verdict verdict) noexcept {

@@ -195,23 +195,14 @@ StabilityResult measure(const StabilityOptions& options) {
 }  // namespace
 
 const char* to_string(Why why) noexcept {
-  switch (why) {
-    case Why::agree:
-      return "agrees";
-    case Why::at_the_limit:
-      return "at the limit: under 5 % in a quarter of the run";
-    case Why::damper_in_sliding:
-      return "stable when stuck, but damper and mass alone are not (sliding)";
-    case Why::after_sliding:
-      return "settles from sticking; coming from sliding it keeps snapping";
-    case Why::encoder:
-      return "the encoder's counts keep it going";
-    case Why::snaps_damp:
-      return "grows when stuck, but snaps take that energy";
-    case Why::other:
-      return "other";
-  }
-  return "";
+  static constexpr const char* texts[] = {"agrees",
+                                          "at the limit: under 5 % in a quarter of the run",
+                                          "stable when stuck, but damper and mass alone are not (sliding)",
+                                          "settles from sticking; coming from sliding it keeps snapping",
+                                          "the encoder's counts keep it going",
+                                          "grows when stuck, but snaps take that energy",
+                                          "other"};
+  return texts[static_cast<int>(why)];
 }
 
 std::uint64_t SchemeMap::agreeing() const {

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -52,32 +51,6 @@ class RowProgress {
   std::uint64_t rows_, done_ = 0;
   double start_ = seconds_now();
   Progress line_;
-};
-
-/// Where rows are kept: in a journal, or only here.
-class Store {
- public:
-  Store(const std::string& journal, const Study& study) {
-    if (!journal.empty()) {
-      journal_.emplace(journal, study.header());
-      return;
-    }
-    rows_.header = study.header();
-    rows_.rows.resize(study.rows());
-  }
-  const SweepRows& rows() const { return journal_ ? journal_->rows() : rows_; }
-  void add(const std::string& row) {
-    if (journal_) return journal_->add(row);
-    rows_.add(row, "sweep");
-  }
-  std::uint64_t found() const { return journal_ ? journal_->found() : 0; }
-  void remove() {
-    if (journal_) journal_->remove();
-  }
-
- private:
-  std::optional<Journal> journal_;
-  SweepRows rows_;
 };
 
 std::string journal_path(const SweepOptions& options, const Shard& shard) {
@@ -284,7 +257,7 @@ int sweep_command(const SweepOptions& options) {
   const std::string journal = journal_path(options, shard);
   const bool quiet_stdout = check_files(study.inputs(), options.out, options.json, journal);
   OutputFile json(options.json);
-  Store store(journal, study);
+  KeptRows store(journal, study.header());
   if (store.found() > 0 && !options.quiet)
     print_note(fmt::format("bristle: {} of {} rows are in {} already\n", count_text(store.found()),
                            count_text(study.rows()), journal));

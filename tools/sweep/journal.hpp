@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,36 @@ class Journal {
   SweepRows rows_;
   std::uint64_t found_ = 0;
   double synced_ = 0.0;  ///< s
+};
+
+/// The rows of a study: in a journal, or only in memory where its path is empty.
+class KeptRows {
+ public:
+  /// Throws UserError as Journal does.
+  KeptRows(const std::string& journal, const nlohmann::json& header) {
+    if (!journal.empty()) {
+      journal_.emplace(journal, header);
+      return;
+    }
+    rows_.header = header;
+    rows_.rows.resize(header.at("rows").get<std::size_t>());
+  }
+  const SweepRows& rows() const { return journal_ ? journal_->rows() : rows_; }
+  void add(const std::string& row) { journal_ ? journal_->add(row) : rows_.add(row, "sweep"); }
+  std::uint64_t found() const { return journal_ ? journal_->found() : 0; }
+  void remove() {
+    if (journal_) journal_->remove();
+  }
+  /// Lets others write the journal; the rows stay.
+  void close() {
+    if (!journal_) return;
+    rows_ = journal_->rows();
+    journal_.reset();
+  }
+
+ private:
+  std::optional<Journal> journal_;
+  SweepRows rows_;
 };
 
 }  // namespace cli
