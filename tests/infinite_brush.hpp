@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "scenes.hpp"
 
@@ -23,6 +24,29 @@ inline PatchOptions infinite_options(double resolution = 0.0, std::uint32_t coho
 
 /// Mean deflection of the paper's brush in steady sliding, mean snap lengths.
 inline double kinetic(const SnapLength& law) { return law.moment(2) / (2.0 * law.mean()) / dbar; }
+
+/// Mean deflection in steady sliding with shared renewal kappa, mean snap lengths of `dbar`: int r T dr / int
+/// T dr with T = S(r) exp(-kappa nu r), nu from (1 + kappa) nu int T dr = 1. Midpoint rule and bisection.
+inline double steady_deflection(const SnapLength& law, double kappa) {
+  constexpr int parts = 100000;
+  const double width = law.longest() / parts;
+  std::vector<double> survival(parts);
+  for (int i = 0; i < parts; ++i) survival[static_cast<std::size_t>(i)] = law.survival((i + 0.5) * width);
+  double low = 0.0, high = 20.0 / law.mean(), along = 0.0, whole = 0.0;
+  for (int pass = 0; pass < 60; ++pass) {
+    const double nu = 0.5 * (low + high);
+    along = whole = 0.0;
+    for (int i = 0; i < parts; ++i) {
+      const double r = (i + 0.5) * width,
+                   left = survival[static_cast<std::size_t>(i)] * std::exp(-kappa * nu * r);
+      along += r * left * width;
+      whole += left * width;
+    }
+    ((1.0 + kappa) * nu * whole > 1.0 ? high : low) = nu;
+    if (kappa == 0.0) break;
+  }
+  return along / whole / dbar;
+}
 
 /// A patch that checks the energy of every step. Lengths in mean snap lengths, forces over load: with
 /// plain_material the mean deflection.

@@ -34,29 +34,6 @@ SnapLength law_of(const std::vector<Group>& groups) {
   return SnapLength::table({lengths.data(), lengths.size()});
 }
 
-/// Mean deflection in steady sliding with shared renewal kappa, mean snap lengths of `dbar`: int r T dr / int
-/// T dr with T = S(r) exp(-kappa nu r), nu from (1 + kappa) nu int T dr = 1. Midpoint rule and bisection.
-double steady_deflection(const SnapLength& law, double kappa) {
-  constexpr int parts = 200000;
-  const double width = law.longest() / parts;
-  std::vector<double> survival(parts);
-  for (int i = 0; i < parts; ++i) survival[static_cast<std::size_t>(i)] = law.survival((i + 0.5) * width);
-  double low = 0.0, high = 1.0 / law.mean(), along = 0.0, whole = 0.0;
-  for (int pass = 0; pass < 60; ++pass) {
-    const double nu = 0.5 * (low + high);
-    along = whole = 0.0;
-    for (int i = 0; i < parts; ++i) {
-      const double r = (i + 0.5) * width,
-                   left = survival[static_cast<std::size_t>(i)] * std::exp(-kappa * nu * r);
-      along += r * left * width;
-      whole += left * width;
-    }
-    ((1.0 + kappa) * nu * whole > 1.0 ? high : low) = nu;
-    if (kappa == 0.0) break;
-  }
-  return along / whole / dbar;
-}
-
 void check_kinetic(const SnapLength& law, double kappa, double path, double tolerance) {
   const double expected = steady_deflection(law, kappa);
   for (const double step : {0.25, 3.0, 40.0}) {

@@ -40,6 +40,10 @@ struct Glide : Course {
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
 void begin_course(const double (&direction)[2], double length, Course& c) noexcept;
 
+/// Whether this mean deflection is that of steady sliding. Under a law with groups or atoms the force swings
+/// as one cohort after the other snaps, and a patch that is carried keeps what it has.
+bool is_steady(const Cohorts& r, double along, double across, double curve) noexcept;
+
 /// Takes a step if the patch glides; false = it does not, and nothing has changed.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
 /// ContactModel::step_lightly: goes on with a glide, or finds that nothing snaps.

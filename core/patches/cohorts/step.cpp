@@ -38,9 +38,10 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
 struct Slide {
   CohortMove move;  ///< its times are filled where the material ages
   std::int64_t to[2];
-  double run = 0.0;      ///< of the slide that it goes on with
-  Course course;         ///< after it, of a patch that may glide
-  double carried = 0.0;  ///< path along which the patch is carried as it stands
+  double run = 0.0;       ///< of the slide that it goes on with
+  Course course;          ///< after it, of a patch that may glide
+  double followed = 0.0;  ///< path that is taken in pieces
+  double carried = 0.0;   ///< path along which the patch is carried as it stands
   // For patches that age:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
   double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
@@ -88,7 +89,7 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   followed = std::min(a.length, followed);
   slide.carried = a.length - followed;
-  slide.move.length = followed;
+  slide.move.length = slide.followed = followed;
   for (int axis = 0; axis < 2; ++axis) {
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
@@ -132,6 +133,37 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
+/// Number of the kernels of a law: with residual or renewal, with ageing.
+int kind_of(const Cohorts& r) noexcept {
+  if (r.ageing != nullptr) return 4;
+  return r.rubs() ? 2 : 0;
+}
+
+/// Goes on in short moves along the carried part of a slide until the force is that of steady sliding, or for
+/// some three mean lengths.
+void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
+            CohortTotals& t) noexcept {
+  constexpr double share =
+      0.38;  // of a piece: cohorts lie a piece apart, and their snaps must not be met in step
+  constexpr int most = 64;
+  CohortMove& move = slide.move;
+  move.books = p.outputs != Outputs::end;
+  for (int i = 0; i < most && slide.carried > 0.0; ++i) {
+    const double z[2] = {move.to[0] - s.moment[0] / s.mass, move.to[1] - s.moment[1] / s.mass};
+    if (is_steady(r, z[0], z[1], slide.course.curve)) return;
+    move.length = std::min(share * r.law.piece, slide.carried);
+    slide.followed += move.length;
+    slide.carried -= move.length;
+    for (int axis = 0; axis < 2; ++axis) {
+      move.from[axis] = move.to[axis];
+      slide.to[axis] =
+          sum_of(slide.to[axis], std::llrint(move.direction[axis] * move.length * fixed_per_length));
+      move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
+    }
+    r.kernels->move[p.axes - 1 + kind_of(r)](r.law, s, rows, move, t);
+  }
+}
+
 /// Adds path integral, energy lost and snaps of the carried part, at the present force.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // keeps what it is multiplied by finite
@@ -161,7 +193,7 @@ void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
 void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const CohortTotals& t,
                 StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
-  const double length = slide.move.length + std::min(slide.carried, 1e140);
+  const double length = slide.followed + std::min(slide.carried, 1e140);
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = whole_deflections(s, slide.move.to[axis], axis);
     if (mean) sums.twice_mean[axis] = 2.0 * (t.integral[axis] / length) * (fixed_per_length / mass_per_count);
@@ -174,12 +206,6 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   const double whole = std::floor(all);
   rest = all - whole;
   return static_cast<std::uint64_t>(whole);
-}
-
-/// Number of the kernels of a law: with residual or renewal, with ageing.
-int kind_of(const Cohorts& r) noexcept {
-  if (r.ageing != nullptr) return 4;
-  return r.rubs() ? 2 : 0;
 }
 
 /// The step, on cohorts that are the patch's own or a copy.
@@ -210,6 +236,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
       return;
     }
   }
+  if (slide.carried > 0.0 && r.glides && !r.material->survival().smooth)
+    settle(p, r, state, rows, slide, totals);
   if (slide.carried > 0.0) carry(r, state, slide, totals);
   follow(state, rows, slide.move.to);
   write_sums(p, state, slide, totals, sums);
