@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "brute_force.hpp"
+#include "brute_pieces.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
@@ -799,4 +800,35 @@ TEST_CASE("A bristle that counts in part is renewed alike on one thread and on s
     CHECK(shared > 0);
     CHECK(one.hash() == two.hash());
   }
+}
+
+TEST_CASE("The error of renewal in long steps falls with the number of bristles", "[rubbing][physics]") {
+  // Steps of 0.4 in directions at random, against small pieces of the path without noise.
+  std::vector<double> quantiles, lengths;
+  for (int i = 0; i <= 256; ++i) {
+    lengths.push_back(SnapLength::lognormal(dbar, 0.3).quantile((i + 0.5) / 257.0));
+    quantiles.push_back(lengths.back() / dbar);
+  }
+  const Material material = rubbed(SnapLength::table(lengths), SnapRule::redraw, 0.0, 1.0);
+  const auto error_of = [&](std::uint32_t bristles) {
+    OnePatch patch(material, plain_options(bristles).with_axes(2));
+    SmallPieces truth(quantiles, 0.0, 1.0);
+    std::mt19937_64 random(5);
+    double errors = 0.0, forces = 0.0;
+    for (int k = 0; k < 60; ++k) {
+      const double angle = 6.2831853 * static_cast<double>(random() >> 11) * 0x1p-53;
+      const double dx = 0.4 * std::cos(angle), dy = 0.4 * std::sin(angle);
+      truth.step(dx, dy, 0.01);
+      const Response r = patch.step(dx * dbar, dy * dbar, bristles);
+      const double unit = bristles * dbar;
+      errors += std::pow(r.elastic[0] / unit + truth.x(), 2) + std::pow(r.elastic[1] / unit + truth.y(), 2);
+      forces += std::pow(truth.x(), 2) + std::pow(truth.y(), 2);
+    }
+    return std::sqrt(errors / forces);
+  };
+  CHECK(error_of(1000) < 0.035);
+  CHECK(error_of(10000) < 0.014);
+  if (test_size(10) < 10) return;
+  CHECK(error_of(100000) < 0.0045);
+  CHECK(error_of(400000) < 0.0028);
 }

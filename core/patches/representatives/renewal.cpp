@@ -15,6 +15,8 @@ namespace {
 constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
 // Sine of the angle by which a slide may turn within a mean snap length or one step and go on.
 constexpr double gentle = 0.4;
+/// Bristles at which the error of the longest pieces is that of the noise: more of them take shorter pieces.
+constexpr double even_bristles = 6000.0;
 constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
 
 /// Draws per bristle in a piece in which `snaps` of a bristle would reach their snap without renewals. Some
@@ -292,7 +294,12 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   }
   r.shared->walked.run = find_run<T>(p, whole, r.shared->walked.turns);
   const double followed = way_followed(r, whole.length);
-  const double pieces = std::max(std::ceil(followed / r.shared->piece * (1.0 - 1e-12)), 1.0);
+  // The error of a piece falls with its square, the noise of a patch with the root of its bristles. Carrying
+  // round a bend wants the long piece behind it.
+  const bool bends = r.shared->walked.turns && followed < whole.length;
+  const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
+  const double piece = r.shared->piece * square_root(square_root(even));
+  const double pieces = std::max(std::ceil(followed / piece * (1.0 - 1e-12)), 1.0);
   if (pieces <= 1.0 && followed == whole.length) {
     prepare_kernel<T>(p, step);
     renew<T>(p, step);
@@ -305,7 +312,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   double way = 0.0;
   for (double k = 1.0;; k += 1.0) {
     const double before = way;
-    way = k <= pieces ? followed * (k / pieces) : std::min(way + r.shared->piece, whole.length);
+    way = k <= pieces ? followed * (k / pieces) : std::min(way + piece, whole.length);
     const bool arrives = way >= whole.length;
     for (int axis = 0; axis < 2; ++axis) {
       a.from[axis] = a.to[axis];
