@@ -614,6 +614,27 @@ TEST_CASE("Infinite brushes shed pieces: no noise, but an error that is told", "
   }
 }
 
+TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not shed", "[overload][shedder]") {
+  InfiniteLoop loop(0.0, 64, 4e-3);
+  Response response;
+  const auto tick_with = [&](double time, double displacement, bool foresees) {
+    loop.motion.displacement[0] = displacement;
+    const int before = foresees ? loop.shedder.before_step(loop.batch, {&loop.motion, 1}) : 0;
+    const StepReport report = loop.batch.step(tick, {&loop.motion, 1}, {&response, 1});
+    return before + loop.shedder.after_step(loop.batch, {&loop.motion, 1}, time, report);
+  };
+  // In time, until it glides; a time for each cohort is known then.
+  for (int k = 0; k < 200; ++k) CHECK(tick_with(2e-4, 0.3 * dbar, true) == 0);
+  REQUIRE(loop.report().rate_s > 0.0);
+  // Late whatever it does, foreseen or not.
+  for (const bool foresees : {false, true})
+    for (int k = 0; k < 20; ++k) CHECK(tick_with(4e-3, 0.3 * dbar, foresees) == 0);
+  CHECK(loop.pieces() == 8);
+  // To and fro it takes pieces, which are shed.
+  for (int k = 0; k < 20; ++k) tick_with(4e-3, (k % 2 == 0 ? -0.9 : 0.9) * dbar, false);
+  CHECK(loop.pieces() == 4);
+}
+
 TEST_CASE("A full record counts the decisions that it lost", "[overload][shedder]") {
   Loop loop({1000, 1000, 1000}, {0, 1, 2}, LoadShedderOptions{}.with_budget(1e-6).with_record(2));
   for (int k = 0; k < 20; ++k) loop.tick_once(one_nanosecond_each);

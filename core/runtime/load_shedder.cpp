@@ -51,7 +51,8 @@ struct LoadShedder::Impl {
     // --- of the last survey
     std::uint32_t least = 1;
     std::uint64_t survey = 0;
-    double active = 0.0;  ///< representatives in contact of a patch that moves; else 0
+    double active = 0.0;  ///< what a patch that moves may visit: representatives in contact, cohorts; else 0
+    bool infinite = false;
     std::uint32_t detail = 0, bristles = 0, wanted = 0;
   };
 
@@ -62,6 +63,11 @@ struct LoadShedder::Impl {
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
   double rate = 0.0;       ///< s per bristle or its like; 0 = not known yet
   double last_rate = 0.0;  ///< of the last step long enough to time
+  // Of the last survey, in bristles: what is fixed, and what moving patches may visit of either population.
+  double fixed = 0.0, of_bristles = 0.0, of_cohorts = 0.0;
+  double looked_at =
+      1.0;  ///< share of `of_cohorts` that a step visits: a patch that glides or sticks visits none
+  std::uint64_t surveyed = ~std::uint64_t{0};  ///< the step that before_step foresaw
   std::uint64_t steps = 0, surveys = 0, late = 0, decided = 0, lost = 0;
   std::uint64_t last_gift = 0;  ///< 0 = none, or taken back
   std::uint64_t last_change = 0, wait = 0;
@@ -92,28 +98,34 @@ struct LoadShedder::Impl {
     index_entries(at);
   }
 
-  /// Looks at all motions: what they may cost if every bristle of a patch that moves is visited, in bristles.
-  double survey(const PatchBatch& batch, Span<const Motion> in) noexcept {
+  /// Looks at all motions: what they may cost if every bristle of a patch that moves is visited.
+  void survey(const PatchBatch& batch, Span<const Motion> in) noexcept {
     ++surveys;
-    double units = 0.0;
+    fixed = of_bristles = of_cohorts = 0.0;
     for (const Motion& motion : in) {
       const PatchInfo info = batch.info(motion.id);
       if (info.bristles == 0) continue;
-      units += patch_overhead;
+      fixed += patch_overhead;
       const bool moves = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0;
       const double share = std::min(motion.normal_load / info.max_normal_load, 1.0);
       const double visited = is_infinite(info) ? cohorts_per_piece * info.detail : share * info.detail;
       const double active = moves && share > 0.0 ? visited : 0.0;
-      units += active;
+      (is_infinite(info) ? of_cohorts : of_bristles) += active;
       Entry* entry = find(motion.id);
       if (entry == nullptr) continue;
       entry->survey = surveys;
       entry->active = active;
+      entry->infinite = is_infinite(info);
       entry->detail = entry->wanted = info.detail;
       entry->bristles = info.bristles;
       entry->least = find_floor(info, entry->least_bristles);
     }
-    return units;
+  }
+  double units() const noexcept { return fixed + of_bristles + looked_at * of_cohorts; }
+
+  /// Learns from the visits of the step that was surveyed: infinite brushes had no more of them.
+  void note_visits(std::uint64_t visits) noexcept {
+    if (of_cohorts > 0.0) looked_at = std::min(static_cast<double>(visits) / of_cohorts, 1.0);
   }
 
   bool is_here(const Entry& entry) const noexcept { return entry.survey == surveys && entry.active > 0.0; }
@@ -192,7 +204,10 @@ struct LoadShedder::Impl {
     last_wait_change = steps;
   }
 
-  static double contact(const Entry& entry) noexcept { return entry.active * entry.wanted / entry.detail; }
+  /// Visits of a patch at the detail that is wanted.
+  double contact(const Entry& entry) const noexcept {
+    return entry.active * (entry.infinite ? looked_at : 1.0) * entry.wanted / entry.detail;
+  }
 
   /// Restores bristles of one patch, of the highest priority among those that lack some.
   int give(PatchBatch& batch, double units) noexcept {
@@ -269,7 +284,9 @@ void LoadShedder::remove(PatchId patch) noexcept {
 int LoadShedder::before_step(PatchBatch& batch, Span<const Motion> in) noexcept {
   Impl& impl = *impl_;
   if (impl.rate <= 0.0 || impl.entries.empty()) return 0;
-  const double units = impl.survey(batch, in);
+  impl.survey(batch, in);
+  impl.surveyed = impl.steps;
+  const double units = impl.units();
   const double budget = impl.options.budget_s;
   if (!(impl.rate * units > impl.options.shed_above * budget)) return 0;
   return impl.shed(batch, units - impl.options.shed_to * budget / impl.rate);
@@ -278,6 +295,7 @@ int LoadShedder::before_step(PatchBatch& batch, Span<const Motion> in) noexcept 
 int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double step_time_s,
                             const StepReport& report) noexcept {
   Impl& impl = *impl_;
+  if (impl.surveyed == impl.steps) impl.note_visits(report.bristles_visited);
   ++impl.steps;
   if (!(step_time_s > 0.0) || !std::isfinite(step_time_s)) return 0;
   const double budget = impl.options.budget_s;
@@ -288,12 +306,14 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
     double keep = impl.options.shed_to * budget / step_time_s;
     // The first one may be an accident: not more than half for it.
     if (impl.late_in_row == impl.options.late_steps) keep = std::max(keep, 0.5);
-    return impl.shed(batch, (1.0 - keep) * impl.survey(batch, in));
+    impl.survey(batch, in);
+    impl.note_visits(report.bristles_visited);
+    return impl.shed(batch, (1.0 - keep) * impl.units());
   }
   impl.late_in_row = 0;
   if (impl.decided == 0 || impl.rate <= 0.0 || impl.steps - impl.last_change < impl.wait) return 0;
-  const double units = impl.survey(batch, in);
-  const int given = impl.give(batch, units);
+  impl.survey(batch, in);
+  const int given = impl.give(batch, impl.units());
   // Nothing to give or no room: looked at again after a while, not at each step.
   if (given == 0) impl.last_change = impl.steps;
   return given;
