@@ -94,7 +94,6 @@ enum BedVariant : std::uint32_t {
 };
 
 struct BedKernels {
-  const char* name;
   void (*step[bed_variants])(const BedStep&, float* columns, BedSums&);
   /// Fills stiffness, pressure and bed_kept of a bed under another size. Returns the sum of their products.
   double (*place)(const BedPlaces&, float* columns);
@@ -106,8 +105,5 @@ struct BedKernels {
   void (*rebase)(const BedPlaces&, float* columns);
   JointKernel joint[joint_variants];
 };
-
-/// Kernels of the instruction set of this name, of beds and joints; null = not in this build.
-const BedKernels* find_bed_kernels(const char* name) noexcept;
 
 }  // namespace bristle::detail

@@ -126,7 +126,6 @@ struct CohortTotals {
 };
 
 struct CohortKernels {
-  const char* name;
   /// Advances a patch along a move, cut in pieces; index: axes - 1, and 2 more for laws with residual or
   /// renewal, 4 more for laws that age. Changes rows, births and state but for base, direction and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
@@ -158,8 +157,5 @@ struct CohortNoise {
   double (*leave)(const CohortLaw&, std::uint64_t pass, std::uint32_t number, double mass, double chance);
 };
 extern const CohortNoise cohort_noise;
-
-/// Kernels of the instruction set of this name; null = not in this build.
-const CohortKernels* find_cohort_kernels(const char* name) noexcept;
 
 }  // namespace bristle::detail

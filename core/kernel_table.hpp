@@ -102,22 +102,26 @@ struct PatchView {
   double* since;  ///< of each block: the patch's time at its last rewrite, s
 };
 
-/// One step of one patch, the same for all its blocks.
-struct Advance {
+/// Where a step of a patch leads, or a piece of one.
+struct Travel {
   std::int64_t from[2], to[2];  ///< patch position, fixed point; equal in a far step
   double direction[2];          ///< unit vector
   double length;                ///< scaled, > 0
-  double residual;              ///< scaled: how far a bristle stays bent when it snaps; 0 without
   double start;                 ///< time_of the patch, s, at the beginning of the step; 0 without ageing
   double duration;              ///< s, > 0
   double rounding;              ///< s: as much earlier the next step may begin than this one ends
+  std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position stays
+  std::uint32_t commit;         ///< 0: a trial, the state stays as it is
+};
+
+/// One step of one patch, the same for all its blocks.
+struct Advance : Travel {
+  double residual;              ///< scaled: how far a bristle stays bent when it snaps; 0 without
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
   std::uint64_t phase_key;      ///< keys the phase of a step too long for a remainder
-  std::uint32_t snaps_all;      ///< 1: so long that every bristle snaps; the position stays
   std::uint32_t in_double;      ///< 1: remainders in double: a long step, or a single snap length
   std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are left out
   std::uint32_t renews_bounds;  ///< 1: also those of blocks in which nothing snaps
-  std::uint32_t commit;         ///< 0: a trial, the state stays as it is
   // Ageing; 0 without.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< Material::ageing_strength
@@ -243,8 +247,13 @@ struct KernelSet {
   double (*squares)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
 };
 
+struct CohortKernels;
+struct BedKernels;
+
 struct KernelTable {
   const char* name;
+  const CohortKernels* cohorts;  ///< cohort_table.hpp; null in a minimal build
+  const BedKernels* beds;        ///< bed_table.hpp; null in a minimal build
   KernelSet<float> f32;
   KernelSet<double> f64;  ///< all null in a build without double
 };

@@ -4,14 +4,10 @@
 
 #define BRISTLE_JOIN2(a, b) a##b
 #define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
-#define BRISTLE_TEXT2(a) #a
-#define BRISTLE_TEXT(a) BRISTLE_TEXT2(a)
 
 namespace bristle::detail {
 
 extern const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
-const BedKernels BRISTLE_JOIN(bed_kernels_,
-                              BRISTLE_KERNEL_ISA) = BRISTLE_BED_KERNELS(BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
-                                                                        BRISTLE_JOINT_STEPS);
+const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA) = BRISTLE_BED_KERNELS(BRISTLE_JOINT_STEPS);
 
 }  // namespace bristle::detail

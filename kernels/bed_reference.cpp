@@ -5,6 +5,6 @@
 namespace bristle::detail {
 
 extern const BedKernels bed_kernels_scalar;
-const BedKernels bed_kernels_scalar = BRISTLE_BED_KERNELS("scalar", BRISTLE_JOINT_STEPS);
+const BedKernels bed_kernels_scalar = BRISTLE_BED_KERNELS(BRISTLE_JOINT_STEPS);
 
 }  // namespace bristle::detail

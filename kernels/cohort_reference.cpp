@@ -264,7 +264,6 @@ void mass_above(const CohortState& s, const double* rows, double cut, double* ma
 
 extern const CohortKernels cohort_kernels_scalar;
 const CohortKernels cohort_kernels_scalar = {
-    "scalar",
     {&move_cohorts<Reference, 1, false, false>, &move_cohorts<Reference, 2, false, false>,
      &move_cohorts<Reference, 1, true, false>, &move_cohorts<Reference, 2, true, false>,
      &move_cohorts<Reference, 1, true, true>, &move_cohorts<Reference, 2, true, true>},

@@ -62,9 +62,18 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
 
 }  // namespace
 
+#if BRISTLE_MINIMAL
+constexpr const CohortKernels* cohorts = nullptr;
+constexpr const BedKernels* beds = nullptr;
+#else
+extern const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA);
+extern const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
+constexpr const CohortKernels* cohorts = &BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA);
+constexpr const BedKernels* beds = &BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
+#endif
 extern const KernelTable BRISTLE_JOIN(kernels_, BRISTLE_KERNEL_ISA);
 constexpr KernelTable table {
-  BRISTLE_TEXT(BRISTLE_KERNEL_ISA),
+  BRISTLE_TEXT(BRISTLE_KERNEL_ISA), cohorts, beds,
       make_kernel_set<float, StepOf, ForeseeOf, FreshLengths<float>>(&rewrite_block<float>,
                                                                      &block_squares<float>),
 #if BRISTLE_WITH_DOUBLE

@@ -452,9 +452,18 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
 
 }  // namespace
 
+#if BRISTLE_MINIMAL
+constexpr const CohortKernels* cohorts = nullptr;
+constexpr const BedKernels* beds = nullptr;
+#else
+extern const CohortKernels cohort_kernels_scalar;
+extern const BedKernels bed_kernels_scalar;
+constexpr const CohortKernels* cohorts = &cohort_kernels_scalar;
+constexpr const BedKernels* beds = &bed_kernels_scalar;
+#endif
 extern const KernelTable kernels_scalar;
 const KernelTable kernels_scalar {
-  "scalar",
+  "scalar", cohorts, beds,
       make_kernel_set<float, StepOf, ForeseeOf, FreshLengths<float>>(&rewrite_block<float>,
                                                                      &block_squares<float>),
 #if BRISTLE_WITH_DOUBLE

@@ -24,10 +24,10 @@ using bristle_test::tick;
 
 namespace {
 
-const KernelTable& fastest_kernels() {
+const KernelTable& table_of(const std::string& isa) {
   int count = 0;
   const KernelEntry* entries = kernel_entries(&count);
-  while (!entries->usable()) ++entries;
+  while (isa != entries->table->name) ++entries;
   return *entries->table;
 }
 
@@ -35,7 +35,8 @@ const KernelTable& fastest_kernels() {
 struct OpenBrush {
   OpenBrush(const bristle::SnapLength& law, double resolution, std::uint32_t capacity) {
     const auto material = compile_material(bristle_test::plain_material(law, bristle::SnapRule::redraw));
-    const Patch made = make_cohorts(material, infinite_options(resolution, capacity), fastest_kernels(), 0.0);
+    const Patch made =
+        make_cohorts(material, infinite_options(resolution, capacity), table_of(batch.isa()), 0.0);
     rows = static_cast<Cohorts*>(made.record);
     id = BatchAccess::add(batch, made);
   }
@@ -139,7 +140,7 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
           "[cohorts][mass]") {
   for (const auto& isa : bristle::instruction_sets()) {
     if (!isa.usable) continue;
-    const CohortKernels& kernels = *find_cohort_kernels(isa.name);
+    const CohortKernels& kernels = *table_of(isa.name).cohorts;
     OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 24);
     WildPath path;
     int merged = 0;
@@ -192,7 +193,7 @@ TEST_CASE("Merging keeps the mean strength of bristles of different age", "[coho
             .with_ageing(ageing);
     for (const auto& isa : bristle::instruction_sets()) {
       if (!isa.usable) continue;
-      const CohortKernels& kernels = *find_cohort_kernels(isa.name);
+      const CohortKernels& kernels = *table_of(isa.name).cohorts;
       OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 24);
       WildPath path;
       int merged = 0;

@@ -9,8 +9,9 @@
 #include "core/common/hashing.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/columns.hpp"
-#include "core/patches/contact_model.hpp"
+#include "core/patches/patch_step.hpp"
 #include "core/patches/representatives/representatives.hpp"
+#include "core/patches/saved_state.hpp"
 #include "core/patches/sliders/sliders.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
@@ -304,21 +305,24 @@ TEST_CASE("Every slot lies in one place of one chunk", "[contact model]") {
 TEST_CASE("A state that no patch can be in is found, whichever model it is of", "[model]") {
   const bristle::SnapLength law = bristle::SnapLength::lognormal(dbar, 0.3);
   const auto noticed = [&](bristle::SnapRule rule, bristle::Population population, auto corrupt) {
-    bristle::PatchBatch batch;
     const auto options =
         bristle::PatchOptions{}.with_population(population).with_axes(2).with_max_normal_load(10.0);
+    int count = 0;
+    const KernelEntry* kernels = kernel_entries(&count);
+    while (!kernels->usable()) ++kernels;
+    Patch p = make_patch(compile_material(plain_material(law, rule)), options, *kernels->table);
+    std::vector<std::byte> room(saved_size_of(p));
     bristle::Motion motion;
-    motion.id = batch.add(plain_material(law, rule), options);
-    motion.normal_load = 7.3;
     bristle::Response response;
     for (int k = 0; k < 40; ++k) {
       motion.displacement[k % 2] = 0.3 * dbar;
       motion.normal_load = 7.3 + 0.1 * (k % 7);
-      batch.step(tick, {&motion, 1}, {&response, 1});
-      if (BatchAccess::find_fault(batch) != nullptr) return std::string("a false alarm");
+      step_patch(p, motion, tick, response);
+      if (find_present_fault(p, room.data()) != nullptr) return std::string("a false alarm");
     }
-    corrupt(*BatchAccess::find(batch, motion.id));
-    const char* fault = BatchAccess::find_fault(batch);
+    corrupt(p);
+    const char* fault = find_present_fault(p, room.data());
+    release(p.record);
     return std::string(fault == nullptr ? "nothing" : fault);
   };
   using bristle::Population;

@@ -62,10 +62,11 @@ void add_bytes(Hasher& hasher, Span<const std::byte> bytes) {
 
 struct BedBatch::Impl {
   explicit Impl(const BatchOptions& options)
-      : kernels(*find_bed_kernels(choose_kernels(options.isa).name)),
+      : table(choose_kernels(options.isa)),
         workers(check_threads(options.threads), check_core(options.servo_core)) {}
 
-  const BedKernels& kernels;
+  const KernelTable& table;
+  const BedKernels& kernels = *table.beds;
   Workers workers;
   const Sharing sharing = chosen_sharing();
   std::vector<Bed> beds;
@@ -369,6 +370,6 @@ void BedBatch::restore_state(Span<const std::byte> from) {
 
 std::size_t BedBatch::bed_count() const noexcept { return impl_->count; }
 int BedBatch::threads() const noexcept { return impl_->workers.count(); }
-const char* BedBatch::isa() const noexcept { return impl_->kernels.name; }
+const char* BedBatch::isa() const noexcept { return impl_->table.name; }
 
 }  // namespace bristle

@@ -14,7 +14,6 @@
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/materials/turn.hpp"
-#include "core/patches/patch_step.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/float_mode.hpp"
@@ -58,10 +57,6 @@ struct Slopes {
   }
 };
 
-struct Force {
-  double newtons[2];
-};
-
 /// Stiffnesses and limits of the cells' responses, valid while load and material stay.
 struct Stiffnesses {
   bool known = false;
@@ -71,11 +66,18 @@ struct Stiffnesses {
   Status status = Status::ok;
 };
 
+/// Rotation and size of a patch's outline in one step.
+struct Course {
+  Turn midway, after;        ///< of the outline's axes
+  double chord = 0.0;        ///< 2 sin(spin / 2): the way of a point at distance 1 from the centre
+  double chord_share = 1.0;  ///< chord / spin
+  double size = 1.0;
+};
+
 struct ExtendedPatch {
   std::uint32_t generation = 0;  ///< 0: the slot is free
   std::vector<PatchCell> cells;  ///< in the outline's axes
   std::vector<PatchId> patches;  ///< of the cells
-  std::vector<Patch*> slots;     ///< in which they are; null = not looked up yet
   double full_size_load = 0.0;
   double normal_load = 0.0;
   double max_normal_load = 0.0;
@@ -85,7 +87,9 @@ struct ExtendedPatch {
   Pose pose;
   Stiffnesses common;           ///< a cache
   bool light_material = false;  ///< nothing damps or ages, and the end force is all that is asked for
-  bool light = false;           ///< so is the step that is under way (Impl::is_light)
+  // Of the step that is under way:
+  Course course;
+  bool light = false;  ///< as is_light() says
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
@@ -103,14 +107,6 @@ struct ExtendedPatch {
 std::uint32_t seed_of_cell(const ExtendedPatch& p, std::uint32_t seed, std::size_t cell) noexcept {
   return p.is_point() ? seed : static_cast<std::uint32_t>(mix_key(mix_key(seed) + cell));
 }
-
-/// Rotation and size of a patch's outline in one step.
-struct Course {
-  Turn midway, after;        ///< of the outline's axes
-  double chord = 0.0;        ///< 2 sin(spin / 2): the way of a point at distance 1 from the centre
-  double chord_share = 1.0;  ///< chord / spin
-  double size = 1.0;
-};
 
 constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
@@ -172,6 +168,30 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
     cell.has_velocity = motion.has_velocity;
     if (motion.has_velocity) move_point(motion.velocity, motion.velocity[2], at, cell.velocity);
   }
+}
+
+/// Whether a step is one of those whose answer is the sum of elastic forces, with stiffness and limits as
+/// they were.
+bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
+  // Farther, a cell's own displacement may not be finite.
+  const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
+  return p.common.known && p.light_material && motion.has_velocity == 0 &&
+         motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
+         is_near(motion.displacement[0]) && is_near(motion.displacement[1]);
+}
+
+void write_light_motions(const ExtendedPatch& p, const ExtendedMotion& motion, CellMotion* cells) noexcept {
+  const Turn midway = grown(p.course.midway, p.course.size);
+  for (std::size_t k = 0; k < p.cells.size(); ++k) {
+    double at[2];
+    cells[k].id = p.patches[k];
+    place(p.cells[k], midway, at);
+    move_point(motion.displacement, p.course.chord, at, cells[k].displacement);
+  }
+}
+
+bool is_good_time(double dt_s) noexcept {
+  return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
 }
 
 void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3]) noexcept {
@@ -236,17 +256,17 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
 }
 
 /// As sum_up(), from elastic forces alone, where nothing damps and load and material are those of `common`.
-void sum_up_lightly(const ExtendedPatch& p, PatchId id, const Course& course, const Force* elastic,
+void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
-  const Turn turned = grown(course.after, course.size);
+  const Turn turned = grown(p.course.after, p.course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     double after[2];
     place(p.cells[k], turned, after);
-    add_wrench(elastic[k].newtons, after, sum);
+    add_wrench(cells[k].force, after, sum);
   }
   out.id = id;
-  write_common(p.common, course, out);
+  write_common(p.common, p.course, out);
   for (int i = 0; i < 3; ++i) {
     out.end[i] = out.elastic[i] = sum[i];
     out.damper[i] = 0.0;
@@ -316,14 +336,11 @@ constexpr std::size_t saved_head = 3 * 8, saved_pose = 4 * 4 + 5 * 8;
 /// Memory of a step, for all cells.
 struct Room {
   Room() = default;
-  explicit Room(std::size_t cells)
-      : elastic(cells), stepped(cells), motions(cells), answers(cells), whose(cells) {}
+  explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  std::vector<Force> elastic;      ///< of the cells of light steps
-  std::vector<char> stepped;       ///< cells whose bristles were not asked
-  std::vector<Motion> motions;     ///< of the others, one after the other
-  std::vector<Response> answers;   ///< to them
-  std::vector<std::size_t> whose;  ///< their number among all cells of the step
+  std::vector<CellMotion> light;  ///< of outlines in light steps, one after the other
+  std::vector<Motion> motions;    ///< of the others
+  std::vector<Response> answers;  ///< to them
 };
 
 /// The stepping side: what its calls read and write.
@@ -339,89 +356,30 @@ struct Stepped : Room {
     return const_cast<ExtendedPatch*>(static_cast<const Stepped*>(this)->find(id));
   }
 
-  /// The response to a motion whose cells were stepped. What moved has its new pose.
+  /// The response to a motion whose cells were stepped, along p.course. What moved has its new pose.
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
-    const Course course = course_of(p, motion);
-    const Status status = sum_up(p, motion.id, course, cells, p.common, out);
+    const Status status = sum_up(p, motion.id, p.course, cells, p.common, out);
     if (!was_stepped(status)) {
       p.common.known = false;
       return status;
     }
-    p.pose.turn = course.after;
+    p.pose.turn = p.course.after;
     p.normal_load = motion.normal_load;
     return status;
   }
 
-  /// As finish(), after a light step. `status`: that of the cells stepped by the batch.
-  static Status finish_lightly(ExtendedPatch& p, const ExtendedMotion& motion, Status status,
-                               const Force* elastic, ExtendedResponse& out) noexcept {
-    const Course course = course_of(p, motion);
-    if (!was_stepped(status)) p.common = Stiffnesses{};  // what was refused has neither stiffness nor limits
-    sum_up_lightly(p, motion.id, course, elastic, out);
-    out.status = out.status | status;
-    p.common.known = was_stepped(out.status);
-    if (p.common.known) p.pose.turn = course.after;
+  /// As finish(), after a light step.
+  static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
+                               ExtendedResponse& out) noexcept {
+    const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
+    const bool gone = std::any_of(cells, cells + p.cells.size(), is_gone);
+    if (gone) p.common = Stiffnesses{};  // what was refused has neither stiffness nor limits
+    sum_up_lightly(p, id, cells, out);
+    if (gone) out.status = out.status | Status::unknown_id;
+    p.common.known = !gone;
+    if (!gone) p.pose.turn = p.course.after;
     return out.status;
-  }
-
-  /// Steps the cells that need no look at their bristles; their forces are in `elastic` from `first` on.
-  /// Returns whether these were all cells; otherwise the batch steps the others.
-  bool step_lightly(ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
-    const Course course = course_of(p, motion);
-    const Turn midway = grown(course.midway, course.size);
-    bool all = true;
-    for (std::size_t k = 0; k < p.cells.size(); ++k) {
-      double at[2], displacement[2];
-      place(p.cells[k], midway, at);
-      move_point(motion.displacement, course.chord, at, displacement);
-      Patch& cell = *p.slots[k];
-      const bool is_there = cell.generation == generation_of(p.patches[k]);
-      stepped[first + k] = is_there && detail::step_lightly(cell, displacement, elastic[first + k].newtons);
-      all = all && stepped[first + k];
-    }
-    return all;
-  }
-
-  bool find_slots(ExtendedPatch& p) noexcept {
-    for (std::size_t k = p.cells.size(); k-- > 0;) {
-      p.slots[k] = BatchAccess::find(*batch, p.patches[k]);
-      if (p.slots[k] == nullptr) return false;
-    }
-    return true;
-  }
-
-  /// Whether a step is one of those whose answer is the sum of elastic forces, with stiffness and limits as
-  /// they were.
-  bool is_light(ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-    if (!p.common.known || !p.light_material || motion.has_velocity != 0) return false;
-    if (motion.normal_load != p.normal_load || !is_good_spin(motion.displacement[2])) return false;
-    if (p.slots[0] == nullptr && !find_slots(p)) return false;
-    return can_step_lightly(*p.slots[0]);  // all cells have one material and the same options
-  }
-
-  /// Queues the motions of cells that were not stepped yet for the batch.
-  void queue_rest(const ExtendedPatch& p, const ExtendedMotion& motion, std::size_t first) noexcept {
-    write_cell_motions(p, motion, course_of(p, motion),
-                       Span<Motion>(motions.data() + queued, p.cells.size()));
-    std::size_t kept = queued;
-    for (std::size_t k = 0; k < p.cells.size(); ++k)
-      if (!stepped[first + k]) {
-        whose[kept] = first + k;
-        motions[kept++] = motions[queued + k];
-      }
-    queued = kept;
-  }
-
-  /// The batch's answers to the motions of one patch, from number `next` on: `next` is then the first of the
-  /// patch after it.
-  Status take_forces(std::size_t last, std::size_t& next) noexcept {
-    Status status = Status::ok;
-    for (; next < queued && whose[next] < last; ++next) {
-      std::copy_n(answers[next].elastic, 2, elastic[whose[next]].newtons);
-      status = status | answers[next].status;
-    }
-    return status;
   }
 
   /// The answers to the motions of `p`: from number `at` on, behind those of patches that were removed after
@@ -439,7 +397,6 @@ struct Stepped : Room {
   std::vector<ExtendedPatch> patches;  ///< by slot
   std::size_t count = 0;
   std::uint64_t step_number = 0;
-  std::size_t queued = 0;  ///< motions of a step
 };
 
 // What the adding side does to the stepping side. Each change keeps it: ExtendedPatches may be gone when the
@@ -553,7 +510,6 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
   made.light_material = is_light(material) && options.outputs == Outputs::end;
   const std::size_t count = made.cells.size();
   made.patches.reserve(count);
-  made.slots.assign(count, nullptr);
   BatchAccess::Changes changes(*impl.batch);
   if (impl.cells + count > impl.room) change->room = Room(std::max(impl.cells + count, 2 * impl.room));
   const std::size_t room = std::max(impl.room, change->room.motions.size());
@@ -630,11 +586,7 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
   }
   // Once each: the room for their cells is that of all patches. The rest is answered in the second pass.
   ++impl.step_number;
-  BatchAccess::forget_trials(*impl.batch);
-  const bool good_time =
-      dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
-  std::size_t used = 0;
-  impl.queued = 0;
+  std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     ExtendedPatch* p = impl.find(in[i].id);
     const bool first = p != nullptr && p->last_step != impl.step_number;
@@ -644,32 +596,31 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
       continue;
     }
     p->last_step = impl.step_number;
+    p->course = course_of(*p, in[i]);
+    p->light = is_good_time(dt_s) && is_light(*p, in[i]);
     out[i].status = Status::ok;
-    std::fill_n(impl.stepped.begin() + static_cast<std::ptrdiff_t>(used), p->cells.size(), char{0});
-    p->light = good_time && impl.is_light(*p, in[i]);
-    if (!p->light || !impl.step_lightly(*p, in[i], used)) impl.queue_rest(*p, in[i], used);
-    used += p->cells.size();
+    if (p->light)
+      write_light_motions(*p, in[i], impl.light.data() + light);
+    else
+      write_cell_motions(*p, in[i], p->course, Span<Motion>(impl.motions.data() + queued, p->cells.size()));
+    (p->light ? light : queued) += p->cells.size();
   }
-  std::fill_n(impl.answers.begin(), impl.queued, Response{});
-  const StepReport cells = impl.batch->step(dt_s, Span<const Motion>(impl.motions.data(), impl.queued),
-                                            Span<Response>(impl.answers.data(), impl.queued));
+  std::fill_n(impl.answers.begin(), queued, Response{});
+  const StepReport cells = BatchAccess::step(*impl.batch, dt_s, Span<CellMotion>(impl.light.data(), light),
+                                             Span<const Motion>(impl.motions.data(), queued),
+                                             Span<Response>(impl.answers.data(), queued));
   report.tasks = cells.tasks;
   report.threads = cells.threads;
   report.bristles_visited = cells.bristles_visited;
-  std::size_t at = 0, next = 0;
+  light = queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     if (!was_stepped(out[i].status)) continue;
     ExtendedPatch& p = *impl.find(in[i].id);
-    Status status = Status::ok;
-    if (p.light) {
-      const Status asked = impl.take_forces(at + p.cells.size(), next);
-      status = Stepped::finish_lightly(p, in[i], asked, impl.elastic.data() + at, out[i]);
-    } else {
-      status =
-          Stepped::finish(p, in[i], Span<const Response>(impl.answers.data() + next, p.cells.size()), out[i]);
-      next += p.cells.size();
-    }
-    at += p.cells.size();
+    const Status status =
+        p.light ? Stepped::finish_lightly(p, in[i].id, impl.light.data() + light, out[i])
+                : Stepped::finish(p, in[i],
+                                  Span<const Response>(impl.answers.data() + queued, p.cells.size()), out[i]);
+    (p.light ? light : queued) += p.cells.size();
     report.status = report.status | status;
     if (was_stepped(status)) ++report.patches_stepped;
   }
@@ -752,6 +703,7 @@ Status ExtendedPatches::read_responses(Span<const ExtendedMotion> in, Span<const
       continue;
     }
     const Span<const Response> answers = Stepped::find_answers(*p, cells, at);
+    p->course = course_of(*p, in[i]);
     all = all | (answers.empty() ? refuse_motion(in[i].id, Status::bad_input, out[i])
                                  : Stepped::finish(*p, in[i], answers, out[i]));
   }

@@ -85,7 +85,7 @@ bool is_within(double x, double most) noexcept { return x >= -most && x <= most;
 struct JointFriction::Impl {
   Impl(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options,
        const BatchOptions& batch)
-      : kernels(*find_bed_kernels(choose_kernels(batch.isa).name)),
+      : table(choose_kernels(batch.isa)),
         workers(check_threads(batch.threads), check_core(batch.servo_core)),
         count(joints),
         bristles(bristles_of(options)),
@@ -124,7 +124,8 @@ struct JointFriction::Impl {
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
   }
 
-  const BedKernels& kernels;
+  const KernelTable& table;
+  const BedKernels& kernels = *table.beds;
   Workers workers;
   const Sharing sharing = chosen_sharing();
   const std::size_t count;
@@ -388,6 +389,6 @@ std::size_t JointFriction::memory_bytes() const noexcept {
   return sizeof(Impl) + (impl_->columns.size() + impl_->constants.size()) * sizeof(Column);
 }
 int JointFriction::threads() const noexcept { return impl_->workers.count(); }
-const char* JointFriction::isa() const noexcept { return impl_->kernels.name; }
+const char* JointFriction::isa() const noexcept { return impl_->table.name; }
 
 }  // namespace bristle

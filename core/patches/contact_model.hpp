@@ -14,20 +14,17 @@
 
 #include "bristle/span.hpp"
 #include "core/common/little_endian.hpp"
-#include "core/patches/patch_step.hpp"
+#include "core/patches/travel.hpp"
 
 namespace bristle::detail {
 
-enum class LightStep {
-  none,   ///< nothing has changed: `advance` has to do it
-  holds,  ///< nothing snaps, nothing has changed: the caller carries the sums along
-  done    ///< the state is what `advance` would leave, and `end` its sums
+/// The operations of a step that several threads share. `prepare` gives the number of ranges; `run` is called
+/// once for each, on any thread, with Totals of its own; `finish` takes the sum of all.
+struct SharedStep {
+  std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
+  void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
+  void (*finish)(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;
 };
-
-/// Values of Patch::bound.reach of a patch of which something may snap: nothing more is known, or its model
-/// may take a step lightly.
-constexpr double no_reach = -1.0;
-constexpr double light_reach = -2.0;
 
 struct ContactModel {
   const char* name;  ///< part of the signature of a saved state
@@ -40,11 +37,11 @@ struct ContactModel {
   /// the step is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  // `advance` in three parts, for a patch that several threads share. `prepare` gives the number of ranges;
-  // `run` is called once for each, on any thread, with Totals of its own; `finish` takes the sum of all.
-  std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
-  void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
-  void (*finish)(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;
+  /// Answers a travel that leaves Patch::bound, of a patch of two axes that neither damps nor ages, for the
+  /// end force alone, if that needs no step of its bristles. Bound::glide: the state is what `advance` would
+  /// leave, and the sums are filled. Null: never.
+  Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
+  const SharedStep* shared = nullptr;  ///< null: one thread takes all of a step
 
   /// The patch as it was made with this seed and key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;
@@ -76,11 +73,6 @@ struct ContactModel {
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
   /// `from` was found without fault; the shared part is restored already.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
-
-  /// Takes a step that moves a patch of two axes, without ageing, for the end force alone, if that needs no
-  /// look at its bristles. `moved`: the displacement, scaled. Null: never.
-  LightStep (*step_lightly)(Patch&, const std::int64_t (&to)[2], const double (&moved)[2],
-                            double (&end)[2]) noexcept = nullptr;
 };
 
 /// Ranges that a task takes at once are cut at multiples of this: bounds are kept by group of blocks.
@@ -90,9 +82,6 @@ constexpr std::uint32_t blocks_per_range = blocks_per_group;
 /// from the material and options. For the thread that adds patches. Throws bristle::Error.
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
-
-/// The shared part of a patch out of contact: what follows from its options and material.
-Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
 
 /// Adds the totals of one range to those of others.
 void add_totals(Totals& sum, const Totals& part) noexcept;

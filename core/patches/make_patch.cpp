@@ -10,20 +10,6 @@
 
 namespace bristle::detail {
 
-Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept {
-  Patch p;
-  p.record = &record;
-  p.model = &model;
-  p.axes = static_cast<std::uint8_t>(record.options.axes);
-  p.outputs = record.options.outputs;
-  p.ages = record.material->material.ageing_strength != 0.0 || record.material->material.drop != 0.0;
-  p.literal = record.options.step_rule == StepRule::literal;
-  p.lengths_per_metre = record.material->lengths_per_metre;
-  // More than this streams by itself.
-  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
-  return p;
-}
-
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {
   constexpr const char* where = "PatchOptions";

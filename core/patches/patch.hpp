@@ -109,6 +109,14 @@ inline double time_of(const Patch& p) noexcept {
   return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
 }
 
+/// The shared part of a patch out of contact: what follows from its options and material.
+Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
+/// Numbers of the shared part that follow from load and material. Call after either changed.
+void note_contact(Patch& patch) noexcept;
+/// Damper, lubricant and strengthening with speed of the whole patch, N s/m: what times the velocity is their
+/// force.
+double damping_at(const Patch& patch, double speed) noexcept;
+
 /// Fixed-point difference of two positions, which wrap.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));

@@ -3,20 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "core/common/assert.hpp"
 #include "core/materials/elementary.hpp"
-#include "core/patches/contact_model.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// Damper, lubricant and strengthening with speed of the whole patch, N s/m: what times the velocity is their
-/// force.
-double damping_at(const Patch& p, double speed) noexcept {
-  const Material& m = p.material().material;
-  return p.zeta * m.damping_at(speed) + m.viscous_friction + p.normal_load * m.strengthening_damping(speed);
-}
 double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   if (!p.damps || !(p.normal_load > 0.0)) return p.rest_damping;
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
@@ -69,80 +63,210 @@ double find_force_limit(const Patch& p, double growth) noexcept {
 /// then need the patch's slot alone.
 constexpr double creep_length = 0x1p-24;
 
-/// Rounds a scaled displacement to position units; a short one includes the carried remainder.
-std::int64_t find_units(const Patch& p, double scaled, int axis, PatchStep& step) noexcept {
-  const double units = scaled * fixed_per_length;
-  if (!(std::abs(scaled) < creep_length) || scaled == 0.0) return std::llrint(units);
-  if (!step.creeps) {
-    step.creeps = true;
-    step.remainder[0] = p.record->remainder[0];
-    step.remainder[1] = p.record->remainder[1];
+/// Whether a displacement is neither so short that its remainder is carried, nor so long that every bristle
+/// snaps.
+bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
+  bool usual = true;
+  for (const double x : displacement) {
+    const double d = std::abs(x * p.lengths_per_metre);
+    usual = usual && d <= far_length && (d >= creep_length || d == 0.0);
   }
-  const double wanted = units + step.remainder[axis];
-  const std::int64_t moved = std::llrint(wanted);
-  step.remainder[axis] = wanted - static_cast<double>(moved);
-  return moved;
+  return usual;
 }
 
-/// Advance{}, field by field: g++ clears the whole by `rep stos`, which takes longer than these.
-void clear(Advance& a) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {
-    a.from[axis] = a.to[axis] = 0;
-    a.direction[axis] = 0.0;
-  }
-  a.length = a.residual = a.start = a.duration = a.rounding = a.energy_unit = 0.0;
-  a.phase_key = 0;
-  a.snaps_all = a.in_double = a.skips_blocks = a.renews_bounds = a.commit = 0;
-  a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
-  a.ageing_form = 0;
-  static_assert(sizeof(Advance) == 160, "a new field of Advance: clear it above");
-}
-
-/// Where the motion leads, in scaled lengths.
-void find_way(const Patch& p, const double (&displacement)[2], PatchStep& step) noexcept {
+/// Where a step of unusual length leads.
+[[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
-  for (int axis = 0; axis < 2; ++axis) a.from[axis] = a.to[axis] = p.position[axis];
-
   // Clamped so that squares and sums stay finite: no snap length is near.
   constexpr double farthest = 1e290;
-  double(&d)[2] = step.scaled;
-  for (int axis = 0; axis < 2; ++axis)
-    d[axis] = std::clamp(displacement[axis] * p.lengths_per_metre, -farthest, farthest);
-  const double largest = std::max(std::abs(d[0]), std::abs(d[1]));
-  if (!(largest > 0.0)) return;
+  for (double& x : step.scaled) x = std::clamp(x, -farthest, farthest);
+  const double largest = std::max(std::abs(step.scaled[0]), std::abs(step.scaled[1]));
   if (largest > far_length && !p.literal) {
-    const double rx = d[0] / largest;
-    const double ry = d[1] / largest;
+    const double rx = step.scaled[0] / largest;
+    const double ry = step.scaled[1] / largest;
     const double norm = std::sqrt(rx * rx + ry * ry);
     a.direction[0] = rx / norm;
     a.direction[1] = ry / norm;
     a.length = largest * norm;
     a.snaps_all = 1;
+    for (int axis = 0; axis < 2; ++axis) step.units[axis] = 0;
     step.moves = true;
     return;
   }
   // The literal rule forgets how far it went: this far already resets every bristle.
   if (largest > far_length)
-    for (double& x : d) x *= far_length / largest;
-  double moved[2];
+    for (double& x : step.scaled) x *= far_length / largest;
   for (int axis = 0; axis < 2; ++axis) {
-    const std::int64_t fixed = step.units[axis] = find_units(p, d[axis], axis, step);
-    a.to[axis] = sum_of(p.position[axis], fixed);
-    moved[axis] = to_lengths(fixed);
+    double wanted = step.scaled[axis] * fixed_per_length;
+    const bool creeps = std::abs(step.scaled[axis]) < creep_length && step.scaled[axis] != 0.0;
+    if (creeps && !step.creeps) std::copy_n(p.record->remainder, 2, step.remainder);
+    step.creeps = step.creeps || creeps;
+    if (creeps) wanted += step.remainder[axis];
+    step.units[axis] = std::llrint(wanted);
+    if (creeps) step.remainder[axis] = wanted - static_cast<double>(step.units[axis]);
   }
-  step.moves = moved[0] != 0.0 || moved[1] != 0.0;
+}
+
+/// Whether neither time nor velocity matters: the patch does not age, damp or follow the literal rule, and is
+/// not stepped eagerly.
+bool is_plain(const Patch& p) noexcept {
+  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0;
+}
+
+/// Reads a motion under a load that is applied already. `plain`, `usual`: as is_plain() and is_usual() say.
+template <bool plain, bool usual>
+[[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
+                                               bool commit, PatchStep& step) noexcept {
+  Advance& a = step.advance;
+  a.start = a.rounding = step.begins = step.ends = 0.0;
+  a.duration = dt_s;
+  a.commit = commit ? 1 : 0;
+  a.snaps_all = 0;
+  step.creeps = false;
+  if (!plain && p.ages) {
+    // As much as the clock will run on: what a bristle aged in a step it must not lose again.
+    a.duration = std::min(dt_s, longest_time);
+    if (p.record->clock != nullptr && stands_still(*p.record->clock))
+      a.duration = std::numeric_limits<double>::min();
+    a.start = step.begins = time_of(p);
+    step.ends = step.begins + a.duration;
+    a.rounding = rounding_of_times(step.ends, 1.0);
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    step.scaled[axis] = displacement[axis] * p.lengths_per_metre;
+    if (usual) step.units[axis] = std::llrint(step.scaled[axis] * fixed_per_length);
+  }
+  if (!usual) find_odd_way(p, step);
+  for (int axis = 0; axis < 2; ++axis) {
+    a.from[axis] = p.position[axis];
+    a.to[axis] = sum_of(p.position[axis], step.units[axis]);
+  }
+  step.moves = a.snaps_all || (step.units[0] | step.units[1]) != 0;
+}
+
+/// Fills the constants that a model finds beside the way. Field by field: g++ clears the whole by `rep stos`,
+/// which takes longer.
+void begin_advance(const Patch& p, Advance& a) noexcept {
+  a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
+  a.energy_unit = 1.0;
+  a.phase_key = 0;
+  a.in_double = a.renews_bounds = a.ageing_form = 0;
+  a.skips_blocks = p.skips && !a.snaps_all ? 1 : 0;
+  static_assert(sizeof(Advance) == 160, "a new field of Advance: set it above");
+}
+
+/// Writes the response and, when the step is committed, what the next step at rest answers. A cell gets
+/// its force.
+template <bool plain, class Asked, class Answer>
+[[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
+                                                  const PatchStep& step, bool held, const StepSums& sums,
+                                                  Answer& out) noexcept {
+  double elastic[2];  // read back from the response as a pair, they would have to wait for it
+  // 0 - x: no negative zero for a patch at rest.
+  for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
+  const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
+  if constexpr (std::is_same_v<Answer, CellMotion>) {
+    std::copy_n(elastic, 2, out.force);
+  } else {
+    const bool mean = has(p.outputs, Outputs::mean);
+    const bool energy = has(p.outputs, Outputs::energy);
+    double velocity[2] = {0.0, 0.0};
+    // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
+    for (int axis = 0; axis < 2 && !plain; ++axis)
+      velocity[axis] = std::clamp(
+          motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300),
+          -1e150, 1e150);
+    const double damping = plain ? p.rest_damping : find_damping(p, velocity);
+    out.status = p.overloaded ? Status::overload : Status::ok;
+    double work = 0.0;
+    for (int axis = 0; axis < 2; ++axis) {
+      out.damper[axis] = 0.0 - damping * velocity[axis];
+      out.elastic[axis] = elastic[axis];
+      out.end[axis] = elastic[axis] + out.damper[axis];
+      if (mean)
+        out.mean[axis] = !plain && p.literal
+                             ? out.end[axis]
+                             : 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
+      if (!plain)
+        work -= std::clamp(out.damper[axis] * motion.displacement[axis], -highest_energy, highest_energy);
+    }
+    out.stiffness = p.stiffness;
+    out.damping = damping;
+    out.force_limit = !plain && p.ages ? find_force_limit(p, growth) : p.force_limit;
+    if (energy) {
+      out.dissipated = sums.dissipated + p.pending_dissipated;
+      out.contact_loss = step.contact_loss + p.pending_loss;
+      out.damper_work = work;
+      out.snaps = sums.snaps + p.pending_snaps;
+    }
+  }
+  if (!step.advance.commit) return;
+  if (step.creeps) {
+    p.record->remainder[0] = step.remainder[0];
+    p.record->remainder[1] = step.remainder[1];
+  }
+  p.pending_dissipated = p.pending_loss = 0.0;
+  p.pending_snaps = 0;
+  p.elastic[0] = elastic[0];
+  p.elastic[1] = elastic[1];
+  p.held = held;
+  p.rests = plain || !p.ages;  // the force limit of one that ages grows
+  if (!plain && p.ages) note_slide(p, step, growth);
+}
+
+/// A step that leaves the bound, or is of unusual length.
+template <bool plain, class Asked, class Answer>
+[[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
+                                            double contact_loss, Answer& out) noexcept {
+  PatchStep step;
+  step.contact_loss = contact_loss;
+  if (is_usual(p, motion.displacement))
+    read_motion<plain, true>(p, motion.displacement, dt_s, commit, step);
+  else
+    read_motion<plain, false>(p, motion.displacement, dt_s, commit, step);
+  StepSums sums;
+  Bound bound = find_bound(p, step);
+  if (bound == Bound::none) {
+    find_direction(step.advance);
+    const bool knows = p.bound.reach >= 0.0 || p.bound.reach == glide_reach;
+    if (plain && knows && commit && !step.advance.snaps_all && p.axes == 2 && p.outputs == Outputs::end &&
+        p.model->renew_bound != nullptr)
+      bound = p.model->renew_bound(p, step.advance, sums);
+  }
+  if (bound == Bound::none) {
+    begin_advance(p, step.advance);
+    p.model->advance(p, step, sums);
+  } else if (bound != Bound::glide) {
+    hold(p, step.advance, sums);
+  }
+  BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
+  const bool held = bound == Bound::ball || bound == Bound::rest;
+  write_response<plain>(p, motion, dt_s, step, held, sums, out);
+  return sums.visited;
+}
+
+/// A step under the load that the patch has. The usual one within the bound is all here, in registers.
+template <bool plain, class Asked, class Answer>
+[[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
+                                                      double contact_loss, Answer& out) noexcept {
+  if (!(p.bound.reach >= 0.0) || !is_usual(p, motion.displacement))
+    return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
+  PatchStep step;
+  step.contact_loss = contact_loss;
+  read_motion<plain, true>(p, motion.displacement, dt_s, commit, step);
+  if (find_bound(p, step) == Bound::none)
+    return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
+  StepSums sums;
+  hold(p, step.advance, sums);
+  write_response<plain>(p, motion, dt_s, step, true, sums, out);
+  return 0;
+}
+
+double apply_load(Patch& p, const Motion& motion) noexcept {
+  return motion.normal_load != p.normal_load ? p.model->apply_load(p, motion.normal_load) : 0.0;
 }
 
 }  // namespace
-
-void find_direction(Advance& a) noexcept {
-  if (a.snaps_all) return;
-  double moved[2];
-  for (int axis = 0; axis < 2; ++axis) moved[axis] = to_lengths(difference(a.to[axis], a.from[axis]));
-  a.length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
-  a.direction[0] = moved[0] / a.length;
-  a.direction[1] = moved[1] / a.length;
-}
 
 bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
@@ -157,270 +281,50 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   return true;
 }
 
-PatchStep read_motion(const Patch& p, const Motion& motion, double dt_s, bool commit) noexcept {
-  PatchStep step;
-  clear(step.advance);
-  for (int axis = 0; axis < 2; ++axis) {
-    step.remainder[axis] = 0.0;
-    step.displacement[axis] = motion.displacement[axis];
-    // Clamped so that its square is finite, whatever the step length (a denormal one reads as 0 here).
-    const double v =
-        motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300);
-    step.velocity[axis] = std::clamp(v, -1e150, 1e150);
-  }
-  step.advance.commit = commit ? 1 : 0;
-  step.advance.energy_unit = 1.0;
-  step.advance.duration = dt_s;
-  if (p.ages) {
-    // As much as the clock will run on: what a bristle aged in a step it must not lose again.
-    step.advance.duration = std::min(dt_s, longest_time);
-    if (p.record->clock != nullptr && stands_still(*p.record->clock))
-      step.advance.duration = std::numeric_limits<double>::min();
-    step.advance.start = step.begins = time_of(p);
-    step.ends = step.begins + step.advance.duration;
-    step.advance.rounding = rounding_of_times(step.ends, 1.0);
-  }
-  find_way(p, step.displacement, step);
-  step.advance.skips_blocks = p.skips && !step.advance.snaps_all ? 1 : 0;
-  return step;
-}
-
-namespace {
-
-/// Carries all bristles along an axis and returns their new whole sum. `end`: the sum of deflections there;
-/// with `mean`, `twice_mean` is twice the mean over the path.
-[[gnu::always_inline]] inline Int128 carry_along(const Patch& p, int axis, std::int64_t from, std::int64_t to,
-                                                 bool mean, double& end, double& twice_mean) noexcept {
-  const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(to, from);
-  Int128 sum = whole;
-  Int128 twice = p.sum[axis] + whole;
-  if (p.part > 0.0) {
-    const Int128 after = weighted(p.part, difference(to, p.part_position[axis]));
-    sum += p.part_sum[axis] + after;
-    if (mean)
-      twice += 2 * static_cast<Int128>(p.part_sum[axis]) +
-               weighted(p.part, difference(from, p.part_position[axis])) + after;
-  }
-  end = to_double(sum);
-  if (mean) twice_mean = to_double(twice);
-  return whole;
-}
-
-}  // namespace
-
-void hold(Patch& p, const Advance& a, StepSums& sums) noexcept {
-  const bool mean = has(p.outputs, Outputs::mean);
-  for (int axis = 0; axis < p.axes; ++axis) {
-    const Int128 whole =
-        carry_along(p, axis, a.from[axis], a.to[axis], mean, sums.end[axis], sums.twice_mean[axis]);
-    if (!a.commit) continue;
-    p.sum[axis] = whole;
-    p.position[axis] = a.to[axis];
-  }
-}
-
-void write_response(Patch& p, const PatchStep& step, const StepSums& sums, Response& out) noexcept {
-  const bool mean = has(p.outputs, Outputs::mean);
-  const bool energy = has(p.outputs, Outputs::energy);
-  const double damping = find_damping(p, step.velocity);
-  out.status = p.overloaded ? Status::overload : Status::ok;
-  double work = 0.0;
-  double elastic[2];  // read back from the response as a pair, they would have to wait for it
-  for (int axis = 0; axis < 2; ++axis) {
-    // 0 - x: no negative zero for a patch at rest.
-    out.damper[axis] = 0.0 - damping * step.velocity[axis];
-    elastic[axis] = out.elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
-    out.end[axis] = elastic[axis] + out.damper[axis];
-    if (mean)
-      out.mean[axis] = p.literal ? out.end[axis]
-                                 : 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
-    work -= std::clamp(out.damper[axis] * step.displacement[axis], -highest_energy, highest_energy);
-  }
-  out.stiffness = p.stiffness;
-  out.damping = damping;
-  const double growth = p.ages ? longest_growth(p, step) : 1.0;
-  out.force_limit = p.ages ? find_force_limit(p, growth) : p.force_limit;
-  if (energy) {
-    out.dissipated = sums.dissipated + p.pending_dissipated;
-    out.contact_loss = step.contact_loss + p.pending_loss;
-    out.damper_work = work;
-    out.snaps = sums.snaps + p.pending_snaps;
-  }
-  if (!step.advance.commit) return;
-  if (step.creeps) {
-    p.record->remainder[0] = step.remainder[0];
-    p.record->remainder[1] = step.remainder[1];
-  }
-  p.pending_dissipated = p.pending_loss = 0.0;
-  p.pending_snaps = 0;
-  p.elastic[0] = elastic[0];
-  p.elastic[1] = elastic[1];
-  p.rests = !p.ages;  // the force limit of one that ages grows
-  if (p.ages) note_slide(p, step, growth);
-}
-
-namespace {
-
-/// Where a displacement of usual size leads: in position units, and the position there.
-bool find_end(const Patch& p, const double (&displacement)[2], std::int64_t (&fixed)[2],
-              std::int64_t (&to)[2]) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {
-    const double d = displacement[axis] * p.lengths_per_metre;
-    if (!(std::abs(d) <= far_length) || (d != 0.0 && std::abs(d) < creep_length)) return false;
-    fixed[axis] = std::llrint(d * fixed_per_length);
-    to[axis] = sum_of(p.position[axis], fixed[axis]);
-  }
-  return true;
-}
-
-/// Whether the bound holds, so that nothing can snap on the path to `to`.
-bool holds_at(const Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2]) noexcept {
-  if ((fixed[0] | fixed[1]) == 0) return true;
-  if (p.bound.reach < 0.0) return false;
-  const double x = to_lengths(difference(to[0], p.bound.anchor[0]));
-  const double y = to_lengths(difference(to[1], p.bound.anchor[1]));
-  return std::sqrt(x * x + y * y) < p.bound.reach;
-}
-
-/// Takes a patch that holds there: `hold` of a step that is committed.
-template <bool mean>
-void carry_to(Patch& p, const std::int64_t (&to)[2], double (&end)[2], double (&twice_mean)[2]) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {
-    p.sum[axis] = carry_along(p, axis, p.position[axis], to[axis], mean, end[axis], twice_mean[axis]);
-    p.position[axis] = to[axis];
-  }
-}
-
-/// As the notes of write_response, for a step in which nothing damps or ages.
-void note_light_step(Patch& p, bool held, const double (&end)[2]) noexcept {
-  p.held = held;
-  p.rests = true;
-  p.pending_dissipated = p.pending_loss = 0.0;
-  p.pending_snaps = 0;
-  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = 0.0 - p.newtons_per_unit * end[axis];
-}
-
-/// Takes a step beyond the bound, where the contact model may need no look at its bristles. Returns false,
-/// with nothing changed, if it does. Otherwise either the bristles hold (`holds`), or `end` becomes the sums.
-bool pass_lightly(Patch& p, const std::int64_t (&fixed)[2], const std::int64_t (&to)[2], double (&end)[2],
-                  bool& holds) noexcept {
-  if (p.model->step_lightly == nullptr) return false;
-  const double moved[2] = {to_lengths(fixed[0]), to_lengths(fixed[1])};
-  const LightStep light = p.model->step_lightly(p, to, moved, end);
-  holds = light == LightStep::holds;
-  return light != LightStep::none;
-}
-
-/// Nothing of the patch damps or ages, so that the velocity does not matter.
-bool is_plain(const Patch& p) noexcept {
-  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0;
-}
-
-/// The usual step of a plain patch that held in the last one: it holds on. Returns false if it does not:
-/// nothing has changed. Numbers as find_way, holds_still, hold and write_response find them; most of a step
-/// costs less than asking all that they ask.
-bool stick_on(Patch& p, const double (&displacement)[2], Response& out) noexcept {
-  std::int64_t fixed[2], to[2];
-  if (!find_end(p, displacement, fixed, to) || !holds_at(p, fixed, to)) return false;
-  double end[2], twice_mean[2];
-  const bool mean = has(p.outputs, Outputs::mean);
-  if (mean)
-    carry_to<true>(p, to, end, twice_mean);
-  else
-    carry_to<false>(p, to, end, twice_mean);
-  const double dissipated = p.pending_dissipated;
-  const double loss = p.pending_loss;
-  const std::uint64_t snaps = p.pending_snaps;
-  note_light_step(p, true, end);
-  answer_at_rest(p, out);
-  if (mean)
-    for (int axis = 0; axis < 2; ++axis)
-      out.mean[axis] = 0.0 - 0.5 * p.newtons_per_unit * twice_mean[axis] + 0.0;
-  if (has(p.outputs, Outputs::energy)) {
-    out.dissipated = dissipated;
-    out.contact_loss = loss;
-    out.snaps = snaps;
-  }
-  return true;
-}
-
-/// Steps a plain patch that goes on sticking under an unchanged load, or gliding if the end force alone is
-/// asked for. Returns false, with nothing changed, for any other step.
-bool step_quickly(Patch& p, const Motion& motion, Response& out) noexcept {
-  if (motion.normal_load != p.normal_load) return false;
-  if (p.bound.reach != light_reach || !can_step_lightly(p))
-    return p.held && is_plain(p) && stick_on(p, motion.displacement, out);
-  double elastic[2];
-  if (!step_lightly(p, motion.displacement, elastic)) return false;
-  answer_at_rest(p, out);
-  return true;
-}
-
-}  // namespace
-
 std::uint64_t step_patch(Patch& p, const Motion& motion, double dt_s, Response& out) noexcept {
-  if (step_quickly(p, motion, out)) return 0;
-  double contact_loss = 0.0;
-  if (motion.normal_load != p.normal_load) contact_loss = p.model->apply_load(p, motion.normal_load);
-  PatchStep step = read_motion(p, motion, dt_s, true);
-  step.contact_loss = contact_loss;
+  const double contact_loss = apply_load(p, motion);
+  if (is_plain(p)) return take_step<true>(p, motion, dt_s, true, contact_loss, out);
+  return take_step<false>(p, motion, dt_s, true, contact_loss, out);
+}
+
+void try_step(Patch& p, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept {
+  take_step<false>(p, motion, dt_s, false, contact_loss, out);
+}
+
+std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
+  if (is_plain(p)) return take_step<true>(p, motion, dt_s, true, 0.0, motion);
+  return take_step<false>(p, motion, dt_s, true, 0.0, motion);
+}
+
+std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, const Crew& crew,
+                         PatchStep& step) noexcept {
+  step.contact_loss = apply_load(p, motion);
+  read_motion<false, false>(p, motion.displacement, dt_s, true, step);
+  if (find_bound(p, step) != Bound::none) return 0;
+  find_direction(step.advance);
+  begin_advance(p, step.advance);
+  step.crew = &crew;
+  const std::uint32_t blocks = p.model->shared->prepare(p, step);
+  step.crew = nullptr;
+  return blocks;
+}
+
+std::uint64_t end_step(Patch& p, const Motion& motion, double dt_s, const PatchStep& step,
+                       const Totals* totals, Response& out) noexcept {
   StepSums sums;
-  p.held = !step.moves || holds_still(p, step);
-  if (p.held) {
+  if (totals == nullptr)
     hold(p, step.advance, sums);
-  } else {
-    find_direction(step.advance);
-    p.model->advance(p, step, sums);
-  }
-  BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
-  write_response(p, step, sums, out);
+  else
+    p.model->shared->finish(p, step, *totals, sums);
+  write_response<false>(p, motion, dt_s, step, totals == nullptr, sums, out);
   return sums.visited;
-}
-
-bool can_step_lightly(const Patch& p) noexcept {
-  return is_plain(p) && p.axes == 2 && p.outputs == Outputs::end;
-}
-
-bool step_lightly(Patch& p, const double (&displacement)[2], double (&elastic)[2]) noexcept {
-  std::int64_t fixed[2], to[2];
-  if (!find_end(p, displacement, fixed, to)) return false;
-  bool holds = holds_at(p, fixed, to);
-  double end[2] = {0.0, 0.0}, unused[2];
-  if (!holds && !pass_lightly(p, fixed, to, end, holds)) return false;
-  if (holds) carry_to<false>(p, to, end, unused);
-  note_light_step(p, holds, end);
-  for (int axis = 0; axis < 2; ++axis) elastic[axis] = p.elastic[axis];
-  return true;
-}
-
-void find_response(Patch& p, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept {
-  PatchStep step = read_motion(p, motion, dt_s, false);
-  step.contact_loss = contact_loss;
-  StepSums sums;
-  if (!step.moves || holds_still(p, step)) {
-    hold(p, step.advance, sums);
-  } else {
-    find_direction(step.advance);
-    p.model->advance(p, step, sums);
-  }
-  write_response(p, step, sums, out);
 }
 
 bool needs_copy(const Patch& p, const Motion& motion) noexcept {
   if (!p.renews) return false;
-  const PatchStep step = read_motion(p, motion, 1.0, false);
-  return step.moves && !holds_still(p, step);
-}
-
-void note_contact(Patch& p) noexcept {
-  const CompiledMaterial& m = p.material();
-  p.rests = false;
-  p.overloaded = p.overload > 1.0;
-  p.damps = m.material.bristle_damping != 0.0 || m.material.speed_strengthening != 0.0;
-  p.stiffness = p.zeta * m.material.bristle_stiffness;
-  p.force_limit = m.peak_coefficient * p.normal_load;
-  p.rest_damping = 0.0;
-  if (p.normal_load > 0.0) p.rest_damping = p.damps ? damping_at(p, 0.0) : m.material.viscous_friction;
+  PatchStep step;
+  read_motion<false, false>(p, motion.displacement, 1.0, false, step);
+  return find_bound(p, step) == Bound::none;
 }
 
 void take_hold_over(Patch& to, const Patch& from) noexcept {

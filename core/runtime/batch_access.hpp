@@ -1,11 +1,12 @@
-// Access to a batch for contact models that make_patch.cpp does not know (tests of the seam), and for
-// batch_recipe.hpp.
+// Access to a batch for what is made over it (outlines), for contact models that make_patch.cpp does not know
+// (tests of the seam), and for batch_recipe.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
 #include "core/patches/patch.hpp"
 #include "core/runtime/batch_recipe.hpp"
 #include "core/runtime/command_list.hpp"
+#include "core/runtime/scheduler.hpp"
 
 namespace bristle::detail {
 
@@ -15,7 +16,7 @@ struct BatchAccess {
   static PatchId add(PatchBatch& batch, const Patch& made);
 
   /// A call of the stepping side over a batch: it takes the changes that wait at its beginning, and no call
-  /// of the batch within it takes more. Pointers from `find` hold for its length.
+  /// of the batch within it takes more.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -25,7 +26,7 @@ struct BatchAccess {
 
    private:
     PatchBatch::Impl& impl_;
-    bool is_outermost_;
+    const bool is_outermost_;
   };
   /// A call of the adding side over a batch: the stepping side sees its changes all at once, when it ends.
   class Changes {
@@ -39,12 +40,9 @@ struct BatchAccess {
    private:
     PatchBatch::Impl& impl_;
   };
-  /// For who steps patches of a batch before a step of it: trials are forgotten.
-  static void forget_trials(PatchBatch& batch) noexcept;
-  static Patch* find(PatchBatch& batch, PatchId id) noexcept;
-  /// The first fault of the batch's patches (find_present_fault), null if there is none. Builds with asserts
-  /// ask after steps. Allocates.
-  static const char* find_fault(PatchBatch& batch);
+  /// As PatchBatch::step, with cells of outlines beside the motions (Scheduler::step).
+  static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
+                         Span<Response> out) noexcept;
 
   // The functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;

@@ -208,37 +208,33 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     // A far step says only how far: the patch and its places stay where they are.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
-  p.bound.reach = light_reach;
+  p.bound.reach = glide_reach;
   return true;
 }
 
-LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&moved)[2],
-                               double (&end)[2]) noexcept {
+Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   Glide& g = r.glide;
-  if (g.on == 0 && !(p.bound.reach >= 0.0)) return LightStep::none;
-  const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
   if (g.on != 0) {
-    if (p.position[0] != r.slid_to[0] || p.position[1] != r.slid_to[1]) return LightStep::none;
-    const double direction[2] = {moved[0] / length, moved[1] / length};
-    if (!go_on(r, direction, length, g)) return LightStep::none;
+    if (p.position[0] != r.slid_to[0] || p.position[1] != r.slid_to[1]) return Bound::none;
+    if (!go_on(r, t.direction, t.length, g)) return Bound::none;
     double z[2];
     find_mean(g, find_arc(r, g, g.chord_share), z);
     for (int axis = 0; axis < 2; ++axis) {
       const std::int64_t sum = units_of(r.mass * z[axis]);
-      move_along(p, r, axis, to[axis], sum);
-      end[axis] = static_cast<double>(sum);
+      move_along(p, r, axis, t.to[axis], sum);
+      sums.end[axis] = static_cast<double>(sum);
     }
-    return LightStep::done;
+    return Bound::glide;
   }
-  // The last step snapped bristles, so the next most likely does too. Deflections are convex along the step:
-  // a cohort within its reach at the end was within it all along.
-  if (!r.glides || r.count == 0 || length > r.law.piece) return LightStep::none;
-  const double at[2] = {to_lengths(difference(to[0], r.base[0])), to_lengths(difference(to[1], r.base[1]))};
+  // Deflections are convex along the step: a cohort within its reach at the end was within it all along.
+  if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
+  const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),
+                        to_lengths(difference(t.to[1], r.base[1]))};
   const double slack = r.kernels->find_slack(r.law, r, r.rows, at) - bound_margin;
-  if (!(slack >= 0.0)) return LightStep::none;
-  if (slack > length) p.bound = {{to[0], to[1]}, slack};
-  return LightStep::holds;
+  if (!(slack >= 0.0)) return Bound::none;
+  if (slack > t.length) p.bound = {{t.to[0], t.to[1]}, slack};
+  return Bound::ball;
 }
 
 void note_glide(Patch& p) noexcept {

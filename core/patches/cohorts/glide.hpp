@@ -2,16 +2,12 @@
 // "Glides").
 #pragma once
 
-#include <cstdint>
+#include "core/patches/travel.hpp"
 
 namespace bristle::detail {
 
 struct Cohorts;
 struct CohortState;
-struct Patch;
-struct StepSums;
-struct Advance;
-enum class LightStep;
 
 /// Record of the path behind a patch. Lengths are scaled.
 struct Course {
@@ -46,9 +42,8 @@ bool is_steady(const Cohorts& r, double along, double across, double curve) noex
 
 /// Takes a step if the patch glides; false = it does not, and nothing has changed.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
-/// ContactModel::step_lightly: goes on with a glide, or finds that nothing snaps.
-LightStep step_cohorts_lightly(Patch& p, const std::int64_t (&to)[2], const double (&moved)[2],
-                               double (&end)[2]) noexcept;
+/// ContactModel::renew_bound: goes on with a glide, or finds that nothing snaps.
+Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
 /// Numbers of a glide that follow from its rows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
 /// The shared part's sum of a patch that glides.

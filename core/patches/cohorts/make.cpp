@@ -12,14 +12,6 @@ namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
 
-std::uint32_t prepare(Patch&, PatchStep&) noexcept { return 1; }
-void run(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t, Totals&) noexcept {}
-/// One thread steps a list this short.
-void finish(Patch& p, const PatchStep& step, const Totals&, StepSums& sums) noexcept {
-  PatchStep own = step;
-  advance_cohorts(p, own, sums);
-}
-
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
   r.options.seed = seed;
@@ -89,26 +81,23 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
                       (has(p.outputs, Outputs::energy) ? 4u : 0u) | (r.noise != nullptr ? 8u : 0u)];
 }
 
-constexpr ContactModel cohorts_model = {"cohorts",
-                                        &apply_cohort_load,
-                                        &advance_cohorts,
-                                        &prepare,
-                                        &run,
-                                        &finish,
-                                        &reset,
-                                        &take_over_cohorts,
-                                        &set_detail,
-                                        &copy,
-                                        &find_cohort_energy,
-                                        &hash_cohorts,
-                                        &describe,
-                                        &read_cohorts,
-                                        &cohort_signature,
-                                        &saved_cohorts_size,
-                                        &save_cohorts,
-                                        &find_cohort_fault,
-                                        &restore_cohorts,
-                                        &step_cohorts_lightly};
+constexpr ContactModel cohorts_model = {.name = "cohorts",
+                                        .apply_load = &apply_cohort_load,
+                                        .advance = &advance_cohorts,
+                                        .renew_bound = &renew_cohort_bound,
+                                        .reset = &reset,
+                                        .take_over = &take_over_cohorts,
+                                        .set_detail = &set_detail,
+                                        .copy = &copy,
+                                        .stored_energy = &find_cohort_energy,
+                                        .hash = &hash_cohorts,
+                                        .describe = &describe,
+                                        .read_bristles = &read_cohorts,
+                                        .signature = &cohort_signature,
+                                        .saved_size = &saved_cohorts_size,
+                                        .save = &save_cohorts,
+                                        .find_fault = &find_cohort_fault,
+                                        .restore = &restore_cohorts};
 
 void check(const Material& material, const PatchOptions& options) {
   if (material.snap_rule != SnapRule::redraw)
@@ -167,7 +156,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
                    const KernelTable& kernels, double zeta_max) {
   check(material->material, options);
   Cohorts made;
-  made.kernels = find_cohort_kernels(kernels.name);
+  made.kernels = kernels.cohorts;
   if (made.kernels == nullptr)
     throw Error(std::string(where) +
                 ": this build of bristle has no such kernels; build it with BRISTLE_MINIMAL=OFF");

@@ -15,26 +15,27 @@ namespace bristle::detail {
 namespace {
 
 template <class T>
+constexpr SharedStep shared_step = {.prepare = &prepare<T>, .run = &run_blocks<T>, .finish = &finish<T>};
+
+template <class T>
 constexpr ContactModel representatives_model = {
-    sizeof(T) == sizeof(double) ? "representatives, double" : "representatives, single",
-    &apply_load<T>,
-    &advance<T>,
-    &prepare<T>,
-    &run_blocks<T>,
-    &finish<T>,
-    &reset<T>,
-    &take_over<T>,
-    &set_detail<T>,
-    &copy_patch<T>,
-    &find_stored_energy<T>,
-    &hash_patch<T>,
-    &describe<T>,
-    &read_bristles<T>,
-    &signature<T>,
-    &saved_size<T>,
-    &save<T>,
-    &find_fault<T>,
-    &restore<T>};
+    .name = sizeof(T) == sizeof(double) ? "representatives, double" : "representatives, single",
+    .apply_load = &apply_load<T>,
+    .advance = &advance<T>,
+    .shared = &shared_step<T>,
+    .reset = &reset<T>,
+    .take_over = &take_over<T>,
+    .set_detail = &set_detail<T>,
+    .copy = &copy_patch<T>,
+    .stored_energy = &find_stored_energy<T>,
+    .hash = &hash_patch<T>,
+    .describe = &describe<T>,
+    .read_bristles = &read_bristles<T>,
+    .signature = &signature<T>,
+    .saved_size = &saved_size<T>,
+    .save = &save<T>,
+    .find_fault = &find_fault<T>,
+    .restore = &restore<T>};
 
 /// Shortest first snap length of block b, scaled, rounded down.
 template <class T>

@@ -98,25 +98,28 @@ template <class T>
 std::uint64_t signature(const Patch& p) noexcept;
 
 template <class T>
-constexpr ContactModel sliders_model = {sizeof(T) == sizeof(double) ? "sliders, double" : "sliders, single",
-                                        &apply_slider_load<T>,
-                                        &advance_sliders<T>,
-                                        &prepare_sliders<T>,
-                                        &run_sliders<T>,
-                                        &finish_sliders<T>,
-                                        &reset<T>,
-                                        &take_over_sliders<T>,
-                                        &set_slider_detail<T>,
-                                        &copy<T>,
-                                        &stored_energy<T>,
-                                        &hash_sliders<T>,
-                                        &describe<T>,
-                                        &read_bristles<T>,
-                                        &signature<T>,
-                                        &saved_sliders_size<T>,
-                                        &save_sliders<T>,
-                                        &find_slider_fault<T>,
-                                        &restore_sliders<T>};
+constexpr SharedStep shared_step = {
+    .prepare = &prepare_sliders<T>, .run = &run_sliders<T>, .finish = &finish_sliders<T>};
+
+template <class T>
+constexpr ContactModel sliders_model = {
+    .name = sizeof(T) == sizeof(double) ? "sliders, double" : "sliders, single",
+    .apply_load = &apply_slider_load<T>,
+    .advance = &advance_sliders<T>,
+    .shared = &shared_step<T>,
+    .reset = &reset<T>,
+    .take_over = &take_over_sliders<T>,
+    .set_detail = &set_slider_detail<T>,
+    .copy = &copy<T>,
+    .stored_energy = &stored_energy<T>,
+    .hash = &hash_sliders<T>,
+    .describe = &describe<T>,
+    .read_bristles = &read_bristles<T>,
+    .signature = &signature<T>,
+    .saved_size = &saved_sliders_size<T>,
+    .save = &save_sliders<T>,
+    .find_fault = &find_slider_fault<T>,
+    .restore = &restore_sliders<T>};
 
 template <class T>
 std::uint64_t signature(const Patch& p) noexcept {

@@ -1,0 +1,97 @@
+// Where a motion leads a patch, what a model's step gets and gives, and how the shared part alone takes a
+// patch along.
+#pragma once
+
+#include <cmath>
+
+#include "core/patches/crew.hpp"
+#include "core/patches/patch.hpp"
+
+namespace bristle::detail {
+
+/// Largest rounding error of `sums` sums of times up to `end`, and of `end` itself, s.
+inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
+
+/// s: a clock that has run for this long stands still, and no step of a patch that ages takes longer.
+constexpr double longest_time = 1e16;
+inline bool stands_still(const Int128& clock) noexcept {
+  return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
+}
+
+/// A step of a patch, as its motion says.
+struct PatchStep {
+  /// Where it leads; length and direction only for a far step and for a model. `in_double`, `energy_unit`,
+  /// `phase_key` and `renews_bounds` are the model's part, which may cut it too.
+  Advance advance;
+  double scaled[2];            ///< the displacement in scaled lengths
+  std::int64_t units[2];       ///< by which the position moves, fixed point; 0 in a far step
+  double begins, ends;         ///< time_of the patch, s; 0 without ageing
+  double remainder[2];         ///< PatchRecord::remainder after it, where it creeps
+  bool moves;                  ///< false: nothing can snap
+  bool creeps;                 ///< so short that its remainder is carried
+  double contact_loss = 0.0;   ///< J
+  const Crew* crew = nullptr;  ///< threads for what has to be done before the last ranges; null: none
+};
+
+/// Result of a step for the contact.
+struct StepSums {
+  double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, in units of Patch::newtons_per_unit
+  double twice_mean[2] = {0.0, 0.0};  ///< twice its mean over the step (Outputs::mean)
+  double dissipated = 0.0;            ///< J, in snaps (Outputs::energy)
+  std::uint64_t snaps = 0;
+  std::uint64_t visited = 0;  ///< bristles that a kernel looked at
+};
+
+/// Kinds of answers to a motion without a look at the bristles.
+enum class Bound : unsigned char {
+  none,   ///< something may snap: `ContactModel::advance` has to do it
+  rest,   ///< the patch does not move
+  ball,   ///< it ends within Patch::bound, so nothing snaps: the caller carries the sums along
+  glide,  ///< a steady slide goes on
+};
+
+/// Values of Patch::bound.reach of a patch of which something may snap: nothing more is known, or it glides.
+constexpr double no_reach = -1.0;
+constexpr double glide_reach = -2.0;
+
+/// Length and direction of a travel that is not far.
+inline void find_direction(Travel& t) noexcept {
+  if (t.snaps_all) return;
+  double moved[2];
+  for (int axis = 0; axis < 2; ++axis) moved[axis] = to_lengths(difference(t.to[axis], t.from[axis]));
+  t.length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1]);
+  t.direction[0] = moved[0] / t.length;
+  t.direction[1] = moved[1] / t.length;
+}
+
+/// hold(), for outputs with or without the mean.
+template <bool mean>
+inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {  // so that the loop is unrolled
+    if (axis == p.axes) break;
+    const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(t.to[axis], t.from[axis]);
+    Int128 end = whole;
+    Int128 twice_mean = p.sum[axis] + whole;
+    if (p.part > 0.0) {
+      const Int128 after = weighted(p.part, difference(t.to[axis], p.part_position[axis]));
+      end += p.part_sum[axis] + after;
+      if (mean)
+        twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                      weighted(p.part, difference(t.from[axis], p.part_position[axis])) + after;
+    }
+    sums.end[axis] = to_double(end);
+    if (mean) sums.twice_mean[axis] = to_double(twice_mean);
+    if (!t.commit) continue;
+    p.sum[axis] = whole;
+    p.position[axis] = t.to[axis];
+  }
+}
+/// Finds the sums of a step in which nothing snaps; carries the position along when the step is committed.
+inline void hold(Patch& p, const Travel& t, StepSums& sums) noexcept {
+  if (has(p.outputs, Outputs::mean))
+    carry<true>(p, t, sums);
+  else
+    carry<false>(p, t, sums);
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,251 @@
+// The adding thread's side of a batch: what it hands over, and how the stepping thread takes it.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <unordered_map>
+
+#include "bristle/error.hpp"
+#include "core/patches/saved_state.hpp"
+#include "core/runtime/batch_access.hpp"
+#include "core/runtime/batch_impl.hpp"
+#include "core/runtime/float_mode.hpp"
+
+namespace bristle {
+
+using namespace detail;
+
+PatchBatch::Impl::Record& PatchBatch::Impl::record_of(PatchId id) {
+  const std::uint32_t slot = slot_of(id);
+  if (slot >= records.size() || !records[slot].alive || slots.generation(slot) != generation_of(id))
+    throw Error("PatchBatch: there is no patch with id " + std::to_string(id.value));
+  return records[slot];
+}
+
+std::shared_ptr<const CompiledMaterial> PatchBatch::Impl::compiled(const Material& material) {
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    if (materials[i]->material != material) continue;
+    std::rotate(materials.begin(), materials.begin() + static_cast<std::ptrdiff_t>(i),
+                materials.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    return materials.front();
+  }
+  if (materials.size() >= 64) materials.pop_back();
+  materials.insert(materials.begin(), compile_material(material));
+  return materials.front();
+}
+
+void PatchBatch::Impl::apply(Command& c) noexcept {
+  trial.of = nullptr;
+  if (c.scratch.memory) std::swap(scratch, c.scratch);
+  switch (c.kind) {
+    case Command::Kind::add:
+      c.patch.record->clock = &clock;
+      c.patch.record->epoch = clock;
+      pool.patch(c.slot) = c.patch;
+      pool.outlook(c.slot) = {-1.0, c.patch.record->largest_work, 0};
+      c.patch.record = nullptr;
+      ++patches;
+      break;
+    case Command::Kind::replace: {
+      FloatModeScope mode;
+      Patch& p = pool.patch(c.slot);
+      c.patch.record->clock = &clock;
+      c.patch.record->epoch = p.record->epoch;
+      p.model->take_over(c.patch, p);
+      take_hold_over(c.patch, p);
+      keep_place(c.patch, p);
+      std::swap(p, c.patch);
+      break;
+    }
+    case Command::Kind::remove: {
+      Patch& p = pool.patch(c.slot);
+      c.removed = std::exchange(p.record, nullptr);
+      p.generation = 0;
+      --patches;
+      break;
+    }
+    case Command::Kind::grow:
+      pool.put(static_cast<int>(c.slot), std::move(c.chunk));
+      std::copy_n(queue->motions.begin(), queue_length, c.queue->motions.begin());
+      std::swap(queue, c.queue);
+      break;
+    case Command::Kind::change:
+      c.change->apply();
+      break;
+    case Command::Kind::none:
+      break;
+  }
+}
+
+void PatchBatch::Impl::attach_scratch(Command& command) {
+  std::size_t bytes = command.patch.record->bytes;
+#if BRISTLE_ASSERTS
+  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves into it
+#endif
+  if (bytes <= scratch_bytes) return;
+  command.scratch.memory.reset(
+      static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
+  command.scratch.bytes = bytes;
+}
+
+void PatchBatch::Impl::send(std::unique_ptr<Command> command) noexcept {
+  if (command->scratch.memory) scratch_bytes = command->scratch.bytes;
+  commands.push(std::move(command), !publishes_later);
+}
+
+PatchId PatchBatch::Impl::add(const Patch& made) {
+  const auto give_back = [](PatchRecord* record) { release(record); };
+  std::unique_ptr<PatchRecord, decltype(give_back)> owner(made.record, give_back);
+  auto command = std::make_unique<Command>();
+  command->patch = made;
+  owner.release();  // the command's from here on
+  attach_scratch(*command);
+  return add_to(slots.take(), std::move(command));
+}
+
+PatchId PatchBatch::Impl::add_to(const SlotList::Slot& slot, std::unique_ptr<Command> command) {
+  const Patch& made = command->patch;
+  command->kind = Command::Kind::add;
+  command->patch.skips = skips;
+  records.resize(slots.size());
+  while (slot.number >= PatchPool::first_of(chunks - 1) + PatchPool::slots_of(chunks - 1)) grow_pool();
+  records[slot.number] = {made.record->options, made.record->full_weight, true, made.model};
+  command->slot = slot.number;
+  command->patch.generation = slot.generation;
+  send(std::move(command));
+  return make_id(slot.number, slot.generation);
+}
+
+void PatchBatch::Impl::grow_pool() {
+  auto grow = std::make_unique<Command>();
+  grow->kind = Command::Kind::grow;
+  grow->slot = static_cast<std::uint32_t>(chunks);
+  grow->chunk = std::make_unique<PatchChunk>(PatchPool::slots_of(chunks));
+  grow->queue = std::make_unique<MoveQueue>(PatchPool::first_of(chunks) + PatchPool::slots_of(chunks));
+  ++chunks;
+  send(std::move(grow));
+}
+
+PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
+  const SteppingCall call(impl_->adding_side);
+  const FloatModeScope mode;  // the caller's rounding must not reach our bits
+  return impl_->add(make_patch(impl_->compiled(material), options, impl_->kernels));
+}
+
+PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) {
+  const SteppingCall call(batch.impl_->adding_side);
+  return batch.impl_->add(made);
+}
+
+void PatchBatch::remove(PatchId id) {
+  Impl& impl = *impl_;
+  const SteppingCall call(impl.adding_side);
+  Impl::Record& record = impl.record_of(id);
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::remove;
+  command->slot = slot_of(id);
+  impl.send(std::move(command));
+  record.alive = false;
+  impl.slots.give_back(slot_of(id));
+}
+
+void PatchBatch::set_material(PatchId id, const Material& material) {
+  Impl& impl = *impl_;
+  const SteppingCall call(impl.adding_side);
+  const Impl::Record& record = impl.record_of(id);
+  FloatModeScope mode;
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::replace;
+  command->slot = slot_of(id);
+  command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.full_weight);
+  if (command->patch.model != record.model)
+    throw Error(
+        "PatchBatch::set_material: the patch and the new material are not of one kind: bristles that slide "
+        "(SnapRule::slide) and bristles that snap have other states; remove the patch and add another");
+  impl.attach_scratch(*command);
+  impl.send(std::move(command));
+}
+
+BatchAccess::Turn::Turn(PatchBatch& batch) noexcept : impl_(*batch.impl_), is_outermost_(impl_.enter()) {}
+BatchAccess::Turn::~Turn() { impl_.leave(is_outermost_); }
+
+StepReport BatchAccess::step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
+                             Span<Response> out) noexcept {
+  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  return impl->step(dt_s, cells, in, out);
+}
+
+BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
+  impl_.adding_side.enter();
+  impl_.publishes_later = true;
+}
+BatchAccess::Changes::~Changes() {
+  impl_.publishes_later = false;
+  impl_.commands.publish();
+  impl_.adding_side.leave();
+}
+void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
+  auto command = std::make_unique<Command>();
+  command->kind = Command::Kind::change;
+  command->change = std::move(change);
+  impl_.send(std::move(command));
+}
+
+Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
+  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  const Patch* p = impl->pool.find(id);
+  return p != nullptr ? p->outputs : Outputs::end;
+}
+
+BatchRecipe BatchAccess::recipe(const PatchBatch& batch) {
+  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  BatchRecipe recipe;
+  recipe.generations = impl->slots.generations();
+  recipe.free_slots = impl->slots.free_slots();
+  std::unordered_map<const CompiledMaterial*, std::uint32_t> indices;
+  impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
+    const auto [found, is_new] =
+        indices.try_emplace(p.record->material, static_cast<std::uint32_t>(recipe.materials.size()));
+    if (is_new) recipe.materials.push_back(p.material().material);
+    PatchOptions options = p.record->options;
+    options.seed = p.record->first_seed;
+    recipe.patches.push_back({slot, found->second, options, p.record->full_weight});
+  });
+  return recipe;
+}
+
+void BatchAccess::fill(PatchBatch& empty, const BatchRecipe& recipe) {
+  PatchBatch::Impl& impl = *empty.impl_;
+  const auto require = [](bool holds) {
+    if (!holds) throw Error("PatchBatch: these are not the patches of a batch");
+  };
+  const std::size_t slots = recipe.generations.size();
+  require(impl.slots.size() == 0 && slots <= std::numeric_limits<std::uint32_t>::max() / 2);
+  std::vector<char> used(slots, 0);
+  const auto use = [&](std::uint32_t slot) {
+    require(slot < slots && !used[slot] && recipe.generations[slot] > 0);
+    used[slot] = 1;
+  };
+  for (const std::uint32_t slot : recipe.free_slots) use(slot);
+  for (const PatchRecipe& patch : recipe.patches) {
+    use(patch.slot);
+    require(patch.material < recipe.materials.size() && patch.full_weight > 0.0 &&
+            std::isfinite(patch.full_weight));
+  }
+  const FloatModeScope mode;
+  impl.slots.assign(recipe.generations, recipe.free_slots);
+  impl.records.resize(slots);
+  for (const PatchRecipe& patch : recipe.patches) {
+    auto command = std::make_unique<Command>();
+    command->patch = make_patch(impl.compiled(recipe.materials[patch.material]), patch.options, impl.kernels,
+                                patch.full_weight);
+    impl.attach_scratch(*command);
+    impl.add_to({patch.slot, recipe.generations[patch.slot]}, std::move(command));
+  }
+}
+
+Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept { return BatchAccess::outputs(batch, id); }
+BatchRecipe find_recipe(const PatchBatch& batch) { return BatchAccess::recipe(batch); }
+void fill_batch(PatchBatch& empty, const BatchRecipe& recipe) { BatchAccess::fill(empty, recipe); }
+
+}  // namespace bristle

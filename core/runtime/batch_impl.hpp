@@ -1,0 +1,118 @@
+// A batch inside: one side for each thread of the thread rule (patch_batch.hpp). The adding side is in
+// batch_changes.cpp, the stepping side in patch_batch.cpp and scheduler.cpp.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "bristle/patch_batch.hpp"
+#include "core/runtime/command_list.hpp"
+#include "core/runtime/scheduler.hpp"
+#include "core/runtime/stepping_side.hpp"
+
+namespace bristle {
+
+struct PatchBatch::Impl {
+  explicit Impl(const BatchOptions& options);
+  ~Impl();
+
+  const detail::KernelTable& kernels;
+  const bool skips;
+  detail::CommandList commands;
+
+  // --- the adding thread's side
+  detail::SteppingSide adding_side;
+  struct Record {
+    PatchOptions options;
+    double full_weight = 0.0;
+    bool alive = false;
+    const detail::ContactModel* model = nullptr;
+  };
+  detail::SlotList slots;
+  std::vector<Record> records;                                             ///< by slot
+  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< recently used first
+  int chunks = 1;
+  std::size_t scratch_bytes = 0;
+  bool publishes_later = false;  ///< commands are published when BatchAccess::Changes ends
+
+  // All throw std::bad_alloc.
+  Record& record_of(PatchId id);  ///< throws Error where there is no such patch
+  std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
+  PatchId add(const detail::Patch& made);
+  /// `command` has the patch, and scratch where that needs it.
+  PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
+  void grow_pool();  ///< by a chunk of slots, when all are taken
+  void attach_scratch(detail::Command& command);
+  /// Pushes a command. Nothing can fail after this point, so its memory is counted only here.
+  void send(std::unique_ptr<detail::Command> command) noexcept;
+
+  // --- the stepping thread's side
+  mutable detail::SteppingSide stepping_side;
+  bool is_in_turn = false;  ///< a Turn has taken the changes of the call that is under way
+  detail::Scheduler scheduler;
+  detail::PatchPool& pool = scheduler.pool;
+  std::unique_ptr<detail::MoveQueue> queue;
+  std::uint32_t queue_length = 0;
+  detail::Scratch scratch;   ///< as large as the largest patch's record
+  detail::Int128 clock = 0;  ///< runs on in every step, whoever is named in it (PatchRecord::clock)
+  std::size_t patches = 0;
+
+  /// A copy of a patch under a load that was tried, until anything changes: a solver asks for many motions
+  /// under the same new load.
+  struct Trial {
+    const detail::Patch* of = nullptr;
+    double normal_load = 0.0;
+    double contact_loss = 0.0;
+    detail::Patch patch;
+  };
+  Trial trial;
+
+  /// A call of the stepping side: it takes the changes that wait at its beginning, and no call within it
+  /// takes more.
+  class Turn {
+   public:
+    explicit Turn(Impl& impl) noexcept : impl_(impl), is_outermost_(impl.enter()) {}
+    ~Turn() { impl_.leave(is_outermost_); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+    Impl* operator->() const noexcept { return &impl_; }
+
+   private:
+    Impl& impl_;
+    const bool is_outermost_;
+  };
+  bool enter() noexcept {
+    stepping_side.enter();
+    if (is_in_turn) return false;
+    const std::uint64_t last = commands.pushed();
+    while (detail::Command* command = commands.take(last)) apply(*command);
+    return is_in_turn = true;
+  }
+  void leave(bool is_outermost) noexcept {
+    if (is_outermost) is_in_turn = false;
+    stepping_side.leave();
+  }
+  /// Takes a change of the adding thread. Neither allocates nor frees.
+  void apply(detail::Command& command) noexcept;
+
+  /// The step proper; the caller took the commands, so that the table stays as it is. Cells as in
+  /// Scheduler::step.
+  StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
+                  Span<Response> responses) noexcept;
+  bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
+  std::size_t state_size() const noexcept;
+  /// Looks through all patches after each of the first steps, and then now and then: a look costs more than a
+  /// step.
+  bool is_sound() noexcept;
+
+  /// Calls `visit(slot, patch)` for each patch, by slot.
+  template <class Visit>
+  void for_each_patch(Visit&& visit) const {
+    for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {
+      detail::Patch& p = pool.patch(slot);
+      if (p.generation != 0) visit(slot, p);
+    }
+  }
+};
+
+}  // namespace bristle

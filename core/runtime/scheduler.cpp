@@ -1,0 +1,393 @@
+#include "core/runtime/scheduler.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "bristle/deadline_monitor.hpp"
+#include "core/runtime/float_mode.hpp"
+
+namespace bristle::detail {
+namespace {
+
+thread_local char this_thread;  // its address tells threads apart
+
+/// Where the memory of the patches after this one is asked for ahead of time: its slot, then its record.
+constexpr std::size_t slots_ahead = 4;
+constexpr std::size_t records_ahead = 2;
+constexpr std::size_t resting_row = 16;
+
+// Inlined by force: g++ 12 takes a function that does nothing but prefetch for one without effect. Of the
+// number of an address: a slot without a patch has no record, and what is reckoned from a null pointer is
+// undefined.
+[[gnu::always_inline]] inline void fetch(const void* memory, int lines) noexcept {
+  const auto address = reinterpret_cast<std::uintptr_t>(memory);
+  for (std::uintptr_t line = 0; line < static_cast<std::uintptr_t>(lines); ++line)
+    __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
+}
+
+}  // namespace
+
+/// Motions of patches, as PatchBatch::step is given.
+struct Scheduler::Motions {
+  double dt;
+  Span<const Motion> in;
+  Span<Response> out;
+
+  static constexpr bool fetches = true;
+  std::size_t size() const noexcept { return in.size(); }
+  PatchId id(std::size_t i) const noexcept { return in[i].id; }
+  const Motion& motion(std::size_t i) const noexcept { return in[i]; }
+  const Motion& whole_motion(const Patch&, std::size_t i) const noexcept { return in[i]; }
+  double load(std::size_t i, double) const noexcept { return in[i].normal_load; }
+
+  /// Refuses motions that cannot be stepped; returns null for those.
+  Patch* admit(Patch* p, std::size_t i, std::uint64_t step_number, Status& status) const noexcept {
+    out[i].id = in[i].id;
+    Status why = Status::ok;
+    if (p == nullptr)
+      why = Status::unknown_id;
+    else if (p->last_step == step_number)
+      why = Status::repeated_id;
+    else if (p->last_step = step_number; !is_good_motion(*p, in[i]))
+      why = Status::bad_input;
+    if (why == Status::ok) return p;
+    write_refusal(p, why, out[i]);
+    status = status | why;
+    return nullptr;
+  }
+  Status rest(const Patch& p, std::size_t i) const noexcept {
+    out[i].id = in[i].id;
+    answer_at_rest(p, out[i]);
+    return out[i].status;
+  }
+  std::uint64_t step(Patch& p, std::size_t i, Status& status) const noexcept {
+    const std::uint64_t visited = step_patch(p, in[i], dt, out[i]);
+    status = status | out[i].status;
+    return visited;
+  }
+  std::uint64_t end(Patch& p, std::size_t i, const PatchStep& step, const Totals* totals,
+                    Status& status) const noexcept {
+    const std::uint64_t visited = end_step(p, in[i], dt, step, totals, out[i]);
+    status = status | out[i].status;
+    return visited;
+  }
+};
+
+/// Cells of outlines.
+struct Scheduler::Cells {
+  double dt;
+  Span<CellMotion> cells;
+
+  static constexpr bool fetches = false;
+  std::size_t size() const noexcept { return cells.size(); }
+  PatchId id(std::size_t i) const noexcept { return cells[i].id; }
+  CellMotion& motion(std::size_t i) const noexcept { return cells[i]; }
+  double load(std::size_t, double before) const noexcept { return before; }
+
+  static Status status_of(const Patch& p) noexcept { return p.overloaded ? Status::overload : Status::ok; }
+  Patch* admit(Patch* p, std::size_t i, std::uint64_t step_number, Status& status) const noexcept {
+    if (p != nullptr) {
+      p->last_step = step_number;
+      return p;
+    }
+    cells[i] = {};
+    status = status | Status::unknown_id;
+    return nullptr;
+  }
+  Status rest(const Patch& p, std::size_t i) const noexcept {
+    std::copy_n(p.elastic, 2, cells[i].force);
+    return status_of(p);
+  }
+  std::uint64_t step(Patch& p, std::size_t i, Status& status) const noexcept {
+    const std::uint64_t visited = step_patch(p, cells[i], dt);
+    status = status | status_of(p);
+    return visited;
+  }
+  // A large cell is shared as any other patch.
+  Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
+    Motion motion;
+    motion.id = cells[i].id;
+    std::copy_n(cells[i].displacement, 2, motion.displacement);
+    motion.normal_load = p.normal_load;
+    return motion;
+  }
+  std::uint64_t end(Patch& p, std::size_t i, const PatchStep& step, const Totals* totals,
+                    Status& status) const noexcept {
+    Response response;
+    const std::uint64_t visited = end_step(p, whole_motion(p, i), dt, step, totals, response);
+    status = status | rest(p, i);
+    return visited;
+  }
+};
+
+/// A task of a model that prepares a step (Crew).
+struct Scheduler::Errand {
+  void (*task)(void* of, int k);
+  void* of;
+  const void* caller;
+  double own_end;  ///< when the caller did its last, s
+
+  static void run(void* errand, int k) {
+    Errand& e = *static_cast<Errand*>(errand);
+    {
+      FloatModeScope mode;
+      e.task(e.of, k);
+    }
+    if (e.caller == &this_thread) e.own_end = DeadlineMonitor::wall_now();
+  }
+  static void run_all(void* scheduler, int tasks, void (*task)(void*, int), void* of) noexcept {
+    Scheduler& s = *static_cast<Scheduler*>(scheduler);
+    const double start = DeadlineMonitor::wall_now();
+    Errand errand{task, of, &this_thread, start};
+    s.workers.run(tasks, &Errand::run, &errand);
+    s.note_held(start, errand.own_end);
+  }
+};
+
+/// One step of items of one kind.
+template <class Items>
+class Scheduler::Step {
+ public:
+  Step(Scheduler& scheduler, const Items& items) noexcept : s(scheduler), items_(items) {}
+
+  void run(StepReport& report) noexcept {
+    s.split_count_ = 0;
+    const std::uint64_t cost = s.workers.count() > 1 ? count_cost() : 0;
+    const bool sizable = cost >= s.sharing_.parallel_from;
+    const bool pays = sizable && (cost >= s.sharing_.parallel_from_paused ||
+                                  DeadlineMonitor::wall_now() - s.last_sizable_step_ < s.sharing_.awake);
+    if (pays && s.retreat_.is_over()) {
+      split_and_run(cost, report);
+    } else {
+      Outcome outcome;
+      step_range({0, static_cast<std::uint32_t>(items_.size()), 0}, outcome);
+      add_to(report, outcome);
+    }
+    if (sizable) s.last_sizable_step_ = DeadlineMonitor::wall_now();
+  }
+
+ private:
+  /// Requests the memory of the next motions before `last`. Patches out of cache then take half the time
+  /// (core/decisions/007-memory-and-threads.md).
+  [[gnu::always_inline]] void fetch_ahead(const Items& items, std::size_t i,
+                                          std::size_t last) const noexcept {
+    if (i + slots_ahead < last) {
+      const std::uint32_t slot = slot_of(items.id(i + slots_ahead));
+      if (slot < s.pool.capacity()) fetch(&s.pool.patch(slot), 1);
+    }
+    if (i + records_ahead < last) {
+      const std::uint32_t slot = slot_of(items.id(i + records_ahead));
+      if (slot >= s.pool.capacity()) return;
+      const Patch& p = s.pool.patch(slot);
+      if (find_bound(p, items.motion(i + records_ahead)) == Bound::rest) return;
+      fetch(&p.position, sizeof(Patch) / 64 - 1);
+      if (!p.held) fetch(p.record, p.fetched_lines);
+    }
+  }
+
+  /// Steps the motions of a range, one after another. A patch at rest is answered without a call of its
+  /// model.
+  void step_range(const Range& range, Outcome& outcome) noexcept {
+    const bool notes = s.workers.count() > 1;
+    const PatchPool& pool = s.pool;
+    const Items items = items_;  // what is stored through it cannot change this copy
+    const std::uint64_t step_number = s.step_number_;
+    int next_split = range.next_split;
+    std::size_t fetch_until = range.first;
+    for (std::size_t i = range.first; i < range.last; ++i) {
+      if (next_split < s.split_count_ && s.splits_[static_cast<std::size_t>(next_split)].motion == i) {
+        ++next_split;
+        continue;
+      }
+      // A long row of resting patches is read as fast without asking.
+      if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
+      Patch* p = pool.find(items.id(i));
+      if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
+        p->last_step = step_number;
+        outcome.status = outcome.status | items.rest(*p, i);
+        ++outcome.stepped;
+        continue;
+      }
+      p = items.admit(p, i, step_number, outcome.status);
+      if (p == nullptr) continue;
+      fetch_until = i + resting_row;
+      outcome.visited += items.step(*p, i, outcome.status);
+      ++outcome.stepped;
+      if (notes) s.note_outlook(*p, items.id(i));
+    }
+  }
+
+  static void run_task(void* self, int index) {
+    Step& step = *static_cast<Step*>(self);
+    Scheduler& s = step.s;
+    Task& task = s.tasks_[static_cast<std::size_t>(index)];
+    task.thread = &this_thread;
+    FloatModeScope mode;
+    if (task.split >= 0) {
+      const Split& split = s.splits_[static_cast<std::size_t>(task.split)];
+      Totals totals{};  // not in `task`: its neighbours belong to other threads
+      split.patch->model->shared->run(*split.patch, split.step, task.range.first, task.range.last, totals);
+      task.totals = totals;
+    } else {
+      step.step_range(task.range, task.outcome);
+    }
+    task.end = DeadlineMonitor::wall_now();
+  }
+
+  /// Bristles that the step may visit, with what a patch costs beside them. 0 = nothing is to be done.
+  std::uint64_t cost_of(std::size_t i) const noexcept {
+    const std::uint32_t slot = slot_of(items_.id(i));
+    if (slot >= s.pool.capacity()) return 0;
+    const Outlook& outlook = s.pool.outlook(slot);
+    const auto& motion = items_.motion(i);
+    const bool works = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0 ||
+                       items_.load(i, outlook.normal_load) != outlook.normal_load;
+    return works ? s.sharing_.patch_overhead + outlook.bristles : 0;
+  }
+
+  /// Estimated cost of all motions; 0 where a slot is named twice, because such a step is not worth sharing.
+  std::uint64_t count_cost() noexcept {
+    std::uint64_t cost = 0;
+    const auto mark = static_cast<std::uint32_t>(s.step_number_);
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const std::uint32_t slot = slot_of(items_.id(i));
+      if (slot >= s.pool.capacity()) continue;
+      if (std::exchange(s.pool.outlook(slot).last_counted, mark) == mark) return 0;
+      cost += cost_of(i);
+    }
+    return cost;
+  }
+
+  /// A large patch goes by ranges of blocks. False: there is no room for its tasks, or none are needed.
+  bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count, Status& status) noexcept {
+    if (pieces <= 1 || s.split_count_ >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
+      return false;
+    Patch* const found = s.pool.find(items_.id(i));
+    if (found == nullptr || found->model->shared == nullptr) return false;
+    const auto& motion = items_.whole_motion(*found, i);
+    if (find_bound(*found, motion) == Bound::rest || !is_good_motion(*found, motion)) return false;
+    Patch& p = *items_.admit(found, i, s.step_number_, status);
+    Split& split = s.splits_[static_cast<std::size_t>(s.split_count_)];
+    split.patch = &p;
+    split.motion = i;
+    split.first_task = task_count;
+    const Crew crew{&Errand::run_all, &s, static_cast<std::uint32_t>(s.workers.count()),
+                    static_cast<std::uint32_t>(pieces)};
+    const std::uint32_t blocks = begin_step(p, motion, items_.dt, crew, split.step);
+    // Whole groups of blocks to a task: bounds are kept by group.
+    const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
+    const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
+    for (std::uint32_t k = 0; k < parts; ++k) {
+      Task& task = s.tasks_[static_cast<std::size_t>(task_count++)] = Task{};
+      task.split = s.split_count_;
+      task.range.first = groups * k / parts * blocks_per_range;
+      task.range.last = std::min(groups * (k + 1) / parts * blocks_per_range, blocks);
+    }
+    split.task_count = static_cast<int>(parts);
+    ++s.split_count_;
+    return true;
+  }
+
+  /// The response of a patch whose ranges are done.
+  void finish_split(const Split& split, StepReport& report) noexcept {
+    Patch& p = *split.patch;
+    Totals totals{};
+    for (int t = 0; t < split.task_count; ++t)
+      add_totals(totals, s.tasks_[static_cast<std::size_t>(split.first_task + t)].totals);
+    report.bristles_visited +=
+        items_.end(p, split.motion, split.step, split.task_count == 0 ? nullptr : &totals, report.status);
+    s.note_outlook(p, items_.id(split.motion));
+    ++report.patches_stepped;
+  }
+
+  void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
+    const auto n = static_cast<std::uint32_t>(items_.size());
+    s.worked_ = s.waited_ = 0.0;
+    const std::uint64_t piece = std::max<std::uint64_t>(
+        cost / (static_cast<std::uint64_t>(s.workers.count()) * 4), s.sharing_.smallest_piece);
+    int task_count = 0;
+    Range group;
+    std::uint64_t group_cost = 0;
+    std::uint32_t group_size = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint64_t patch_cost = cost_of(i);
+      const std::uint64_t pieces = std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64);
+      const bool is_split =
+          patch_cost > 2 * s.sharing_.smallest_piece && split_patch(i, pieces, task_count, report.status);
+      if (!is_split) {
+        group_cost += patch_cost;
+        ++group_size;
+      }
+      group.last = i + 1;
+      const bool is_full = group_cost >= piece && task_count < max_tasks - 1;
+      if (group_size == 0 || (i + 1 < n && !is_full)) continue;
+      Task& task = s.tasks_[static_cast<std::size_t>(task_count++)] = Task{};
+      task.range = group;
+      group.first = i + 1;
+      group.next_split = s.split_count_;
+      group_cost = 0;
+      group_size = 0;
+    }
+    const double start = DeadlineMonitor::wall_now();
+    s.workers.run(task_count, &run_task, this);
+    double own_end = start;
+    for (int t = 0; t < task_count; ++t) {
+      const Task& task = s.tasks_[static_cast<std::size_t>(t)];
+      if (task.thread == &this_thread) own_end = std::max(own_end, task.end);
+      add_to(report, task.outcome);
+    }
+    s.note_held(start, own_end);
+    s.retreat_.judge(s.worked_, s.waited_);
+    for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
+    // Where all that could have been shared holds still, the calling thread did what there was.
+    report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
+    report.threads = std::max(s.count_threads(task_count), report.threads);
+  }
+
+  Scheduler& s;
+  const Items& items_;
+};
+
+StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const Motion> in,
+                           Span<Response> out) noexcept {
+  StepReport report;
+  report.tasks = report.threads = 1;
+  ++step_number_;
+  const FloatModeScope mode;
+  if (!cells.empty()) {
+    const Cells items{dt_s, cells};
+    Step(*this, items).run(report);
+  }
+  const Motions items{dt_s, in, out};
+  Step(*this, items).run(report);
+  return report;
+}
+
+void Scheduler::note_outlook(const Patch& p, PatchId id) const noexcept {
+  Outlook& outlook = pool.outlook(slot_of(id));
+  outlook.normal_load = p.normal_load;
+  outlook.bristles = p.in_contact();
+}
+
+void Scheduler::add_to(StepReport& report, const Outcome& outcome) noexcept {
+  report.status = report.status | outcome.status;
+  report.patches_stepped += outcome.stepped;
+  report.bristles_visited += outcome.visited;
+}
+
+void Scheduler::note_held(double start, double own_end) noexcept {
+  worked_ += own_end - start;
+  waited_ += DeadlineMonitor::wall_now() - own_end;
+}
+
+std::uint32_t Scheduler::count_threads(int task_count) const noexcept {
+  std::array<const void*, max_tasks> seen;
+  std::uint32_t count = 0;
+  for (int t = 0; t < task_count; ++t) {
+    const void* thread = tasks_[static_cast<std::size_t>(t)].thread;
+    if (std::find(seen.begin(), seen.begin() + count, thread) == seen.begin() + count) seen[count++] = thread;
+  }
+  return count;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,79 @@
+// Steps motions of a batch's patches: on the calling thread alone, or in pieces on several.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "bristle/patch_batch.hpp"
+#include "core/patches/patch_step.hpp"
+#include "core/runtime/patch_pool.hpp"
+#include "core/runtime/sharing.hpp"
+#include "core/runtime/workers.hpp"
+
+namespace bristle::detail {
+
+class Scheduler {
+ public:
+  Scheduler(int threads, int servo_core) : workers(threads, servo_core) {}
+
+  Workers workers;
+  PatchPool pool;
+
+  /// A step of all that is given, in any order; both threads and pieces leave every bit as it is. `dt_s` is
+  /// good, and no patch is both among the cells and among the motions. Cells are named once.
+  StepReport step(double dt_s, Span<CellMotion> cells, Span<const Motion> in, Span<Response> out) noexcept;
+
+  std::uint64_t step_number() const noexcept { return step_number_; }
+
+ private:
+  static constexpr int max_tasks = 512;
+  static constexpr int max_split = 64;
+
+  struct Range {
+    std::uint32_t first = 0, last = 0;
+    int next_split = 0;  ///< of motions: the first of the splits that may lie among them
+  };
+  /// Result of stepping a range of motions.
+  struct Outcome {
+    std::uint64_t visited = 0;
+    std::uint32_t stepped = 0;
+    Status status = Status::ok;
+  };
+  /// A piece of a shared step: a range of blocks of one large patch, or a range of motions.
+  struct Task {
+    int split = -1;
+    Range range;
+    Totals totals;
+    Outcome outcome;
+    const void* thread = nullptr;  ///< who did it
+    double end = 0.0;              ///< when it was done, s
+  };
+  struct Split {
+    Patch* patch = nullptr;
+    std::size_t motion = 0;
+    PatchStep step;
+    int first_task = 0, task_count = 0;
+  };
+  struct Errand;
+  struct Motions;
+  struct Cells;
+  template <class Items>
+  class Step;
+
+  static void add_to(StepReport& report, const Outcome& outcome) noexcept;
+  void note_outlook(const Patch& p, PatchId id) const noexcept;
+  void note_held(double start, double own_end) noexcept;
+  std::uint32_t count_threads(int task_count) const noexcept;
+
+  const Sharing sharing_ = chosen_sharing();
+  Retreat retreat_;
+  double last_sizable_step_ = -1.0;  ///< when the last step ended that may be worth sharing, s
+  std::uint64_t step_number_ = 0;
+  std::array<Task, max_tasks> tasks_;
+  std::array<Split, max_split> splits_;  ///< by motion
+  int split_count_ = 0;
+  /// Time that the calling thread worked in a shared step, and then waited for others, s.
+  double worked_ = 0.0, waited_ = 0.0;
+};
+
+}  // namespace bristle::detail
