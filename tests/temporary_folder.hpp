@@ -1,10 +1,9 @@
 // Files that a test writes, in a folder of its own that is gone at the end.
 #pragma once
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <string>
 
 namespace bristle_test {
@@ -13,9 +12,9 @@ struct TemporaryFolder {
   std::filesystem::path path;
 
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "bristle_test_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::filesystem::filesystem_error("mkdtemp", name, {});
-    path = name;
+    std::random_device random;
+    do path = std::filesystem::temp_directory_path() / ("bristle_test_" + std::to_string(random()));
+    while (!std::filesystem::create_directory(path));
   }
   ~TemporaryFolder() {
     std::error_code ignored;

@@ -91,6 +91,16 @@ std::vector<std::size_t> all_of(const std::vector<PatchCase>& cases) {
 
 constexpr int script_steps = 40;
 
+/// As `run`, from a stack that begins `shift` times 16 bytes further down: the least that every system
+/// promises.
+[[gnu::noinline]] Outcome run_shifted(int shift, const std::vector<PatchCase>& cases,
+                                      const std::vector<std::size_t>& chosen, const BatchOptions& options) {
+  volatile auto* room =
+      static_cast<volatile char*>(__builtin_alloca(static_cast<std::size_t>(16 * shift + 16)));
+  *room = 1;
+  return run(cases, chosen, 8, options);
+}
+
 }  // namespace
 
 TEST_CASE("Every instruction set, thread count and order of motions gives the bits of the scalar reference",
@@ -141,6 +151,18 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
   for (std::size_t c = 0; c < cases.size(); c += 31) {
     const std::vector<std::size_t> alone{c};
     check_same(cases, alone, expected, run(cases, alone, script_steps, BatchOptions{}), "alone");
+  }
+}
+
+TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism]") {
+  const std::vector<PatchCase> cases = every_variant(300);
+  const std::vector<std::size_t> all = all_of(cases);
+  for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
+    if (!isa.usable) continue;
+    const BatchOptions options = BatchOptions{}.with_isa(isa.name).with_threads(1);
+    const Outcome expected = run(cases, all, 8, options);
+    for (int shift = 1; shift < 4; ++shift)
+      check_same(cases, all, expected, run_shifted(shift, cases, all, options), isa.name);
   }
 }
 

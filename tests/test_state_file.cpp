@@ -10,14 +10,18 @@
 #include <string>
 #include <vector>
 
+#if defined(__unix__)
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
 #include <csignal>
+#endif
 
 #include <bristle/state_file.hpp>
 
+#include "core/runtime/platform/platform.hpp"
 #include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "variants.hpp"
@@ -250,9 +254,11 @@ TEST_CASE("Files that are no state files are refused by what they are", "[state]
   CHECK(names(refusal(folder.at("foreign")), {folder.at("foreign"), "not a state file"}));
   CHECK(names(refusal(folder.at("nothing")), {"nothing", "No such file"}));
   CHECK(names(refusal(folder.path.string()), {"is not a file"}));
+#if defined(__unix__)
   CHECK(names(refusal("/dev/zero"), {"is not a file"}));
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
   CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // and nobody waits for a writer
+#endif
 
   bristle::save_state_file(folder.at("state"), batch);
   std::vector<std::byte> newer = read_bytes(folder.at("state"));
@@ -285,22 +291,34 @@ TEST_CASE("A state file replaces the old one whole, and nothing that is no file"
   };
   fs::create_directory(folder.at("folder"));
   CHECK(names(refusal(folder.at("folder")), {"is not a file"}));
+  CHECK(names(refusal(folder.at("no/such/state")), {"cannot be written", "No such file"}));
+  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 2);
+#if defined(__unix__)
   REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
   CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));
   CHECK(fs::is_fifo(folder.at("pipe")));
-  CHECK(names(refusal(folder.at("no/such/state")), {"cannot be written", "No such file"}));
-  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 3);
+#endif
 }
 
 TEST_CASE("What a killed process left behind does not stop one with its number", "[state]") {
   const TemporaryFolder folder;
   PatchBatch batch = small_batch();
   for (int k = 0; k < 100; ++k)
-    folder.write("state.tmp." + std::to_string(getpid()) + "." + std::to_string(k), "half a file");
+    folder.write("state.tmp." + std::to_string(bristle::detail::process_number()) + "." + std::to_string(k),
+                 "half a file");
   bristle::save_state_file(folder.at("state"), batch);
   CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
 }
 
+TEST_CASE("The name of a state file is UTF-8", "[state]") {
+  const TemporaryFolder folder;
+  PatchBatch batch = small_batch();
+  bristle::save_state_file(folder.at("\xc3\xbcber \xe6\x91\xa9"), batch);
+  CHECK(fs::exists(folder.path / fs::u8path("\xc3\xbcber \xe6\x91\xa9")));
+  CHECK(bristle::read_state_file(folder.at("\xc3\xbcber \xe6\x91\xa9")).state == saved_state(batch));
+}
+
+#if defined(__unix__)
 TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
   // A limit on the size of files stands for the disk.
   const TemporaryFolder folder;
@@ -327,6 +345,8 @@ TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
   CHECK(read_bytes(folder.at("state")) == before);
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
 }
+
+#endif
 
 TEST_CASE("A state with a true checksum and values that no patch can have is refused by the value",
           "[state]") {

@@ -2,41 +2,11 @@
 
 #include <cmath>
 
-#if defined(__unix__) || defined(__APPLE__)
-#include <sys/resource.h>
-
-#include <ctime>
-#else
-#include <chrono>
-#endif
+#include "core/runtime/platform/platform.hpp"
 
 namespace bristle {
 
-namespace {
-
-#if defined(__unix__) || defined(__APPLE__)
-double read_clock(clockid_t clock) noexcept {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-#endif
-
-}  // namespace
-
-ThreadEvents ThreadEvents::now() noexcept {
-  ThreadEvents events;
-#if defined(RUSAGE_THREAD)
-  rusage thread{}, process{};
-  getrusage(RUSAGE_THREAD, &thread);
-  getrusage(RUSAGE_SELF, &process);
-  events.involuntary_switches = static_cast<std::uint64_t>(thread.ru_nivcsw);
-  events.other_switches = static_cast<std::uint64_t>(process.ru_nivcsw - thread.ru_nivcsw);
-  events.minor_faults = static_cast<std::uint64_t>(thread.ru_minflt);
-  events.major_faults = static_cast<std::uint64_t>(thread.ru_majflt);
-#endif
-  return events;
-}
+ThreadEvents ThreadEvents::now() noexcept { return detail::thread_events(); }
 
 ThreadEvents DeadlineMonitor::SharedEvents::get() const noexcept {
   return {involuntary_switches.get(), other_switches.get(), minor_faults.get(), major_faults.get()};
@@ -205,20 +175,8 @@ DeadlineMonitor::WorstTick DeadlineMonitor::worst() const noexcept {
   return worst;
 }
 
-double DeadlineMonitor::wall_now() noexcept {
-#if defined(__unix__) || defined(__APPLE__)
-  return read_clock(CLOCK_MONOTONIC);
-#else
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-#endif
-}
+double DeadlineMonitor::wall_now() noexcept { return detail::monotonic_seconds(); }
 
-double DeadlineMonitor::cpu_now() noexcept {
-#if defined(__unix__) || defined(__APPLE__)
-  return read_clock(CLOCK_THREAD_CPUTIME_ID);
-#else
-  return wall_now();  // no thread clock: every late tick counts as ours
-#endif
-}
+double DeadlineMonitor::cpu_now() noexcept { return detail::thread_seconds(); }
 
 }  // namespace bristle

@@ -1,14 +1,9 @@
 #include "bristle/state_file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <limits>
@@ -17,6 +12,7 @@
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
 #include "core/patches/saved_state.hpp"
+#include "core/runtime/platform/platform.hpp"
 
 namespace bristle {
 
@@ -36,57 +32,11 @@ using Head = std::byte[head_size];
   fail(path, std::string(what) + ": " + std::strerror(errno));
 }
 
-/// An open file, closed whatever happens.
-class Descriptor {
- public:
-  explicit Descriptor(int number) noexcept : number_(number) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  bool is_open() const noexcept { return number_ >= 0; }
-  int number() const noexcept { return number_; }
-  bool close() noexcept {
-    const bool closed = number_ < 0 || ::close(number_) == 0;
-    number_ = -1;
-    return closed;
-  }
-
- private:
-  int number_;
-};
-
-bool write_all(int file, Span<const std::byte> bytes) noexcept {
-  std::size_t at = 0;
-  while (at < bytes.size()) {
-    const ssize_t written = ::write(file, bytes.data() + at, bytes.size() - at);
-    if (written < 0 && errno != EINTR) return false;
-    if (written > 0) at += static_cast<std::size_t>(written);
-  }
-  return true;
-}
-
-/// False on an error; at an early end `bytes` is filled in part, and `got` says how far.
-bool read_all(int file, std::byte* to, std::size_t size, std::size_t& got) noexcept {
-  got = 0;
-  while (got < size) {
-    const ssize_t read = ::read(file, to + got, size - got);
-    if (read == 0) return true;
-    if (read < 0 && errno != EINTR) return false;
-    if (read > 0) got += static_cast<std::size_t>(read);
-  }
-  return true;
-}
-
 std::uint64_t checksum(const Head& head, Span<const std::byte> extra) noexcept {
   Hasher hasher;
   add_bytes(hasher, {head, checksum_at});
   add_bytes(hasher, extra);
   return hasher.value();
-}
-
-std::string folder_of(const std::string& path) {
-  const auto slash = path.rfind('/');
-  return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
 /// A new file beside `path` under a name that no other thread or process uses, removed unless it was renamed.
@@ -96,42 +46,40 @@ class Temporary {
     if (!file_.is_open()) fail_system(path, "cannot be written");
   }
   ~Temporary() {
-    if (!name_.empty()) ::unlink(name_.c_str());
+    file_.close();  // Windows removes no open file
+    if (!name_.empty()) remove_file(name_);
   }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
-  Descriptor& file() noexcept { return file_; }
+  File& file() noexcept { return file_; }
   bool rename_to(const std::string& path) noexcept {
-    if (std::rename(name_.c_str(), path.c_str()) != 0) return false;
+    if (!replace_file(name_, path)) return false;
     name_.clear();
     return true;
   }
 
  private:
   /// A process that was killed may have left a file behind, and the next one may have its number.
-  int open_beside(const std::string& path) {
+  File open_beside(const std::string& path) {
     static std::atomic<unsigned> count{0};
-    int file = -1;
-    do {
+    while (true) {
       std::string name =
-          path + ".tmp." + std::to_string(::getpid()) + "." + std::to_string(count.fetch_add(1));
-      file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (file >= 0) name_ = std::move(name);
-    } while (file < 0 && errno == EEXIST);
-    return file;
+          path + ".tmp." + std::to_string(process_number()) + "." + std::to_string(count.fetch_add(1));
+      File file = File::create(name);
+      if (file.is_open()) name_ = std::move(name);
+      if (file.is_open() || errno != EEXIST) return file;
+    }
   }
 
   std::string name_;  // before file_, which sets it
-  Descriptor file_;
+  File file_;
 };
 
 }  // namespace
 
 void write_state_file(const std::string& path, Span<const std::byte> state, Span<const std::byte> extra) {
   // A rename would put a file in the place of a device or a pipe.
-  struct stat there;
-  if (::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
-    fail(path, "is not a file: a state file cannot take its place");
+  if (is_occupied(path)) fail(path, "is not a file: a state file cannot take its place");
 
   Head head;
   ByteWriter write(head);
@@ -143,30 +91,26 @@ void write_state_file(const std::string& path, Span<const std::byte> state, Span
   write(checksum(head, extra));
 
   Temporary temporary(path);
-  const int file = temporary.file().number();
-  const bool written = write_all(file, {head, head_size}) && write_all(file, state) &&
-                       write_all(file, extra) && ::fsync(file) == 0;
-  if (!written || !temporary.file().close() || !temporary.rename_to(path))
-    fail_system(path, "cannot be written");
-
+  File& file = temporary.file();
+  const bool written =
+      file.write({head, head_size}) && file.write(state) && file.write(extra) && file.flush();
+  if (!written || !file.close() || !temporary.rename_to(path)) fail_system(path, "cannot be written");
   // Else a power cut could bring the old name back.
-  Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  // Some file systems have no fsync of a folder, and say so by EINVAL.
-  if (folder.is_open() && ::fsync(folder.number()) != 0 && errno != EINVAL)
-    fail_system(path, "was written, but its folder could not be flushed");
+  if (!flush_folder_of(path)) fail_system(path, "was written, but its folder could not be flushed");
 }
 
 StateFile read_state_file(const std::string& path, std::size_t most_bytes) {
-  // Not blocking: a pipe must not hold us up before we see that it is one.
-  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  struct stat status;
-  if (!file.is_open() || ::fstat(file.number(), &status) != 0) fail_system(path, "cannot be read");
-  if (!S_ISREG(status.st_mode)) fail(path, "is not a file");
-  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (is_occupied(path)) fail(path, "is not a file");
+  File file = File::open_to_read(path);
+  if (!file.is_open()) fail_system(path, "cannot be read");
+  const File::Kind kind = file.kind();
+  if (!kind.known) fail_system(path, "cannot be read");
+  if (!kind.regular) fail(path, "is not a file");
+  const std::uint64_t size = kind.size;
 
   Head head;
   std::size_t got = 0;
-  if (!read_all(file.number(), head, head_size, got)) fail_system(path, "cannot be read");
+  if (!file.read(head, head_size, got)) fail_system(path, "cannot be read");
   ByteReader read(head);
   char magic[sizeof file_magic];
   for (char& c : magic) read(c);
@@ -198,7 +142,7 @@ StateFile read_state_file(const std::string& path, std::size_t most_bytes) {
     } catch (const std::exception&) {  // bad_alloc, length_error: a file may say anything
       fail(path, "holds " + std::to_string(wanted) + " bytes: more than there is memory for");
     }
-    if (!read_all(file.number(), bytes->data(), bytes->size(), got)) fail_system(path, "cannot be read");
+    if (!file.read(bytes->data(), bytes->size(), got)) fail_system(path, "cannot be read");
     if (got < bytes->size()) fail(path, "is cut short");
   }
   bool sound = checksum(head, contents.extra) == sum;

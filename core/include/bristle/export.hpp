@@ -4,8 +4,14 @@
 
 /// Marks what programs may link to. In a static library (target bristle::bristle defines BRISTLE_STATIC) it
 /// has no effect, so that a plug-in that contains bristle does not export it to its host.
-#if defined(BRISTLE_STATIC) || !defined(__GNUC__)
+#if defined(BRISTLE_STATIC)
 #define BRISTLE_API
-#else
+#elif defined(_WIN32) && defined(bristle_EXPORTS) /* by CMake, while the DLL is built */
+#define BRISTLE_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define BRISTLE_API __declspec(dllimport)
+#elif defined(__GNUC__)
 #define BRISTLE_API __attribute__((visibility("default")))
+#else
+#define BRISTLE_API
 #endif

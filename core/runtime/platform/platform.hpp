@@ -1,0 +1,68 @@
+// All that core asks of the operating system besides threads: clocks, counters of a thread, and files. One
+// source for each family of systems: posix.cpp, windows.cpp. Paths are UTF-8 everywhere.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "bristle/deadline_monitor.hpp"
+#include "bristle/span.hpp"
+
+namespace bristle::detail {
+
+/// Seconds of a clock that never goes back.
+double monotonic_seconds() noexcept;
+
+/// Seconds for which the calling thread has had a core.
+double thread_seconds() noexcept;
+
+/// What happened to the calling thread so far; zeros where the system does not count it.
+ThreadEvents thread_events() noexcept;
+
+/// A number that no other living process has.
+unsigned process_number() noexcept;
+
+/// An open file, closed whatever happens. After a failure `errno` says why.
+class File {
+ public:
+  /// A new file to write. An open file of that name makes it fail with EEXIST.
+  static File create(const std::string& path) noexcept;
+  /// Does not wait for a pipe's other end.
+  static File open_to_read(const std::string& path) noexcept;
+
+  ~File() { close(); }
+  File(File&& other) noexcept : number_(other.number_) { other.number_ = -1; }
+  File& operator=(File&&) = delete;
+
+  bool is_open() const noexcept { return number_ >= 0; }
+  bool close() noexcept;
+  bool write(Span<const std::byte> bytes) noexcept;
+  /// False on an error; at an early end `to` is filled in part, and `got` says how far.
+  bool read(std::byte* to, std::size_t size, std::size_t& got) noexcept;
+  /// To the disk.
+  bool flush() noexcept;
+
+  struct Kind {
+    bool known, regular;
+    std::uint64_t size;
+  };
+  Kind kind() const noexcept;
+
+ private:
+  explicit File(int number) noexcept : number_(number) {}
+  int number_;
+};
+
+/// True where something stands at `path` that is no regular file: a device, a pipe, a folder.
+bool is_occupied(const std::string& path) noexcept;
+
+/// Puts `from` in the place of `to`: at every moment `to` is the old file or the new one, whole.
+bool replace_file(const std::string& from, const std::string& to) noexcept;
+
+/// Makes a replacement in the folder of `path` survive a power cut. True where the system has no such call.
+bool flush_folder_of(const std::string& path) noexcept;
+
+void remove_file(const std::string& path) noexcept;
+
+}  // namespace bristle::detail

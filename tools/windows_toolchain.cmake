@@ -1,0 +1,28 @@
+# Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the
+# result by wine: preset `windows` and tools/check_windows use it. Not g++ of mingw: it keeps the stack at 16
+# bytes and then moves 32- and 64-byte vectors to it as if they were aligned (GCC bug 54412).
+set(CMAKE_SYSTEM_NAME Windows)
+set(CMAKE_SYSTEM_PROCESSOR x86_64)
+foreach(language C CXX)
+  set(CMAKE_${language}_COMPILER_TARGET x86_64-w64-mingw32)
+  # libstdc++ of mingw keeps thread-local variables in a table of its own.
+  set(CMAKE_${language}_FLAGS_INIT -femulated-tls)
+endforeach()
+set(CMAKE_C_COMPILER clang-19)
+set(CMAKE_CXX_COMPILER clang++-19)
+set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
+foreach(kind EXE SHARED MODULE)
+  set(CMAKE_${kind}_LINKER_FLAGS_INIT "-fuse-ld=lld-19 -static")
+endforeach()
+set(CMAKE_CXX_STANDARD_LIBRARIES "-lstdc++ -lwinpthread")
+set(CMAKE_CROSSCOMPILING_EMULATOR wine)
+# Header-only packages alone, from a folder without the headers of the building machine's C library.
+set(CMAKE_FIND_ROOT_PATH ${CMAKE_CURRENT_LIST_DIR}/../build/windows-headers)
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+foreach(kind PACKAGE INCLUDE LIBRARY)
+  set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
+endforeach()
+file(GLOB xsimd_folders ${CMAKE_FIND_ROOT_PATH}/usr/lib/*/cmake/xsimd)
+if(xsimd_folders)
+  list(GET xsimd_folders 0 xsimd_DIR)
+endif()
