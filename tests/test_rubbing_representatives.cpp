@@ -98,11 +98,11 @@ struct BentStep {
 };
 
 /// Takes a step in `parts` equal ones. Forces in newtons, lengths in metres.
-BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts) {
+BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts, double load = 1.0) {
   const double e[2] = {std::cos(heading), std::sin(heading)};
   BentStep sum;
   for (int k = 0; k < parts; ++k) {
-    const Response r = patch.step(length / parts * e[0], length / parts * e[1], 1.0);
+    const Response r = patch.step(length / parts * e[0], length / parts * e[1], load);
     sum.end_along = -(r.elastic[0] * e[0] + r.elastic[1] * e[1]);
     sum.end_across = -(r.elastic[1] * e[0] - r.elastic[0] * e[1]);
     sum.mean_along -= (r.mean[0] * e[0] + r.mean[1] * e[1]) / parts;
@@ -112,6 +112,9 @@ BentStep step_in_parts(OnePatch& patch, double length, double heading, int parts
   }
   return sum;
 }
+
+/// Load of step k: it ripples by 10 % over 20 steps.
+double rippling_load(int k) { return (1.0 + 0.1 * std::sin(0.1 * 3.141592653589793 * k)) / 1.1; }
 
 /// Slides to steady sliding in the steps given, lengths of dbar.
 void slide(Rub& rub, double path, double step) {
@@ -724,6 +727,88 @@ TEST_CASE("A slide that bends in long steps has the forces and losses of one in 
       CHECK(std::sqrt(off_across) < 0.002 + noise);
     }
   }
+}
+
+TEST_CASE("A slide under a load that ripples has the forces and losses of one in short steps",
+          "[rubbing][ripple]") {
+  const Material material = Material::from_coefficients({});
+  const double mean = material.snap_length.mean();
+  const std::uint32_t n = test_size(20000);
+  const auto options = PatchOptions{}.with_bristles(n).with_axes(2).with_outputs(Outputs::all);
+  for (const double length : {0.4, 0.75, 1.2, 3.0, 12.0})
+    for (const double turn : {0.0, 0.1}) {
+      INFO("steps of " << length << ", turn " << turn);
+      OnePatch patch(material, PatchOptions(options).with_seed(1));
+      OnePatch judge(material, PatchOptions(options).with_seed(2));
+      Bends path{turn, false};
+      constexpr int period = 20, cycles = 6;
+      // By phase of the ripple, the first cycle left out.
+      std::vector<BentStep> of_patch(period), of_judge(period);
+      for (int k = 0; k < period * (cycles + 1); ++k) {
+        path.next();
+        const BentStep now = step_in_parts(patch, length * mean, path.heading, 1, rippling_load(k));
+        const BentStep right = step_in_parts(judge, length * mean, path.heading,
+                                             static_cast<int>(std::ceil(length / 0.1)), rippling_load(k));
+        for (const auto field : {&BentStep::end_along, &BentStep::end_across, &BentStep::mean_along,
+                                 &BentStep::mean_across, &BentStep::dissipated, &BentStep::snaps}) {
+          if (k < period) continue;
+          of_patch[k % period].*field += now.*field / cycles;
+          of_judge[k % period].*field += right.*field / cycles;
+        }
+      }
+      // Of the sum over all phases, and the rms over single ones, where the ripple shows.
+      const double noise = 0.6 / std::sqrt(static_cast<double>(n) * cycles);
+      for (const auto field : {&BentStep::end_along, &BentStep::mean_along, &BentStep::dissipated,
+                               &BentStep::snaps, &BentStep::end_across, &BentStep::mean_across}) {
+        const bool across = field == &BentStep::end_across || field == &BentStep::mean_across;
+        double patch_sum = 0.0, judge_sum = 0.0, off = 0.0;
+        for (int k = 0; k < period; ++k) {
+          patch_sum += of_patch[k].*field;
+          judge_sum += of_judge[k].*field;
+          off += std::pow(of_patch[k].*field - of_judge[k].*field, 2) / period;
+        }
+        const double scale = across ? 0.4 * period : judge_sum;
+        CHECK(patch_sum == Approx(judge_sum).margin(0.003 * scale));
+        CHECK(std::sqrt(off) < (0.003 + 3.0 * noise) * scale / period);
+      }
+    }
+}
+
+TEST_CASE("A load that rises in a slide costs a slide's steps twice at most", "[rubbing][ripple]") {
+  const Material material = Material::from_coefficients({});
+  const double mean = material.snap_length.mean();
+  for (const double length : {0.1, 0.4, 1.2, 3.0, 12.0, 120.0}) {
+    OnePatch still(material, PatchOptions{}.with_bristles(10000).with_axes(2));
+    OnePatch ripples(material, PatchOptions{}.with_bristles(10000).with_axes(2));
+    double visits = 0.0, of_ripples = 0.0;
+    for (int k = 0; k < 80; ++k) {
+      step_in_parts(still, length * mean, 0.0, 1, 1.0 / 1.1);
+      step_in_parts(ripples, length * mean, 0.0, 1, rippling_load(k));
+      if (k < 40) continue;
+      visits += static_cast<double>(still.report.bristles_visited);
+      of_ripples += static_cast<double>(ripples.report.bristles_visited);
+    }
+    INFO("steps of " << length << ": " << of_ripples / visits);
+    CHECK(of_ripples <= 1.5 * visits);
+  }
+}
+
+TEST_CASE("Bristles that came into contact during a slide go on from a saved state", "[rubbing][ripple]") {
+  const Material material = rubbed(uniform, SnapRule::redraw, 0.2, 1.0);
+  const std::uint32_t n = 3000;
+  OnePatch one(material, plain_options(n)), two(material, plain_options(n));
+  for (int k = 0; k < 30; ++k) one.step(2.0 * dbar, 0.0, 2500.0);
+  one.step(2.0 * dbar, 0.0, 2700.0);
+  std::vector<std::byte> bytes(one.batch.state_size());
+  one.batch.save_state(bytes);
+  two.batch.restore_state(bytes);
+  int different = 0;
+  for (int k = 0; k < 10; ++k) {
+    const double load = 2700.0 + 20.0 * k;
+    different += !first_difference(one.step(0.6 * dbar, 0.0, load), two.step(0.6 * dbar, 0.0, load)).empty();
+  }
+  CHECK(different == 0);
+  CHECK(one.hash() == two.hash());
 }
 
 TEST_CASE("A step round a bend visits bristles twice as often as a straight one at most",

@@ -12,7 +12,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
-constexpr std::uint32_t saved_version = 4;
+constexpr std::uint32_t saved_version = 5;
 constexpr std::size_t checksum_at = 32;
 
 /// Lists the fields of a patch's head and contact, in order, for writing and for reading.

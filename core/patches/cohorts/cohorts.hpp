@@ -137,6 +137,9 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
 /// Whether a move is so long that the state after it depends on its end alone. `forget`: the path that this
 /// takes.
 bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
+/// Whether such a move takes its pieces before slide_far, which with shared renewal knows no sums of the
+/// path.
+bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;
 /// Snaps of a bristle per scaled length of steady sliding at the speed of a move.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
 /// Takes a step that forgets how it began: sets steady sliding at its end, and adds the sums of its path.

@@ -221,19 +221,9 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
   for (; i < before; ++i) clear_lane(rows, i);
 }
 
-}  // namespace
-
-bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept {
-  return move.length >= forget && r.law.renewal == 0.0;
-}
-
 /// Without shared renewal one over the mean snap length. With it nu from (1 + kappa) nu int T dr = 1, T = S
 /// exp(-kappa nu r).
-double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept {
-  Node nodes[most_cohorts];
-  const SteadyLaw law = find_steady_law(r, times);
-  const std::uint32_t count = find_nodes(r, law, nodes);
-  const double kappa = r.law.renewal;
+double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept {
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
   double rate = 1.0 / ((1.0 + kappa) * all);
@@ -254,15 +244,38 @@ double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept {
   return rate;
 }
 
+}  // namespace
+
+bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept {
+  return move.length >= forget && (r.law.renewal == 0.0 || r.noise == nullptr);
+}
+
+bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept {
+  return move.books && r.law.renewal > 0.0;
+}
+
+double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept {
+  Node nodes[most_cohorts];
+  const std::uint32_t count = find_nodes(r, find_steady_law(r, times), nodes);
+  return find_rate(r.law.renewal, nodes, count);
+}
+
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a,
                CohortTotals& t) noexcept {
   Node nodes[most_cohorts];
   const SteadyLaw law = find_steady_law(r, a.times);
   const std::uint32_t count = find_nodes(r, law, nodes);
+  if (const double kappa = r.law.renewal; kappa > 0.0) {
+    const double hazard = kappa * (law.per_length > 0.0 ? find_rate(kappa, nodes, count) : r.law.snap_rate);
+    for (std::uint32_t k = 0; k < count; ++k) nodes[k].share *= exp(-hazard * nodes[k].age);
+  }
   double stored = 0.0;
   if (a.books) {
-    add_passages(r, law, find_renewals(law, nodes, count), s, rows, a, t);
-    stored = squares_at(s, rows, a.from);
+    if (!needs_pieces(r, a)) {
+      add_passages(r, law, find_renewals(law, nodes, count), s, rows, a, t);
+      t.lost += 2.0 * (t.integral[0] * a.direction[0] + t.integral[1] * a.direction[1]);
+    }
+    stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
   // Ranks are mixed through and through.
@@ -272,9 +285,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
   find_moment(s, rows);
   s.slack = -1.0;
   ++t.pieces;
-  if (a.books)
-    t.lost += 2.0 * (t.integral[0] * a.direction[0] + t.integral[1] * a.direction[1]) +
-              (stored - squares_at(s, rows, a.to));
+  if (a.books) t.lost += stored - squares_at(s, rows, a.to);
 }
 
 }  // namespace bristle::detail

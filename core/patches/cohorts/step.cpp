@@ -222,13 +222,13 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   slide.move.times.births = births;
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    if (is_forgetful(r, slide.move, r.law.forget * slide.growth)) {
-      slide_far(r, state, rows, slide.move, totals);
-      if (r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
-    } else {
+    const bool forgets = is_forgetful(r, slide.move, r.law.forget * slide.growth);
+    if (!forgets || needs_pieces(r, slide.move)) {
       const auto& moves = r.noise == nullptr ? r.kernels->move : r.noise->move;
       moves[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     }
+    if (forgets) slide_far(r, state, rows, slide.move, totals);
+    if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // nothing snapped after all
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);

@@ -288,7 +288,7 @@ Status set_detail(Patch& p, std::uint32_t bristles) noexcept {
   Representatives<T>& r = representatives<T>(p);
   if (bristles == 0 || bristles > r.bristles) return Status::bad_input;
   if (bristles == r.detail) return Status::ok;
-  if (r.shared != nullptr) r.shared->run = 0.0;
+  if (r.shared != nullptr) r.shared->end_slide();
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? find_stored_energy<T>(p) : 0.0;
   const double old_count = r.weight * p.overload;  // physical bristles that one stood for

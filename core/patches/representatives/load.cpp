@@ -108,17 +108,18 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
 
   if (now.active != r.active || now.overload != p.overload) forget_upper_bounds<T>(p);
   const double joules = joules_per_square<T>(p);
+  const double active = r.active;
+  const std::uint32_t whole = r.whole;
   double loss = 0.0;
   if (now.active < r.active)
     loss = joules * shed_contacts<T>(p, now, energy);
   else if (now.active > r.active)
     loss = joules * admit_contacts<T>(p, now, energy);
-  if (r.shared != nullptr) {
-    if (now.active > r.active)
-      r.shared->run = shortened_run(r.shared->run, r.shared->forget, 1.0 - r.active / now.active);
-    if (now.overload != p.overload || now.active == 0.0) r.shared->run = 0.0;
-  }
   r.active = now.active;
+  if (r.shared != nullptr) {
+    note_young(r, active, whole);
+    if (now.overload != p.overload || now.active == 0.0) r.shared->end_slide();
+  }
   if (now.overload != p.overload) {
     const double before = energy ? joules_per_square<T>(p) * all_squares<T>(p) : 0.0;
     if (now.overload > p.overload) scale_all<T>(p, p.overload / now.overload);

@@ -99,7 +99,7 @@ void take_over(Patch& to, Patch& from) noexcept {
   static_cast<RepresentativeCount&>(r) = old;
   if (r.shared != nullptr) {
     if (old.shared != nullptr) static_cast<RenewalState&>(*r.shared) = *old.shared;
-    r.shared->run = 0.0;
+    r.shared->end_slide();
   }
   take_over_columns(r, old);
   for (std::uint32_t b = 0; r.since != nullptr && b < r.block_count; ++b) r.since[b] = time_of(to);

@@ -15,6 +15,8 @@ namespace {
 constexpr double straight = 0x1p-12;  // sine of the angle within which a slide counts as straight
 // Sine of the angle by which a slide may turn within a mean snap length or one step and go on.
 constexpr double gentle = 0.4;
+constexpr double most_young = 0.25;   // share of the bristles: more are followed with all others
+constexpr double least_apart = 0.05;  // of a piece: less is not followed apart
 /// Bristles at which the error of the longest pieces is that of the noise: more of them take shorter pieces.
 constexpr double even_bristles = 6000.0;
 constexpr double snaps_followed = 8;  // of a steady slide: a step without them would be one in 3000
@@ -66,7 +68,8 @@ double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
 /// Makes `draws` draws in the piece ahead.
 template <class T>
-RenewalTotals make_draws(const Patch& p, const PatchStep& step, std::uint64_t draws) noexcept {
+void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
+  if (!(draws > 0.0)) return;
   const Representatives<T>& r = representatives<T>(p);
   const Advance& a = step.advance;
   Renewal renewal{};
@@ -78,7 +81,7 @@ RenewalTotals make_draws(const Patch& p, const PatchStep& step, std::uint64_t dr
   renewal.residual = a.residual;
   renewal.key = renewal_key(r);
   renewal.first_draw = r.shared->draws;
-  renewal.draws = draws;
+  renewal.draws = static_cast<std::uint64_t>(draws);
   renewal.unit = draw_unit(a);
   renewal.start = a.start;
   renewal.duration = a.duration;
@@ -89,10 +92,22 @@ RenewalTotals make_draws(const Patch& p, const PatchStep& step, std::uint64_t dr
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
   // A range for each thread: every one of them passes over all draws.
-  return share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
-                                  [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
-                                    kernel(view, renewal, first, last, sum);
-                                  });
+  const RenewalTotals totals =
+      share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
+                               [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
+                                 kernel(view, renewal, first, last, sum);
+                               });
+  PieceSums& walked = r.shared->walked;
+  r.shared->draws += renewal.draws;
+  r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - draws;
+  for (int axis = 0; axis < p.axes; ++axis) {
+    p.sum[axis] += totals.stored[axis];
+    walked.twice_integral[axis] += to_double(totals.twice_integral[axis]) / renewal.unit * fixed_per_length;
+  }
+  walked.squares += to_double(totals.squares) / renewal.unit;
+  walked.changed |= totals.renewed > 0;
+  walked.snaps += totals.snaps;
+  if (totals.tail_changed) note_tail<T>(p);
 }
 
 /// Makes the renewals of the piece ahead: those that its foreseen snaps will cause, and those still owed.
@@ -110,20 +125,7 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   if (r.ages()) lengths /= mean_growth(r, age_per_length(p.material().material, a));
   const double again = share_again(p.material().renewal(), lengths);
   const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
-  const double draws = std::floor(r.shared->due + foreseen);
-  if (!(draws > 0.0)) return beyond;
-  const RenewalTotals totals = make_draws<T>(p, step, static_cast<std::uint64_t>(draws));
-  r.shared->draws += static_cast<std::uint64_t>(draws);
-  r.shared->due += kappa * static_cast<double>(totals.snaps) - draws;
-  for (int axis = 0; axis < p.axes; ++axis) {
-    p.sum[axis] += totals.stored[axis];
-    r.shared->walked.twice_integral[axis] +=
-        to_double(totals.twice_integral[axis]) / draw_unit(a) * fixed_per_length;
-  }
-  r.shared->walked.squares += to_double(totals.squares) / draw_unit(a);
-  r.shared->walked.changed |= totals.renewed > 0;
-  r.shared->walked.snaps += totals.snaps;
-  if (totals.tail_changed) note_tail<T>(p);
+  make_draws<T>(p, step, std::floor(r.shared->due + foreseen));
   return beyond;
 }
 
@@ -171,6 +173,8 @@ template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
   r.shared->run = std::min(r.shared->walked.run + r.shared->walked.length, r.shared->walked.forget);
+  r.shared->young_run = std::min(r.shared->walked.young_run + r.shared->walked.length, r.shared->run);
+  if (r.shared->young_run == r.shared->run) r.shared->forget_young();
   r.shared->run_ageing = r.shared->walked.per_length;
   r.shared->run_until = r.shared->walked.until;
   for (int axis = 0; axis < 2; ++axis) {
@@ -191,13 +195,16 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the patch along `length` in the direction of the step, before its last piece; up to here it moved
-/// in the direction `before`. Sums by how much the carried path differs from steady sliding along the motion.
+/// Carries the blocks [begin, end) along `length` in the direction of the step, before its last piece; up to
+/// here the patch moved in the direction `before`. Sums by how much the carried path differs from steady
+/// sliding along the motion.
 template <class T>
-void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length) noexcept {
+void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
+                 std::uint32_t begin, std::uint32_t end) noexcept {
+  if (!(length > 0.0) || begin == end) return;
   const Representatives<T>& r = representatives<T>(p);
   const Advance& a = step.advance;
-  for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
+  for (std::uint32_t b = begin; b < end; ++b)
     if (r.blocks[b].zero) write_down<T>(p, b);
   Corner corner{};
   for (int axis = 0; axis < 2; ++axis) {
@@ -210,9 +217,9 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   corner.unit = a.energy_unit;
   const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
   const RenewalTotals totals =
-      share_out<RenewalTotals>(step.crew, &Crew::pieces, r.active_blocks(), blocks_per_range,
+      share_out<RenewalTotals>(step.crew, &Crew::pieces, end, blocks_per_range,
                                [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
-                                 carry_blocks<T>(r, corner, sums_lag, first, last, sum);
+                                 carry_blocks<T>(r, corner, sums_lag, std::max(first, begin), last, sum);
                                });
   PieceSums& walked = r.shared->walked;
   for (int axis = 0; axis < 2; ++axis) {
@@ -224,6 +231,116 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   walked.changed = true;
   if (totals.tail_changed) note_tail<T>(p);
   p.bound.reach = -1.0;
+}
+
+/// State and sums after the kernels of a piece.
+template <class T>
+void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  StepSums sums;
+  finish_kernel<T>(p, a, t, sums);
+  r.shared->due += p.material().material.shared_renewal * static_cast<double>(t.snaps);
+  PieceSums& walked = r.shared->walked;
+  for (int axis = 0; axis < p.axes; ++axis) walked.twice_integral[axis] += sums.twice_mean[axis] * a.length;
+  walked.squares += to_double(t.squares) / a.energy_unit;
+  walked.snaps += t.snaps;
+  walked.visited += t.visited;
+}
+
+/// First block with a young bristle, or the number of blocks in contact.
+template <class T>
+std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
+  return std::min(r.shared->young_from / block_size, r.active_blocks());
+}
+
+/// Runs the kernels of a piece, on all threads that the step has.
+template <class T>
+Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
+  return share_out<Totals>(step.crew, &Crew::pieces, representatives<T>(p).active_blocks(), blocks_per_range,
+                           [&](std::uint32_t first, std::uint32_t last, Totals& sum) {
+                             run_blocks<T>(p, step, first, last, sum);
+                           });
+}
+
+/// The blocks of a patch from one on, as a patch of their own. Their record is in `record`.
+template <class T>
+Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
+  record = representatives<T>(p);
+  const std::uint32_t first = begin * block_size;
+  record.bristles -= first;
+  record.whole -= first;
+  record.blocks += begin;
+  record.zx += first;
+  record.first += first;
+  record.delta += first;
+  if (record.zy != nullptr) record.zy += first;
+  if (record.draw != nullptr) record.draw += first;
+  Patch part = p;
+  part.record = &record;
+  part.whole = record.full_blocks() * block_size;
+  part.sum[0] = part.sum[1] = 0;
+  for (std::uint32_t b = 0; b < record.full_blocks(); ++b) book_block<T>(part, b, +1);
+  return part;
+}
+
+/// Follows the blocks from `begin` on along `length` in the direction of the step, in one piece, and takes
+/// them back to where the patch is: there they meet the others, which are carried that far. Renewals come at
+/// the rate of steady sliding, because most snaps are those of the others; draws owed stay.
+template <class T>
+void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t begin) noexcept {
+  Representatives<T> record;
+  Patch young = part_from<T>(p, begin, record);
+  const Int128 before[2] = {young.sum[0], young.sum[1]};
+  PatchStep apart = step;
+  Advance& a = apart.advance;
+  for (int axis = 0; axis < 2; ++axis) {
+    a.from[axis] = p.position[axis];
+    a.to[axis] = sum_of(a.from[axis], std::llrint(step.advance.direction[axis] * length * fixed_per_length));
+  }
+  find_direction(a);
+  a.skips_blocks = 0;
+  prepare_kernel<T>(young, apart);
+  // Integrals over draws grow with the square of the length, which may exceed every snap length.
+  int lengths = 0;
+  std::frexp(a.length * record.shared->inverse_mean, &lengths);
+  a.energy_unit = std::ldexp(a.energy_unit, -std::max(lengths, 0));
+  const double kappa = p.material().material.shared_renewal;
+  const double due = record.shared->due;
+  make_draws<T>(young, apart,
+                std::floor(kappa * record.shared->steady_snaps * record.in_contact() * a.length));
+  finish_sums<T>(young, a, run_all_blocks<T>(young, apart));
+  record.shared->due = due;
+  for (int axis = 0; axis < 2; ++axis) {
+    for (std::uint32_t b = 0; b < record.active_blocks(); ++b)
+      record.blocks[b].position[axis] =
+          sum_of(record.blocks[b].position[axis], difference(a.from[axis], a.to[axis]));
+    p.sum[axis] += young.sum[axis] - before[axis];
+  }
+  for (std::uint32_t b = 0; b < record.active_blocks(); ++b) record.blocks[b].reach = -1.0f;
+  forget_upper_bounds<T>(p);
+  note_tail<T>(p);
+  PieceSums& walked = record.shared->walked;
+  walked.apart =
+      a.length * (static_cast<double>(young.whole) + young.part) / (static_cast<double>(p.whole) + p.part);
+  walked.changed = true;
+}
+
+/// Takes the part of a step along which a steady slide is not followed, before its last piece, which ends at
+/// `way`: round a corner if it turns, and with young bristles followed as far as they need it.
+template <class T>
+void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
+  const Representatives<T>& r = representatives<T>(p);
+  const PieceSums& walked = r.shared->walked;
+  const double length = walked.length - way;
+  const std::uint32_t begin = first_young_block(r), end = r.active_blocks();
+  double needed = begin < end ? std::clamp(walked.forget - walked.young_run - way, 0.0, length) : 0.0;
+  if (needed < least_apart * r.shared->piece) needed = 0.0;
+  if (walked.turns) {
+    const double(&before)[2] = turned ? step.advance.direction : r.shared->direction;
+    carry_round<T>(p, step, before, length, 0, begin);
+    carry_round<T>(p, step, before, length - needed, begin, end);
+  }
+  if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
 /// Length of a step that is followed: the part that is missing to steady sliding, and at least the length
@@ -256,6 +373,26 @@ double shortened_run(double run, double forget, double share) noexcept {
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
+}
+
+template <class T>
+void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept {
+  SharedRenewal& shared = *r.shared;
+  if (r.in_contact() <= shared.young_from) shared.forget_young();
+  if (!(r.active > active)) return;
+  const double share = 1.0 - active / r.active;
+  if (r.ages()) {
+    shared.run = shortened_run(shared.run, shared.forget, share);
+    return;
+  }
+  if (shared.young_from == RenewalState::none_young) {
+    shared.young_from = whole;
+    shared.young_run = shared.run;
+  }
+  shared.young_run = shortened_run(shared.young_run, shared.forget, share);
+  if (r.in_contact() - shared.young_from <= most_young * r.in_contact()) return;
+  shared.run = shared.young_run;
+  shared.forget_young();
 }
 
 template <class T>
@@ -293,6 +430,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     return;
   }
   r.shared->walked.run = find_run<T>(p, whole, r.shared->walked.turns);
+  r.shared->walked.young_run =
+      std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
   // The error of a piece falls with its square, the noise of a patch with the root of its bristles. Carrying
   // round a bend wants the long piece behind it.
@@ -324,19 +463,14 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     a.rounding = rounding_of_times(step.ends, k);
     find_direction(a);
     prepare_kernel<T>(p, step);
-    const bool turns = r.shared->walked.turns && k >= pieces && way < whole.length;
-    if (turns) carry_round<T>(p, step, k > 1.0 ? a.direction : r.shared->direction, whole.length - way);
+    if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
     const std::uint64_t beyond = renew<T>(p, step);
     // A patch in which nothing has snapped does not slide, so it is not carried but bent further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;
     }
-    const Totals totals = share_out<Totals>(step.crew, &Crew::pieces, r.active_blocks(), blocks_per_range,
-                                            [&](std::uint32_t first, std::uint32_t last, Totals& sum) {
-                                              run_blocks<T>(p, step, first, last, sum);
-                                            });
-    finish_piece<T>(p, a, totals);
+    finish_piece<T>(p, a, run_all_blocks<T>(p, step));
     a.start += a.duration;
   }
 }
@@ -363,15 +497,8 @@ void bring_along(Patch& p) noexcept {
 template <class T>
 void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
   Representatives<T>& r = representatives<T>(p);
-  StepSums sums;
-  finish_kernel<T>(p, a, t, sums);
-  r.shared->due += p.material().material.shared_renewal * static_cast<double>(t.snaps);
-  PieceSums& walked = r.shared->walked;
-  for (int axis = 0; axis < p.axes; ++axis) walked.twice_integral[axis] += sums.twice_mean[axis] * a.length;
-  walked.squares += to_double(t.squares) / a.energy_unit;
-  walked.snaps += t.snaps;
-  walked.changed |= t.blocks_rewritten > 0;
-  walked.visited += t.visited;
+  finish_sums<T>(p, a, t);
+  r.shared->walked.changed |= t.blocks_rewritten > 0;
   renew_bound<T>(p, t);
   bring_along<T>(p);
   BRISTLE_ASSERT(sums_agree<T>(p));
@@ -417,7 +544,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   // The part along which the patch is carried unchanged adds the mean of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
-  const double share = walked.carried / walked.length;
+  const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = deflection_sum(p, axis) * fixed_per_length;
@@ -428,17 +555,19 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
   // Bristles that lag behind a turn bend less along the motion, and snap less often.
-  const double carried = walked.turns ? std::max(walked.carried + walked.lag / steady, 0.0) : walked.carried;
+  const double carried =
+      walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;
   sums.dissipated = std::min(joules_per_square<T>(p) * squares, highest_energy);
   sums.snaps = walked.snaps;
   if (walked.carried > 0.0) sums.snaps += snaps_carried(r, carried);
 }
 
-#define BRISTLE_RENEWAL(T)                                                       \
-  template void plan_pieces<T>(Representatives<T>&) noexcept;                    \
-  template void advance_pieces<T>(Patch&, PatchStep&) noexcept;                  \
-  template void finish_piece<T>(Patch&, const Advance&, const Totals&) noexcept; \
+#define BRISTLE_RENEWAL(T)                                                          \
+  template void plan_pieces<T>(Representatives<T>&) noexcept;                       \
+  template void advance_pieces<T>(Patch&, PatchStep&) noexcept;                     \
+  template void finish_piece<T>(Patch&, const Advance&, const Totals&) noexcept;    \
+  template void note_young<T>(Representatives<T>&, double, std::uint32_t) noexcept; \
   template void finish_walk<T>(Patch&, const double(&)[2], StepSums&) noexcept;
 BRISTLE_FOR_NUMBERS(BRISTLE_RENEWAL)
 

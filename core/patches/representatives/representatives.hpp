@@ -35,6 +35,20 @@ struct RenewalState {
   // The slide, straight or gently bent, that the last step with a snap belongs to; steps in which nothing
   // snaps change nothing.
   double run = 0.0;  ///< its length, at most `forget`; 0 = none
+  // Bristles that came into contact during the slide, where they are few: those from `young_from` on have
+  // slid for `young_run`, as far as the force of the patch shows it.
+  double young_run = 0.0;
+  std::uint32_t young_from = none_young;
+  static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
+
+  void forget_young() noexcept {
+    young_run = 0.0;
+    young_from = none_young;
+  }
+  void end_slide() noexcept {
+    run = 0.0;
+    forget_young();
+  }
   // For bristles that age, at the end of the slide:
   double run_ageing = 0.0;           ///< AgedSliding::per_length
   double run_until = 0.0;            ///< the patch's time, s
@@ -61,7 +75,9 @@ struct PieceSums {
   double per_length = 0.0;             ///< with ageing: AgedSliding::per_length
   double carried = 0.0;                ///< of it: the way along which the patch is carried as it stands
   double run = 0.0;                    ///< length of the slide that the step goes on with
-  double lag = 0.0;  ///< of `squares`: what carrying round a corner takes from steady sliding
+  double young_run = 0.0;              ///< of its young bristles
+  double apart = 0.0;  ///< of `carried`: what young bristles were followed apart, times their share
+  double lag = 0.0;    ///< of `squares`: what carrying round a corner takes from steady sliding
   double twice_integral[2] = {0.0, 0.0};  ///< of the sum of deflections, in units of StepSums x scaled length
   double squares = 0.0;                   ///< of what slipped, scaled
   std::uint64_t snaps = 0, visited = 0;
@@ -289,6 +305,10 @@ void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
+/// Notes the bristles that came into contact or left it; before, there were `active`, `whole` of them in
+/// full.
+template <class T>
+void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;
 template <class T>
 void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept;
 

@@ -26,6 +26,8 @@ void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.due);
   io(state.draws);
   io(state.run);
+  io(state.young_run);
+  io(state.young_from);
   for (int axis = 0; axis < 2; ++axis) {
     io(state.direction[axis]);
     io(state.slid_to[axis]);
@@ -34,7 +36,7 @@ void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.run_ageing);
   io(state.run_until);
 }
-constexpr std::size_t renewal_size = 7 * 8;
+constexpr std::size_t renewal_size = 8 * 8 + 4;
 
 template <class Io, class AnyBlock>
 void block_fields(Io& io, AnyBlock& block) noexcept {
@@ -168,6 +170,10 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
     hasher.add(r.shared->due);
     hasher.add(r.shared->draws);
     hasher.add(r.shared->run);
+    if (r.shared->young_from != RenewalState::none_young) {
+      hasher.add(r.shared->young_run);
+      hasher.add(std::uint64_t{r.shared->young_from});
+    }
     if (r.ages() && r.shared->run > 0.0) {
       hasher.add(r.shared->run_ageing);
       hasher.add(time_of(p) - r.shared->run_until);
@@ -258,6 +264,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     if (!within(renewal.due, -most, most)) return "renewals due";
     const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
     if (!within(renewal.run, 0.0, r.shared->forget * growth)) return "run";
+    if (!within(renewal.young_run, 0.0, renewal.run)) return "run of young bristles";
     if (!within(renewal.run_ageing, 0.0, oldest_bristle)) return "run_ageing";
     if (!within(renewal.run_until, 0.0, 1e18)) return "run_until";
     for (const double e : renewal.direction)
