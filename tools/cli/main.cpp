@@ -598,8 +598,9 @@ Action add_fit(CLI::App* command) {
           "--fit-until", options.fit_until,
           "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
       ->check(cli::within(1e-9, 1e9));
-  command->add_flag("--joint", options.joint,
-                    "The friction of a robot's joint: DATA is a log t,angle,speed,motor,outside (s, rad, rad/s, N m)");
+  command->add_flag(
+      "--joint", options.joint,
+      "The friction of a robot's joint: DATA is a log t,angle,speed,motor,outside (s, rad, rad/s, N m)");
   command
       ->add_option("--torque-constant", options.torque_constant,
                    "With --joint and a column current: N m of motor torque at the joint for an ampere")

@@ -30,10 +30,10 @@ struct FitOptions {
   std::optional<double> renewal;     ///< held there. keep: 0
   std::optional<double> compliance;  ///< m/N, of the stage; held there
   std::optional<double> delay;       ///< s, of the force sensor; held there
-  bool joint = false;  ///< the friction of a joint (joint.hpp), of which the options below are
+  bool joint = false;                ///< the friction of a joint (joint.hpp), of which the options below are
   std::optional<double> torque_constant;  ///< N m/A
   std::optional<double> pendulum;         ///< N m, that hangs on the joint, straight down at angle 0
-  bool rivals = false;               ///< fit them too, to a part of the record, and judge all on the rest
+  bool rivals = false;  ///< fit them too, to a part of the record, and judge all on the rest
   std::optional<double>
       fit_until;  ///< s after the first sample, end of that part; none: a third of the record
   std::string json, csv, write, plot, html;  ///< files; empty: none

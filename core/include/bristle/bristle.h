@@ -813,8 +813,8 @@ typedef struct bristle_joint_options {
   uint32_t gradients; /**< 0 or 1 */
 } bristle_joint_options;
 
-/** The caller's arrays of a step, one number a joint: bristle::JointInput and JointOutput. Null: not given, or not
- *  asked for; only `angle` is needed. Read and written in place. */
+/** The caller's arrays of a step, one number a joint: bristle::JointInput and JointOutput. Null: not given,
+ * or not asked for; only `angle` is needed. Read and written in place. */
 typedef struct bristle_joint_step {
   size_t struct_size;
   const double* angle;   /**< rad */
@@ -835,7 +835,8 @@ typedef struct bristle_joint_step {
 BRISTLE_API bristle_result bristle_init_joint_options(bristle_joint_options* options, size_t struct_size);
 /** No arrays. [any] */
 BRISTLE_API bristle_result bristle_init_joint_step(bristle_joint_step* step, size_t struct_size);
-/** `joints` joints; joint i is of materials[i % material_count]. Both options may be null: defaults. [alone] */
+/** `joints` joints; joint i is of materials[i % material_count]. Both options may be null: defaults. [alone]
+ */
 BRISTLE_API bristle_result bristle_joints_create(size_t count, const bristle_joint_material* materials,
                                                  size_t material_count, const bristle_joint_options* options,
                                                  const bristle_batch_options* batch, bristle_joints** joints);
@@ -859,7 +860,8 @@ BRISTLE_API size_t bristle_joints_state_size(const bristle_joints* joints);
 /** Returns the bytes written, 0 if `size` is too small. [alone] */
 BRISTLE_API size_t bristle_joints_save_state(const bristle_joints* joints, void* to, size_t size);
 /** Into the same joints with the same options; else refuses, state unchanged. [alone] */
-BRISTLE_API bristle_result bristle_joints_restore_state(bristle_joints* joints, const void* from, size_t size);
+BRISTLE_API bristle_result bristle_joints_restore_state(bristle_joints* joints, const void* from,
+                                                        size_t size);
 
 /* ------------------------------------------------------------------------------------ deadline monitor */
 

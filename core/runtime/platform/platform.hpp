@@ -17,7 +17,7 @@ double monotonic_seconds() noexcept;
 /// Seconds for which the calling thread has had a core.
 double thread_seconds() noexcept;
 
-/// What happened to the calling thread so far; zeros where the system does not count it.
+/// Counters of the calling thread so far; zeros where the system does not count it.
 ThreadEvents thread_events() noexcept;
 
 /// A number that no other living process has.
