@@ -487,6 +487,46 @@ TEST_CASE("A saved bed goes on with the same bits, and a trial leaves no trace")
   }
 }
 
+TEST_CASE("No state that steps give is refused, however wild the steps, while its forces are numbers") {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<double> uniform;
+  std::vector<Kind> kinds = all_kinds();
+  kinds.push_back({"two cells", BedMaterial(0.8, 0.3).with_presliding(1e-7),
+                   BedShape::ellipse(1e-3, 1e-3, BedPressure::parabolic).rolling(2, 1)});
+  kinds.push_back({"three flexibilities", BedMaterial(0.5).with_flexibility(1e-12, 3e-12, 2e-13),
+                   BedShape::ellipse(2e-3, 1e-3, BedPressure::hertz).rolling(9, 4)});
+  kinds.push_back({"stiff sphere", BedMaterial(0.5).with_presliding(1e-9), BedShape::sphere_row(7, 1e-5)});
+  for (const Kind& kind : kinds)
+    for (const bool all : {true, false}) {
+      OneBed bed(kind.material, kind.shape, with_load(20.0, all));
+      const auto save = [&] {
+        std::vector<std::byte> bytes(bed.batch.state_size());
+        REQUIRE(bed.batch.save_state({bytes.data(), bytes.size()}) == bytes.size());
+        return bytes;
+      };
+      const auto size_of = [&](double least, double most) {
+        return least * std::pow(most / least, uniform(random)) * (uniform(random) < 0.5 ? -1.0 : 1.0);
+      };
+      for (int run = 0; run < 40; ++run) {
+        bed.batch.reset(bed.motion.id);
+        const double most = run % 4 == 3 ? 1e5 : std::pow(10.0, -run % 4 - 2.0);
+        for (int i = 0; i < 40; ++i) {
+          BedMotion m = draw_motion(random, bed.motion.id, kind.shape.rolls, 1e-3, 3e-4, 20.0);
+          if (uniform(random) < 0.3) m.displacement[i % 2] = size_of(1e-12, most);
+          if (uniform(random) < 0.1) m.spin = size_of(1e-9, 3.2);
+          if (kind.shape.rolls && uniform(random) < 0.2) m.rolled[0] = size_of(1e-9, most);
+          if (std::string(kind.name) == "ball" && uniform(random) < 0.3) m.rolled[1] = size_of(1e-7, 1e-2);
+          if (uniform(random) < 0.1) m.normal_load = std::abs(size_of(1e-15, 1e8));
+          bed.batch.step({&m, 1}, {&bed.out, 1});
+          CAPTURE(kind.name, all, run, i);
+          REQUIRE(std::isfinite(bed.out.force[0] + bed.out.force[1] + bed.out.torque + bed.out.stored));
+          const std::vector<std::byte> bytes = save();
+          REQUIRE_NOTHROW(bed.batch.restore_state({bytes.data(), bytes.size()}));
+        }
+      }
+    }
+}
+
 TEST_CASE("A car on a slope of 20 % stays where it is, under a load that trembles") {
   // Newton's step on the force balance in every millisecond, as a solver does that looks for rest.
   const double load = 4000.0, slope = 0.2 * load;

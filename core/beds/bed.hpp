@@ -73,5 +73,7 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept;
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
 /// Whether a bed can make this motion.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
+/// Whether steps can bring a bed into this state. `columns` are as the bed's; their constants are not read.
+bool is_possible(const Bed& bed, const BedState& state, const float* columns) noexcept;
 
 }  // namespace bristle::detail

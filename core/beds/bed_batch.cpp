@@ -48,9 +48,9 @@ std::size_t saved_bytes(const Bed& bed) {
 
 /// Calls `visit` with the numbers of state of each block of bristles: the columns before the constants.
 template <class Visit>
-void for_each_block(const Bed& bed, Visit&& visit) {
-  float* const end = bed.columns.get() + std::size_t{bed.count} * bed_columns;
-  for (float* block = bed.columns.get(); block != end; block += bed_columns * lane_count)
+void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
+  float* const end = columns + std::size_t{count} * bed_columns;
+  for (float* block = columns; block != end; block += bed_columns * lane_count)
     visit(block, std::uint32_t{bed_state_columns} * lane_count);
 }
 
@@ -312,7 +312,8 @@ std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
     write(bed.count);
     write(std::uint64_t{bed.state.rolled_last});
     for_each_number(bed.state, [&](double x) { write(x); });
-    for_each_block(bed, [&](const float* block, std::uint32_t n) { write.column(block, n); });
+    for_each_block(bed.columns.get(), bed.count,
+                   [&](const float* block, std::uint32_t n) { write.column(block, n); });
   }
   Hasher checksum;
   add_bytes(checksum, Span<const std::byte>(to.data() + head_bytes, bytes - head_bytes));
@@ -351,19 +352,14 @@ void BedBatch::restore_state(Span<const std::byte> from) {
       read(its_count);
       if (its_slot != slot || its_count != bed.count) fail("is of other beds, or added in another order");
       read(rolled_last);
-      bool good = rolled_last <= 1;
-      for_each_number(state, [&](double& x) {
-        read(x);
-        good = good && x >= -1e300 && x <= 1e300;
-      });
-      if (!good) fail("has a value that no bed can have");
-      if (!writes) {
-        read.skip(std::size_t{bed_state_columns} * bed.count * sizeof(float));
-        continue;
-      }
+      for_each_number(state, [&](double& x) { read(x); });
       state.rolled_last = rolled_last != 0;
-      bed.state = state;
-      for_each_block(bed, [&](float* block, std::uint32_t n) { read.column(block, n); });
+      float* const columns = writes ? bed.columns.get() : impl_->scratch.get();
+      for_each_block(columns, bed.count, [&](float* block, std::uint32_t n) { read.column(block, n); });
+      if (writes)
+        bed.state = state;
+      else if (rolled_last > 1 || !is_possible(bed, state, columns))
+        fail("has a value that no bed can have");
     }
   }
 }

@@ -16,11 +16,20 @@ constexpr double least_limit = 1e-12;
 constexpr double longest_motion = 1e6;
 /// Rolling below this, in half lengths of the contact, waits until it adds up.
 constexpr double least_rolled = 0x1p-13;
+/// Rolling farther than this, in half lengths of the contact, leaves cells where this distance leaves them:
+/// every cell has entered since, and single precision would lose the place of a cell that goes round more
+/// often.
+constexpr double longest_roll = 64.0;
 /// Pieces of rolling are no shorter than for a contact of this size.
 constexpr double least_size = 0.05;
 /// Rolling that is cut into pieces, at the beginning and at the end of a longer step, in lengths of the
 /// contact: afterwards a bed is in its steady state.
 constexpr double cut_lengths = 1.5;
+
+/// Largest load (N), displacement or rolling (m), and spin (rad) of a step.
+constexpr double highest_load = 1e15, most_moved = 1e5, most_spin = 3.2;
+
+bool within(double x, double most) noexcept { return x >= -most && x <= most; }
 
 double cube_root(double x) noexcept {
   if (x <= 0.0) return 0.0;
@@ -33,6 +42,21 @@ double size_under(const Bed& bed, double load) noexcept {
   const double share = std::min(load / bed.full_load, 1.0);
   if (bed.growth == BedGrowth::cube_root) return cube_root(share);
   return bed.growth == BedGrowth::square_root ? square_root(share) : 1.0;
+}
+
+double limit_under(const Bed& bed, const BedState& s) noexcept {
+  return s.pressure_sum > 0.0 ? bed.friction * s.load / (bed.stiffness * bed.deflection * s.pressure_sum)
+                              : 0.0;
+}
+
+/// Longest scaled motion that is stepped as it is where only the end counts.
+double longest_under(const Bed& bed, const BedState& s) noexcept {
+  return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
+}
+
+/// Largest rolling that waits, m.
+double most_waiting(const Bed& bed, const BedState& s) noexcept {
+  return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
 
 }  // namespace
@@ -56,7 +80,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
   for (int k = 0; k < 4; ++k) places.root[k] = static_cast<float>(s.root[k]);
   places.cell = static_cast<float>(bed.cell);
   if (rolled == 0.0) return kernels.place_rows(places, bed.columns.get());
-  places.rolled = static_cast<float>(rolled / bed.half[0]);
+  places.rolled = static_cast<float>(std::clamp(rolled / bed.half[0], -longest_roll, longest_roll));
   places.over_rolled = static_cast<float>(bed.half[0] / magnitude(rolled));
   places.turned = turned;
   return kernels.roll(places, bed.columns.get());
@@ -86,13 +110,68 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
 }
 
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
-  const auto within = [](double x, double most) { return x >= -most && x <= most; };
-  bool good = motion.normal_load >= 0.0 && motion.normal_load <= 1e15 && within(motion.spin, 3.2);
+  bool good =
+      motion.normal_load >= 0.0 && motion.normal_load <= highest_load && within(motion.spin, most_spin);
   for (int k = 0; k < 2; ++k)
-    good = good && within(motion.displacement[k], 1e5) && within(motion.rolled[k], 1e5);
+    good = good && within(motion.displacement[k], most_moved) && within(motion.rolled[k], most_moved);
   if (!good) return false;
   if (!bed.rolls) return motion.rolled[0] == 0.0 && motion.rolled[1] == 0.0;
   return bed.turns_rows || motion.rolled[1] == 0.0;
+}
+
+bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
+  // Sixteen lanes of single precision have no larger sum.
+  constexpr double most_sum = 1e45;
+  bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
+              within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
+              (bed.rolls || !s.rolled_last) && within(s.torque, most_sum) &&
+              within(square(s.along[0]) + square(s.along[1]) - 1.0, 1e-6) &&
+              (bed.turns_rows || (s.along[0] == 1.0 && s.along[1] == 0.0));
+  for (int k = 0; k < 2; ++k)
+    good = good &&
+           within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
+           within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
+  // A root goes by one motion beyond the distance from which on it is brought back.
+  double most_root[4];
+  for (int k = 0; k < 4; ++k) {
+    most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
+    if (!bed.all_outputs) most_root[k] = std::min(most_root[k], longest_under(bed, s));
+    most_root[k] = 1.000001 * (farthest_root + most_root[k]);
+    good = good && within(s.root[k], most_root[k]);
+  }
+  if (!good) return false;
+
+  constexpr double widest = 4.0;         // place of a bristle
+  constexpr double rounding = 1e-6;      // of a tip's place, relative
+  constexpr double most_added = 0x1p25;  // numbers of a size that single precision adds up before it stops
+  const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < bed.count; ++i) {
+    const auto at = [&](BedColumn c) { return static_cast<double>(columns[bed_place(c, i)]); };
+    const double k = at(bed_stiffness), pressure = at(bed_pressure), over2 = at(bed_over_pressure2);
+    const double most_pressure = bed.rolls ? 1.001 : 1.001 * static_cast<double>(bed.at(bed_share, i));
+    good = k >= 0.0 && k <= 1.1 * static_cast<double>(bed.at(bed_own, i)) && pressure >= 0.0 &&
+           pressure <= most_pressure && (k > 0.0) == (pressure > 0.0) && over2 >= 0.0 &&
+           (k > 0.0 ? over2 * pressure * pressure <= 1.001 : over2 == 0.0) && within(at(bed_x), widest) &&
+           within(at(bed_y), widest) && within(at(bed_along), 1.001 + bed.cell) &&
+           (at(bed_slid) == 0.0 || (at(bed_slid) == 1.0 && bed.drops)) && within(at(bed_kept) - 0.5, 0.5) &&
+           within(at(bed_moved) - 0.5, 0.5);
+    const double reach =
+        2.0 * bed.hold_over_limit * s.limit_of_pressure * std::max(bed.most_pressure, most_pressure);
+    const double turned[2] = {0.0 - s.root[2] * at(bed_y), s.root[3] * at(bed_x)};
+    for (int axis = 0; axis < 2; ++axis) {
+      const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
+      const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
+      // In contact a bristle holds its limit, and what a place far away left by rounding. Out of contact a
+      // tip stays behind.
+      good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
+                              : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
+    }
+    if (!good) return false;
+    sum += k * pressure;
+  }
+  // Pressures say the limit of every later load.
+  return within(s.pressure_sum - sum, 0.01 * sum + 1e-30);
 }
 
 namespace {
@@ -144,7 +223,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.limit_over_hold = static_cast<float>(1.0 / bed.hold_over_limit);
   // Where only the end counts, a longer motion ends as this one does: single precision holds its square.
   double share = 1.0;
-  const double longest = longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
+  const double longest = longest_under(bed, s);
   if (!bed.all_outputs && any_above(piece.motion, longest))
     share = longest / std::max({magnitude(piece.motion[0]), magnitude(piece.motion[1]),
                                 magnitude(piece.motion[2]), magnitude(piece.motion[3])});
@@ -174,8 +253,7 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   if (any_above(s.root, 0.0)) rebase(bed, kernels);
   s.pressure_sum = place(bed, kernels, distance, turned);
   s.rolled_last = true;
-  s.limit_of_pressure =
-      s.pressure_sum > 0.0 ? bed.friction * s.load / (bed.stiffness * bed.deflection * s.pressure_sum) : 0.0;
+  s.limit_of_pressure = limit_under(bed, s);
   run_kernel(bed, kernels, piece, sum.last);
   s.force[0] = sum.last.force[0];
   s.force[1] = sum.last.force[1];
@@ -270,13 +348,12 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     s.load = motion.normal_load;
     if (resized || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
-    s.limit_of_pressure = s.pressure_sum > 0.0 ? bed.friction * s.load / (unit_force * s.pressure_sum) : 0.0;
+    s.limit_of_pressure = limit_under(bed, s);
     carried = resized || s.limit_of_pressure < limit_before;
   }
 
   for (int k = 0; k < 2; ++k) s.rolled[k] += motion.rolled[k];
-  const bool rolls = bed.rolls && square(s.rolled[0]) + square(s.rolled[1]) >=
-                                      square(least_rolled * bed.half[0] * std::max(s.size, least_size));
+  const bool rolls = bed.rolls && square(s.rolled[0]) + square(s.rolled[1]) >= square(most_waiting(bed, s));
   const bool rests = !carried && !rolls && scaled[0] == 0.0 && scaled[1] == 0.0 && scaled[2] == 0.0;
   StepSum sum;
   sum.last = BedSums{};
