@@ -643,6 +643,20 @@ TEST_CASE("A falling load takes back limits only, also after rolling") {
   }
 }
 
+TEST_CASE("Above the full load a falling load that limits nothing leaves the force") {
+  for (const Kind& kind : all_kinds()) {
+    OneBed bed(kind.material, kind.shape, with_load(20.0), 5.0);
+    bed.step(0.0);
+    const double force = bed.step(1e-7).force[0];
+    for (const double load : {25.0, 24.0, 23.0, 22.0, 21.0}) {
+      bed.motion.normal_load = load;
+      CAPTURE(kind.name, load);
+      CHECK(bed.step(0.0).force[0] == Approx(force).epsilon(1e-5));
+    }
+    CHECK(force < 0.0);
+  }
+}
+
 TEST_CASE("The tractrix that beds use is the tractrix") {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

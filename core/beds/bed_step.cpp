@@ -346,7 +346,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    if (resized || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
+    // Also where the size stands: parts that have come into contact are not diluted twice.
+    if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
     carried = resized || s.limit_of_pressure < limit_before;
