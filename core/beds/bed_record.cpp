@@ -47,7 +47,7 @@ namespace {
 constexpr const char* shape_text = "BedShape";
 constexpr const char* material_text = "BedMaterial";
 
-/// A bristle before it is scaled; places over the half widths.
+/// A bristle before it is scaled: positions are in units of the contact's half widths.
 struct Cell {
   double x = 0.0, y = 0.0;
   double area = 0.0;  ///< any unit

@@ -34,8 +34,8 @@ struct Pose {
   double scale = 1.0;  ///< as set_scale set it
 };
 
-/// Sum of k J^T J over the cells, each slipping by J (v, omega) = v + omega x at: in the outline's axes and
-/// at its full size, so that it turns and grows with the outline as one.
+/// Sum of k J^T J over the cells, where the cell at `at` slips by J (v, omega) = v + omega x at. Kept in the
+/// outline's axes at its full size; write() turns and scales it.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 

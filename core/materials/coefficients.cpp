@@ -135,8 +135,8 @@ struct Family {
     return (residual + peak) / (residual + kinetic);
   }
 
-  /// Uniform laws have minima of the ratio inside, and no closed form of their places: a spread at which it
-  /// is at most `wanted`, or else where it is least.
+  /// Returns a spread of a uniform law at which the ratio is at most `wanted`, or else the spread where it is
+  /// least. Searches, since the ratio has minima within the range whose places have no closed form.
   double search_uniform(double wanted) const {
     constexpr int points = 12;
     const double start = narrow_uniform, pace = (widest_allowed() - start) / points;

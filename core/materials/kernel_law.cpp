@@ -268,7 +268,7 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.variance_per_length = y2 / m[1];
   law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
 
-  // k renewals at once.
+  // Constants for jumping k renewals at once.
   law.deviation = std::sqrt(variance);
   law.square_mean = m[2];
 }

@@ -124,7 +124,7 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // As much as the clock will run on: what a bristle aged in a step it must not lose again.
+    // Limited as the clock is: bristles that aged by more would be younger in the next step.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();
