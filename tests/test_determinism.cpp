@@ -155,14 +155,18 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
 }
 
 TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism]") {
-  const std::vector<PatchCase> cases = every_variant(300);
+  const std::vector<PatchCase> cases = every_variant(60);
   const std::vector<std::size_t> all = all_of(cases);
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     if (!isa.usable) continue;
     const BatchOptions options = BatchOptions{}.with_isa(isa.name).with_threads(1);
     const Outcome expected = run(cases, all, 8, options);
-    for (int shift = 1; shift < 4; ++shift)
-      check_same(cases, all, expected, run_shifted(shift, cases, all, options), isa.name);
+    for (std::size_t shift = 1; shift < 4; ++shift) {
+      std::vector<std::size_t> third;
+      for (std::size_t c = shift - 1; c < cases.size(); c += 3) third.push_back(c);
+      check_same(cases, third, expected, run_shifted(static_cast<int>(shift), cases, third, options),
+                 isa.name);
+    }
   }
 }
 

@@ -711,7 +711,7 @@ constexpr CommandEntry entries[] = {
     {"stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory",
      "bristle stability --quick", add_stability},
     {"sweep", "A scene over a grid or sample of parameters, as one table",
-     "bristle sweep tools/scenes/stroke.toml --vary material.skin.kinetic=0.2:0.4:5", add_sweep},
+     "bristle sweep tools/scenes/stroke.toml --vary material.skin.peak=0.5:0.7:5", add_sweep},
     {"accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out",
      "bristle accuracy tools/scenes/fingertip.toml --quick --error 1%", add_accuracy},
     {"report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures",
@@ -732,6 +732,9 @@ int run(int argc, char** argv) {
         throw CLI::Success();
       },
       "Version, commit, and the instruction sets of this build");
+
+  // At most one: the word after `manual` or `completion` is an argument, not the next command.
+  app.require_subcommand(0, 1);
 
   bool wide = false;
   std::vector<std::pair<const CLI::App*, Action>> actions;

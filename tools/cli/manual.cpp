@@ -54,6 +54,8 @@ std::string synopsis(const Command& command) {
   return text + rest + '\n';
 }
 
+bool is_long(const OptionWords& option) { return option.value.size() > 60; }
+
 std::string options_text(const Command& command) {
   std::string text;
   for (const OptionWords& option : options_of(*command.app)) {
@@ -63,10 +65,19 @@ std::string options_text(const Command& command) {
     } else {
       text += option.also.empty() ? "" : fmt::format("\\fB{}\\fR, ", roff(option.also));
       text += fmt::format("\\fB{}\\fR", roff(option.name));
-      if (!option.value.empty()) text += fmt::format(" \\fI{}\\fR", roff(option.value));
+      // groff breaks no line of a tag: a long list of names stands in the text.
+      if (is_long(option))
+        text += " \\fINAME\\fR";
+      else if (!option.value.empty())
+        text += fmt::format(" \\fI{}\\fR", roff(option.value));
       text += '\n';
     }
     text += roff(option.description) + '\n';
+    if (is_long(option)) {
+      std::string names = option.value;
+      for (std::size_t at = 0; (at = names.find('|', at)) != std::string::npos;) names.replace(at, 1, ", ");
+      text += fmt::format(".br\nNAME is one of {}.\n", roff(names));
+    }
   }
   return text;
 }
