@@ -233,48 +233,6 @@ template <class T, int axes, bool mean, bool energy, class V>
   return slide_after<T, axes, mean, energy>(start, path, limit, limit, ex, ey, length);
 }
 
-/// The tractrix without direction, root or exp, where nothing but the end is asked for: a bristle slides at
-/// its limit along a straight motion. u = z / l and d are in limits; u stays a unit vector:
-/// u' = (u + d (S + q C)) / (1 + x^2 C + q S) with x = |d|, S = sinh(x) / x, C = (cosh(x) - 1) / x^2, q = u
-/// d. Single precision; beyond x = 16 the bristle has turned into the motion to its last digit.
-template <class V>
-inline void turn_into(V& ux, V& uy, V dx, V dy) {
-  const V one(1.0f);
-  V t = dx * dx + dy * dy;
-  const auto is_long = t > V(0.0625f);
-  V sine = one + t * V(1.0f / 6.0f) * (one + t * V(0.05f));
-  V cosine = V(0.5f) + t * (V(1.0f / 24.0f) + t * V(1.0f / 720.0f));
-  if (any_lane(is_long)) {
-    const auto too_long = t > V(256.0f);
-    if (any_lane(too_long)) {
-      const V shorter = select_lanes(too_long, divide(V(16.0f), root(t)), one);
-      dx = dx * shorter;
-      dy = dy * shorter;
-      t = least(t, V(256.0f));
-    }
-    // x / 16, doubled four times.
-    V part = t * V(1.0f / 256.0f);
-    V s = one + part * V(1.0f / 6.0f) *
-                    (one + part * V(0.05f) * (one + part * V(1.0f / 42.0f) * (one + part * V(1.0f / 72.0f))));
-    V c = V(0.5f) + part * V(1.0f / 24.0f) *
-                        (one + part * V(1.0f / 30.0f) *
-                                   (one + part * V(1.0f / 56.0f) * (one + part * V(1.0f / 90.0f))));
-    for (int i = 0; i < 4; ++i) {
-      const V cosh = one + part * c;
-      c = V(0.5f) * s * s;
-      s = s * cosh;
-      part = part * V(4.0f);
-    }
-    sine = select_lanes(is_long, s, sine);
-    cosine = select_lanes(is_long, c, cosine);
-  }
-  const V q = ux * dx + uy * dy;
-  const V over = divide(one, (one + t * cosine) + q * sine);
-  const V push = sine + q * cosine;
-  ux = (ux + dx * push) * over;
-  uy = (uy + dy * push) * over;
-}
-
 /// Share of the motion d over which the tip sticks, 0 to 1, of a bristle that slides within the step: the
 /// root of |z + share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
 template <class V>
