@@ -70,10 +70,6 @@ void check_plot(const ExperimentOptions& options) {
   if (options.plot.empty()) return;
   check_picture_name("--plot", options.plot);
   if (options.name == "all") throw UserError("--plot: one experiment at a time");
-  std::error_code none;
-  if (fs::is_character_file(options.plot, none))
-    throw UserError(fmt::format("--plot {}: is a device; gnuplot does not say when it is full. Take a file",
-                                options.plot));
   if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) {
     throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
   }

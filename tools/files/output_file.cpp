@@ -175,6 +175,10 @@ void OutputFile::finish() {
 void check_picture_name(const char* option, const std::string& path) {
   if (!path.empty() && path != "-" && !path.ends_with(".png"))
     throw UserError(fmt::format("{} {}: pictures are PNG; let its name end in .png", option, path));
+  std::error_code none;
+  if (fs::is_character_file(path, none))
+    throw UserError(
+        fmt::format("{} {}: is a device; gnuplot does not say when it is full. Take a file", option, path));
 }
 
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs) {

@@ -456,10 +456,6 @@ void rivals_command(const FitOptions& options, bool on_stdout) {
 void fit_record(const FitOptions& options, bool prints) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
-  std::error_code none;
-  if (std::filesystem::is_character_file(options.plot, none))
-    throw UserError(fmt::format("--plot {}: is a device; gnuplot does not say when it is full. Take a file",
-                                options.plot));
   if (!options.plot.empty() && data.axes == 2)
     throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
   OutputFile scene(options.write), csv(options.csv), picture(options.plot), json(options.json),
