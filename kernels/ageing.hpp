@@ -146,12 +146,12 @@ inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
 }
 
-/// Age gained by `time` in a block that was rewritten at `since`.
+/// Age that bristles have gained at `time` since the last rewrite of their block (`since`), in ageing times.
 template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);
 }
-/// When the step begins, and when it ends.
+/// Ages by age_at() at the start and at the end of a step.
 struct BlockAge {
   double before, after;
 };

@@ -1,8 +1,8 @@
-// Steps taken in double precision: so long that float cannot hold the remainder
-// (above far_length), or with a single snap length, whose bristles must stay in phase for ever.
+// Steps computed in double precision: too long for float to hold the remainder (above far_length), or under a
+// law with a single snap length, whose bristles must stay in phase for ever.
 //
-// Shared by the reference and by every instruction set; they differ in how many bristles of a row keep takes
-// at once.
+// The reference and every instruction set share this text. With SnapRule::keep they differ in how many
+// bristles they compute at once (far_width).
 #pragma once
 
 #include "core/common/assert.hpp"

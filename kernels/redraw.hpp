@@ -75,7 +75,7 @@ struct RedrawColumns {
   std::uint32_t* new_draw;
 };
 
-/// The vectors of a bundle, by their places in the block.
+/// Offsets of a bundle's vectors in the columns of their block.
 template <class T>
 struct Places {
   std::uint32_t i[bundle_size];

@@ -19,7 +19,7 @@ struct WayAgeing {
   double strength = 0.0;  ///< 0 = none
   double path = 1.0;      ///< speed times ageing time over mean snap length, > 0
 
-  /// g and its slope after a path `way`.
+  /// Growth g of a snap length by ageing after a path `way` (mean snap lengths); slope() is its derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };

@@ -29,7 +29,8 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
   return rests ? Bound::rest : Bound::none;
 }
-/// Finds what answers a step: never a glide, which the model has to try.
+/// Finds the bound that answers a step without a look at the bristles. Only the model can tell whether a step
+/// glides, so that is never the answer here.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;

@@ -40,7 +40,7 @@ std::byte* column_memory(Record* record) noexcept {
   return reinterpret_cast<std::byte*>(record) + aligned(sizeof(Record));
 }
 
-/// Frees a record; null is none.
+/// Frees a record; does nothing for null.
 inline void release(PatchRecord* record) noexcept {
   if (record == nullptr) return;
   RecordHead* head = reinterpret_cast<RecordHead*>(record) - 1;

@@ -402,7 +402,7 @@ class MidpointSolver {
     return 0.5 * dt_s_ * c.stiffness + c.damping;
   }
 
-  // One velocity: sum over contacts of one axis, each along +1 or -1 times that velocity.
+  // Solves for the one velocity of a rail: each contact has one axis and slips at + or - that velocity.
   double solve_rail(Vector& u) noexcept {
     double best = std::numeric_limits<double>::infinity();
     forget_damping();
@@ -521,7 +521,7 @@ class MidpointSolver {
     bool fresh = true;
     while (effort_.unsolved(norm)) {
       Vector step = slope_of_residual().partialPivLu().solve(r);
-      // Slopes learnt in a jump may point anywhere.
+      // Slopes learnt where the friction jumps can make a step far too long: they restart from their bounds.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
         bound_slopes(factor);

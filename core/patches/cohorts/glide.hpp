@@ -25,8 +25,8 @@ struct Glide : Course {
   std::uint32_t on = 0;
   double from[2] = {0.0, 0.0};  ///< tangent of the path when it began
   double from_curve = 0.0;
-  // Means of the rows as they stand: deflection along and across `from`; the square of that along, less l_r
-  // squared; how the mean of |z|^2 changes with the curvature (first and second order).
+  // Means over the rows: deflection along `from`, deflection across it, and square of the deflection along it
+  // less l_r^2. `squares`: change of the mean |z|^2 with the curvature, first and second order.
   double along = 0.0, across = 0.0, square = 0.0;
   double chord_share = 0.0;  ///< Cohorts::chord_share over the length of the mean deflection
   double squares[2] = {0.0, 0.0};

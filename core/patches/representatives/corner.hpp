@@ -30,7 +30,8 @@ struct CornerLanes {
   T lag[2][lane_count] = {};  ///< integral along the path of weight x (deflection - |z| along the motion)
 };
 
-/// Carries a row of bristles; `sums_lag`: sums CornerLanes::lag too. Bristles of weight 0 become straight.
+/// Turns the deflections of a row of bristles round the corner and adds them to `lanes`; with `sums_lag` also
+/// CornerLanes::lag. Bristles of weight 0 become straight.
 template <class T, bool sums_lag>
 void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
                CornerLanes<T>& lanes) noexcept {

@@ -115,9 +115,9 @@ struct Representatives : PatchRecord, RepresentativeCount {
   Reach* groups = nullptr;
   T* zx = nullptr;
   T* zy = nullptr;  ///< null with one axis
-  // Deflection at which a bristle snaps, the residual included:
-  T* first = nullptr;               ///< with the first snap length
-  T* delta = nullptr;               ///< with the snap length now; == first with keep
+  // Deflections at which bristles snap, residual + snap length:
+  T* first = nullptr;               ///< with the length sampled first
+  T* delta = nullptr;               ///< with the present length; == first with keep
   std::uint32_t* draw = nullptr;    ///< null with keep
   SharedRenewal* shared = nullptr;  ///< one, or null without
   // Null without ageing (PatchView).
