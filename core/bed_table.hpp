@@ -64,7 +64,7 @@ struct BedStep {
   float root[4];         ///< at the beginning, as in BedPlaces; zeros where rows have rolled
   float motion[4];       ///< of the step
   bool torque;           ///< Whether the torque is asked for, where nothing spins.
-  bool rolled;           ///< Whether rows have rolled: every tip is written, relative to a root at zero.
+  bool rolled;           ///< Whether every tip is written, relative to a root at zero: rolling, long motion.
   float half_rolled[2];  ///< rolling: half the distance rolled, as a vector
   float limit_of_pressure;
   float pressure_of_limit2;  ///< its inverse, squared

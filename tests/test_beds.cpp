@@ -11,6 +11,7 @@
 #include "bristle/bed.hpp"
 #include "bristle/bristle.h"
 #include "bristle/error.hpp"
+#include "bristle/keyed_beds.hpp"
 #include "expect.hpp"
 #include "kernels/bed_slide.hpp"
 #include "reference_table.hpp"
@@ -1067,6 +1068,82 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("A bed that was dragged far keeps its force in the next small step") {
+  for (const bool all : {true, false})
+    for (const Kind& kind : all_kinds())
+      for (const double far : {2e-3, 0.3, 1e5}) {
+        INFO(kind.name << (all ? ", all outputs, " : ", end only, ") << far << " m");
+        OneBed bed(kind.material, kind.shape, with_load(5.0, all));
+        if (kind.shape.rolls) bed.step(1e-6, 0.0, 0.0, 0.3 * kind.shape.half[0]);
+        const double stored = bed.out.stored;
+        bed.step(0.6 * far, -0.8 * far);
+        const double work = (0.8 * bed.out.mean[1] - 0.6 * bed.out.mean[0]) * far;
+        if (kind.material.slip_stiffness[0] == kind.material.slip_stiffness[1])
+          CHECK(work == Approx(bed.out.dissipated + bed.out.stored - stored).epsilon(2e-5));
+        const double limit = kind.material.kinetic_friction * 5.0;
+        const double force[2] = {bed.out.force[0], bed.out.force[1]};
+        CHECK(std::hypot(force[0], force[1]) == Approx(limit).epsilon(1e-5));
+        bed.step(1e-12);
+        for (int k = 0; k < 2; ++k) CHECK(std::abs(bed.out.force[k] - force[k]) < 1e-5 * limit);
+      }
+  // Under next to no load, where the motion is 1e23 limits.
+  OneBed light(BedMaterial(0.5).with_presliding(1e-12), BedShape::disc(1e-3, BedPressure::uniform),
+               with_load(1.0, false), 1e-6);
+  light.step(1e5);
+  CHECK(light.out.force[0] == Approx(-0.5e-6).epsilon(1e-5));
+}
+
+TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one gets a fresh bed") {
+  BedBatch batch;
+  const BedMaterial material = BedMaterial(0.5).with_presliding(1e-4);
+  const BedShape shape = BedShape::disc(1e-3, BedPressure::hertz, 2, 6);
+  KeyedBeds keyed(batch, material, shape, with_load(2.0), KeyedOptions{}.with_capacity(2));
+  CHECK(batch.bed_count() == 2);
+  const auto push = [&](std::uint64_t key, double distance) {
+    BedMotion motion;
+    motion.id = keyed.find_or_add(key);
+    motion.displacement[0] = distance;
+    motion.normal_load = 2.0;
+    BedResponse out;
+    batch.step({&motion, 1}, {&out, 1});
+    return out;
+  };
+  const BedId first = push(7, 3e-5).id;
+  CHECK(keyed.end_step() == 0);
+  const BedResponse on = push(7, 0.0), other = push(9, 0.0);
+  CHECK(on.id == first);
+  CHECK(on.force[0] < 0.0);
+  CHECK(other.force[0] == 0.0);
+  CHECK(push(11, 0.0).status == Status::unknown_id);
+  CHECK(keyed.refused() == 1);
+  CHECK(keyed.end_step() == 0);
+  CHECK(push(9, 2e-5).force[0] < 0.0);
+  std::vector<std::byte> keys(keyed.state_size()), state(batch.state_size());
+  REQUIRE(keyed.save_state({keys.data(), keys.size()}) == keys.size());
+  batch.save_state({state.data(), state.size()});
+  CHECK(keyed.end_step() == 1);  // 7 was not seen
+  CHECK(keyed.size() == 1);
+  CHECK_FALSE(static_cast<bool>(keyed.find(7)));
+  // Its bed is another contact's, unbent.
+  CHECK(push(12, 0.0).id == first);
+  CHECK(batch.info(first).normal_load == 2.0);
+  CHECK(push(12, 0.0).force[0] == 0.0);
+  batch.restore_state({state.data(), state.size()});
+  keyed.restore_state({keys.data(), keys.size()});
+  CHECK(keyed.find(7) == first);
+  CHECK(push(7, 0.0).force[0] == on.force[0]);
+  keys[20] ^= std::byte{1};
+  CHECK_THROWS_WITH(keyed.restore_state({keys.data(), keys.size()}), Catch::Contains("KeyedBeds"));
+  CHECK(keyed.remove(7));
+  CHECK_FALSE(keyed.remove(7));
+  keyed.clear();
+  CHECK(keyed.size() == 0);
+  { const KeyedBeds gone = std::move(keyed); }
+  CHECK(batch.bed_count() == 0);
+  CHECK_THROWS_AS(KeyedBeds(batch, BedMaterial(0.5), shape, with_load(2.0)), Error);
+  CHECK(batch.bed_count() == 0);
+}
+
 TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   OneBed wheel(
       BedMaterial(0.9, 0.8).with_slip_stiffness(9e4, 5e4),
@@ -1120,6 +1197,23 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   REQUIRE(bristle_beds_restore_state(beds, state.data(), state.size()) == BRISTLE_OK);
   CHECK(bristle_beds_state_hash(beds, 0) == saved);
   CHECK(bristle_beds_restore_state(beds, state.data(), 3) == BRISTLE_REFUSED);
+  CHECK(bristle_beds_reset(beds, id) == 1);
+  CHECK(bristle_beds_reset(beds, 5) == 0);
+  const bristle_bed_motion down = {id, {0.0, 0.0}, 0.0, {0.0, 0.0}, 4000.0};
+  bristle_bed_response unbent;
+  REQUIRE(bristle_beds_step(beds, &down, &unbent, 1, nullptr) == BRISTLE_OK);
+  CHECK(unbent.force[0] == 0.0);
+  bristle_keyed* keyed = nullptr;
+  const std::uint64_t keys[2] = {3, 4};
+  bristle_id ids[2] = {}, again[2] = {};
+  REQUIRE(bristle_keyed_create_beds(beds, &bed, nullptr, &keyed) == BRISTLE_OK);
+  REQUIRE(bristle_keyed_find_or_add(keyed, keys, ids, 2) == BRISTLE_OK);
+  CHECK(bristle_keyed_end_step(keyed) == 0);
+  CHECK(bristle_keyed_find(keyed, keys, again, 2) == BRISTLE_OK);
+  CHECK((again[0] == ids[0] && again[1] == ids[1] && ids[0] != ids[1] && ids[0] != 0));
+  CHECK(bristle_keyed_size(keyed) == 2);
+  bristle_keyed_destroy(keyed);
+  CHECK(bristle_keyed_create_beds(nullptr, &bed, nullptr, &keyed) == BRISTLE_BAD_ARGUMENT);
   CHECK(bristle_beds_step(nullptr, nullptr, nullptr, 0, nullptr) == BRISTLE_BAD_ARGUMENT);
   CHECK(bristle_beds_remove(beds, id) == BRISTLE_OK);
   CHECK(bristle_beds_remove(beds, id) == BRISTLE_REFUSED);

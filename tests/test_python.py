@@ -976,6 +976,13 @@ class Beds(unittest.TestCase):
         self.assertAlmostEqual(after["force"][0, 0], -4.0, 4)
         self.beds.restore_state(state)
         self.assertEqual(self.beds.state_hash(), before)
+        self.assertEqual(self.beds.info(self.pad)["normal_load"], 5.0)
+        self.assertEqual(self.beds.info(self.pad)["half"], (6e-3, 6e-3))
+        self.beds.reset(self.pad)
+        self.assertFalse(self.beds.bristles(self.pad)["deflection"].any())
+        self.assertEqual(self.beds.info(self.pad)["normal_load"], 0.0)
+        with self.assertRaisesRegex(bristle.Error, "no such bed"):
+            self.beds.reset(77)
 
     def test_wheels_of_every_kind_roll(self):
         material = bristle.BedMaterial(0.9, 0.8).with_slip_stiffness(8e4, 5e4)

@@ -8,7 +8,8 @@ namespace bristle::detail {
 
 namespace {
 
-/// A root that has gone farther, in units of deflection, has the tips written relative to it.
+/// A root that has gone farther, in units of deflection, has the tips written relative to it: single
+/// precision holds a deflection to 5e-7 where a tip is no farther away.
 constexpr double farthest_root = 8.0;
 /// Limits of friction below this, in units of deflection, count as none.
 constexpr double least_limit = 1e-12;
@@ -214,7 +215,10 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
     sums = BedSums{};
     return;
   }
-  if (any_above(s.root, farthest_root)) rebase(bed, kernels);
+  const bool goes_far = any_above(piece.motion, farthest_root);
+  if (goes_far || any_above(s.root, farthest_root)) rebase(bed, kernels);
+  if (goes_far && !piece.carried)
+    for (std::uint32_t i = 0; i < bed.count; ++i) bed.at(bed_kept, i) = bed.at(bed_moved, i) = 1.0f;
   BedStep step{};
   step.count = bed.count;
   step.limit_of_pressure = holds ? static_cast<float>(s.limit_of_pressure) : 0.0f;
@@ -227,7 +231,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!bed.all_outputs && any_above(piece.motion, longest))
     share = longest / std::max({magnitude(piece.motion[0]), magnitude(piece.motion[1]),
                                 magnitude(piece.motion[2]), magnitude(piece.motion[3])});
-  step.rolled = piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
+  step.rolled = goes_far || piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
   step.torque = bed.resists_spin;
   for (int k = 0; k < 4; ++k) {
     const double motion = share * piece.motion[k];
@@ -238,7 +242,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   for (int k = 0; k < 2; ++k) step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
   const bool spins =
       piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
-  const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried ? bed_carried : 0u) |
+  const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried || goes_far ? bed_carried : 0u) |
                            (bed.all_outputs ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
   kernels.step[variant](step, bed.columns.get(), sums);
   if (!holds) straighten(bed);

@@ -10,9 +10,11 @@
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "bristle/bristle.hpp"
+#include "bristle/keyed_beds.hpp"
 #include "bristle/load_shedder.hpp"
 #include "core/c_interface/field_count.hpp"
 #include "core/common/range_check.hpp"
@@ -104,8 +106,31 @@ struct bristle_shedder {
   LoadShedder shedder;
 };
 
+/// Either of the pools.
+struct KeyedPool {
+  std::variant<KeyedPatches, KeyedBeds> pool;
+
+  std::size_t state_size() const {
+    return std::visit([](const auto& keys) { return keys.state_size(); }, pool);
+  }
+  std::size_t save_state(Span<std::byte> to) const {
+    return std::visit([&](const auto& keys) { return keys.save_state(to); }, pool);
+  }
+  void restore_state(Span<const std::byte> from) {
+    std::visit([&](auto& keys) { keys.restore_state(from); }, pool);
+  }
+};
 struct bristle_keyed {
-  KeyedPatches patches;
+  KeyedPool keys;
+
+  template <class Call>
+  auto visit(Call&& call) {
+    return std::visit(call, keys.pool);
+  }
+  template <class Call>
+  auto visit(Call&& call) const {
+    return std::visit(call, keys.pool);
+  }
 };
 
 struct bristle_extended {
@@ -916,6 +941,47 @@ bristle_bed default_bed() noexcept {
   return bed;
 }
 
+struct GivenBed {
+  BedMaterial material;
+  BedShape shape;
+  BedOptions options;
+};
+
+GivenBed read_bed(const bristle_bed* bed) {
+  need(bed, "bed");
+  check_size(*bed, "bed");
+  const bristle_bed& given = *bed;
+  if (given.kind > BRISTLE_BED_LIST || given.pressure > BRISTLE_BED_HERTZ ||
+      given.growth > BRISTLE_BED_SQUARE_ROOT || given.rolls > 1 || given.all_outputs > 1)
+    throw Error("bristle_bed: kind, pressure, growth, rolls or all_outputs has no such value");
+  GivenBed read;
+  read.material = BedMaterial(given.static_friction, given.kinetic_friction);
+  read.material.normal_modulus = given.normal_modulus;
+  read.material.shear_modulus = given.shear_modulus;
+  read.material.radius = given.radius;
+  read.material.with_flexibility(given.flexibility[0], given.flexibility[1], given.flexibility[2])
+      .with_slip_stiffness(given.slip_stiffness[0], given.slip_stiffness[1])
+      .with_presliding(given.presliding);
+  BedShape& shape = read.shape;
+  shape.kind = static_cast<BedShape::Kind>(given.kind);
+  shape.pressure = static_cast<BedPressure>(given.pressure);
+  shape.growth = static_cast<BedGrowth>(given.growth);
+  shape.rolls = given.rolls != 0;
+  for (int k = 0; k < 2; ++k) {
+    shape.half[k] = given.half[k];
+    shape.cells[k] = given.cells[k];
+  }
+  if (given.list_count > 0) {
+    need(given.list, "bed.list");
+    const auto* first = reinterpret_cast<const BedCell*>(given.list);
+    shape.list.assign(first, first + given.list_count);
+  }
+  read.options.max_normal_load = given.max_normal_load;
+  read.options.longest_piece = given.longest_piece;
+  read.options.all_outputs = given.all_outputs != 0;
+  return read;
+}
+
 }  // namespace
 
 bristle_result bristle_init_bed(bristle_bed* bed, size_t struct_size) {
@@ -935,39 +1001,13 @@ bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bris
   return guarded([&] {
     need(beds, "beds");
     need(id, "id");
-    need(bed, "bed");
-    check_size(*bed, "bed");
-    const bristle_bed& given = *bed;
-    BedMaterial material(given.static_friction, given.kinetic_friction);
-    material.normal_modulus = given.normal_modulus;
-    material.shear_modulus = given.shear_modulus;
-    material.radius = given.radius;
-    material.with_flexibility(given.flexibility[0], given.flexibility[1], given.flexibility[2])
-        .with_slip_stiffness(given.slip_stiffness[0], given.slip_stiffness[1])
-        .with_presliding(given.presliding);
-    if (given.kind > BRISTLE_BED_LIST || given.pressure > BRISTLE_BED_HERTZ ||
-        given.growth > BRISTLE_BED_SQUARE_ROOT || given.rolls > 1 || given.all_outputs > 1)
-      throw Error("bristle_bed: kind, pressure, growth, rolls or all_outputs has no such value");
-    BedShape shape;
-    shape.kind = static_cast<BedShape::Kind>(given.kind);
-    shape.pressure = static_cast<BedPressure>(given.pressure);
-    shape.growth = static_cast<BedGrowth>(given.growth);
-    shape.rolls = given.rolls != 0;
-    for (int k = 0; k < 2; ++k) {
-      shape.half[k] = given.half[k];
-      shape.cells[k] = given.cells[k];
-    }
-    if (given.list_count > 0) {
-      need(given.list, "bed.list");
-      const auto* first = reinterpret_cast<const BedCell*>(given.list);
-      shape.list.assign(first, first + given.list_count);
-    }
-    BedOptions options;
-    options.max_normal_load = given.max_normal_load;
-    options.longest_piece = given.longest_piece;
-    options.all_outputs = given.all_outputs != 0;
-    *id = beds->batch.add(material, shape, options).value;
+    const GivenBed given = read_bed(bed);
+    *id = beds->batch.add(given.material, given.shape, given.options).value;
   });
+}
+
+uint32_t bristle_beds_reset(bristle_beds* beds, bristle_id id) {
+  return beds != nullptr && beds->batch.reset({id}) ? 1 : 0;
 }
 
 bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) {
@@ -1217,8 +1257,20 @@ bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material
   return guarded([&] {
     need(batch, "batch");
     need(keyed, "keyed");
-    *keyed = new bristle_keyed{KeyedPatches(batch->batch, read_material(material),
-                                            read_options(patch, "patch"), read_options(options, "options"))};
+    *keyed =
+        new bristle_keyed{{KeyedPatches(batch->batch, read_material(material), read_options(patch, "patch"),
+                                        read_options(options, "options"))}};
+  });
+}
+
+bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* bed,
+                                         const bristle_keyed_options* options, bristle_keyed** keyed) {
+  return guarded([&] {
+    need(beds, "beds");
+    need(keyed, "keyed");
+    const GivenBed given = read_bed(bed);
+    *keyed = new bristle_keyed{{KeyedBeds(beds->batch, given.material, given.shape, given.options,
+                                          read_options(options, "options"))}};
   });
 }
 
@@ -1229,7 +1281,9 @@ bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* k
   return guarded([&] {
     need(keyed, "keyed");
     need_columns(keys, "keys", ids, "ids", count);
-    for (size_t i = 0; i < count; ++i) ids[i] = keyed->patches.find_or_add(keys[i]).value;
+    keyed->visit([&](auto& pool) {
+      for (size_t i = 0; i < count; ++i) ids[i] = pool.find_or_add(keys[i]).value;
+    });
   });
 }
 
@@ -1238,36 +1292,38 @@ bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* ke
   return guarded([&] {
     need(keyed, "keyed");
     need_columns(keys, "keys", ids, "ids", count);
-    for (size_t i = 0; i < count; ++i) ids[i] = keyed->patches.find(keys[i]).value;
+    keyed->visit([&](const auto& pool) {
+      for (size_t i = 0; i < count; ++i) ids[i] = pool.find(keys[i]).value;
+    });
   });
 }
 
 uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key) {
-  return keyed != nullptr && keyed->patches.remove(key) ? 1 : 0;
+  return keyed != nullptr && keyed->visit([&](auto& pool) { return pool.remove(key); }) ? 1 : 0;
 }
 void bristle_keyed_clear(bristle_keyed* keyed) {
-  if (keyed != nullptr) keyed->patches.clear();
+  if (keyed != nullptr) keyed->visit([](auto& pool) { pool.clear(); });
 }
 uint32_t bristle_keyed_end_step(bristle_keyed* keyed) {
-  return keyed != nullptr ? keyed->patches.end_step() : 0;
+  return keyed != nullptr ? keyed->visit([](auto& pool) { return pool.end_step(); }) : 0;
 }
 uint32_t bristle_keyed_size(const bristle_keyed* keyed) {
-  return keyed != nullptr ? keyed->patches.size() : 0;
+  return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.size(); }) : 0;
 }
 uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
-  return keyed != nullptr ? keyed->patches.refused() : 0;
+  return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.refused(); }) : 0;
 }
 
 size_t bristle_keyed_state_size(const bristle_keyed* keyed) {
-  return size_of_state(keyed, &bristle_keyed::patches);
+  return size_of_state(keyed, &bristle_keyed::keys);
 }
 
 size_t bristle_keyed_save_state(const bristle_keyed* keyed, void* to, size_t size) {
-  return write_state(keyed, &bristle_keyed::patches, to, size);
+  return write_state(keyed, &bristle_keyed::keys, to, size);
 }
 
 bristle_result bristle_keyed_restore_state(bristle_keyed* keyed, const void* from, size_t size) {
-  return read_state(keyed, "keyed", &bristle_keyed::patches, from, size);
+  return read_state(keyed, "keyed", &bristle_keyed::keys, from, size);
 }
 
 bristle_result bristle_matcher_create(const bristle_matcher_options* options, bristle_matcher** matcher) {

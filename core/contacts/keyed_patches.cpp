@@ -1,8 +1,10 @@
 #include "bristle/keyed_patches.hpp"
 
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "bristle/keyed_beds.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
@@ -31,29 +33,35 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// Whose patches the pool has.
+/// Whose patches or beds the pool has. One of the three is set; `id` is of its kind.
 struct Owner {
   PatchBatch* batch = nullptr;
   ExtendedPatches* extended = nullptr;
+  BedBatch* beds = nullptr;
 
-  void remove(PatchId id) const { extended != nullptr ? extended->remove(id) : batch->remove(id); }
-  void reset(PatchId id, std::uint32_t seed, std::uint64_t key) const noexcept {
-    extended != nullptr ? extended->reset(id, seed, key) : batch->reset(id, seed, key);
+  void remove(std::uint64_t id) const {
+    if (beds != nullptr) return beds->remove({id});
+    extended != nullptr ? extended->remove({id}) : batch->remove({id});
   }
-  /// Key of the patch itself, or of its first cell; 0 if there is no such patch.
-  std::uint64_t key_of(PatchId id) const noexcept {
-    if (extended == nullptr) return batch->info(id).key;
-    const Span<const PatchId> cells = extended->cell_patches(id);
+  void reset(std::uint64_t id, std::uint32_t seed, std::uint64_t key) const noexcept {
+    if (beds != nullptr)
+      beds->reset({id});
+    else
+      extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
+  }
+  /// Key of the patch itself, or of its first cell; 0 if there is no such patch. Beds have none.
+  std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
+    if (beds != nullptr) return std::nullopt;
+    if (extended == nullptr) return batch->info({id}).key;
+    const Span<const PatchId> cells = extended->cell_patches({id});
     return cells.empty() ? 0 : extended->batch().info(cells[0]).key;
   }
 };
 
-}  // namespace
-
-struct KeyedPatches::Impl {
+struct KeyedPool {
   /// A patch of the pool. Held ones hang in a list, the longest unseen first.
   struct Held {
-    PatchId id;
+    std::uint64_t id = 0;
     std::uint64_t key = 0;
     std::uint64_t seen = 0;  ///< number of the step
     std::uint32_t before = none, after = none;
@@ -61,17 +69,19 @@ struct KeyedPatches::Impl {
 
   /// `add` makes one patch in the owner.
   template <class Add>
-  Impl(const Owner& its_owner, const PatchOptions& patch, const KeyedOptions& its_options, Add&& add)
-      : owner(its_owner),
+  KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
+            const KeyedOptions& its_options, Add&& add)
+      : name(its_name),
+        owner(its_owner),
         options(its_options),
-        seed(patch.seed),
+        seed(its_seed),
         table(check_capacity("KeyedOptions", its_options.capacity)) {
     pool.reserve(options.capacity);
     free.reserve(options.capacity);
     try {
       for (std::uint32_t i = 0; i < options.capacity; ++i) {
         pool.emplace_back();
-        pool.back().id = add();
+        pool.back().id = add().value;
       }
     } catch (...) {
       pool.pop_back();
@@ -80,9 +90,9 @@ struct KeyedPatches::Impl {
     }
     for (std::uint32_t i = options.capacity; i-- > 0;) free.push_back(i);
   }
-  ~Impl() { remove_patches(); }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+  ~KeyedPool() { remove_patches(); }
+  KeyedPool(const KeyedPool&) = delete;
+  KeyedPool& operator=(const KeyedPool&) = delete;
 
   void remove_patches() noexcept {
     for (const Held& held : pool) {
@@ -126,7 +136,18 @@ struct KeyedPatches::Impl {
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  SteppingSide stepping_side;
+  std::uint64_t find_or_add(std::uint64_t key) noexcept;
+  std::uint64_t find(std::uint64_t key) const noexcept;
+  bool erase(std::uint64_t key) noexcept;
+  void clear() noexcept;
+  std::uint32_t end_step() noexcept;
+  std::uint32_t size() const noexcept;
+  std::size_t state_size() const noexcept { return saved_head + options.capacity * saved_place; }
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  void restore_state(Span<const std::byte> from);
+
+  const char* const name;
+  mutable SteppingSide stepping_side;
   const Owner owner;
   const KeyedOptions options;
   const std::uint32_t seed;
@@ -138,92 +159,71 @@ struct KeyedPatches::Impl {
   std::uint64_t refused = 0;
 };
 
-KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
-                           const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>(Owner{&batch, nullptr}, patch, options,
-                                   [&] { return batch.add(material, patch); })) {}
-KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
-                           const Outline& outline, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>(Owner{nullptr, &patches}, patch, options,
-                                   [&] { return patches.add(material, patch, outline); })) {}
-KeyedPatches::~KeyedPatches() = default;
-KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
-KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
-
-PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  Impl& impl = *impl_;
-  if (key == no_contact_key) return {};
-  std::uint32_t i = impl.table.find(key);
+std::uint64_t KeyedPool::find_or_add(std::uint64_t key) noexcept {
+  const SteppingCall call(stepping_side);
+  if (key == no_contact_key) return 0;
+  std::uint32_t i = table.find(key);
   if (i != none) {
-    impl.unlink(i);
+    unlink(i);
   } else {
-    if (impl.free.empty()) {
-      ++impl.refused;
-      return {};
+    if (free.empty()) {
+      ++refused;
+      return 0;
     }
-    i = impl.free.back();
-    impl.free.pop_back();
-    impl.pool[i].key = key;
-    impl.table.insert(key, i);
-    impl.owner.reset(impl.pool[i].id, impl.seed_of(key), key);
+    i = free.back();
+    free.pop_back();
+    pool[i].key = key;
+    table.insert(key, i);
+    owner.reset(pool[i].id, seed_of(key), key);
   }
-  impl.append(i);
-  impl.pool[i].seen = impl.step;
-  return impl.pool[i].id;
+  append(i);
+  pool[i].seen = step;
+  return pool[i].id;
 }
 
-PatchId KeyedPatches::find(std::uint64_t key) const noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
-  return i == none ? PatchId{} : impl_->pool[i].id;
+std::uint64_t KeyedPool::find(std::uint64_t key) const noexcept {
+  const SteppingCall call(stepping_side);
+  const std::uint32_t i = key == no_contact_key ? none : table.find(key);
+  return i == none ? 0 : pool[i].id;
 }
 
-bool KeyedPatches::remove(std::uint64_t key) noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  const std::uint32_t i = key == no_contact_key ? none : impl_->table.find(key);
+bool KeyedPool::erase(std::uint64_t key) noexcept {
+  const SteppingCall call(stepping_side);
+  const std::uint32_t i = key == no_contact_key ? none : table.find(key);
   if (i == none) return false;
-  impl_->give_back(i);
+  give_back(i);
   return true;
 }
 
-void KeyedPatches::clear() noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  while (impl_->last != none) impl_->give_back(impl_->last);
-  impl_->refused = 0;
+void KeyedPool::clear() noexcept {
+  const SteppingCall call(stepping_side);
+  while (last != none) give_back(last);
+  refused = 0;
 }
 
-std::uint32_t KeyedPatches::end_step() noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  Impl& impl = *impl_;
+std::uint32_t KeyedPool::end_step() noexcept {
+  const SteppingCall call(stepping_side);
   std::uint32_t count = 0;
-  for (; impl.first != none && impl.step - impl.pool[impl.first].seen > impl.options.keep_steps; ++count)
-    impl.give_back(impl.first);
-  ++impl.step;
+  for (; first != none && step - pool[first].seen > options.keep_steps; ++count) give_back(first);
+  ++step;
   return count;
 }
 
-std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  std::size_t k = 0;
-  for (std::uint32_t i = impl_->first; i != none && k < out.size(); i = impl_->pool[i].after)
-    out[k++] = {impl_->pool[i].key, impl_->pool[i].id};
-  return size();
+std::uint32_t KeyedPool::size() const noexcept {
+  const SteppingCall call(stepping_side);
+  return options.capacity - static_cast<std::uint32_t>(free.size());
 }
 
-std::size_t KeyedPatches::state_size() const noexcept { return saved_head + capacity() * saved_place; }
-
-std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept {
-  const SteppingCall call(impl_->stepping_side);
-  const Impl& impl = *impl_;
+std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
+  const SteppingCall call(stepping_side);
   if (to.size() < state_size()) return 0;
   ByteWriter write(to.data() + detail::seal_size);
-  write(impl.pool[0].id.value);
-  write(impl.step);
-  write(impl.refused);
-  write(capacity());
+  write(pool[0].id);
+  write(step);
+  write(refused);
+  write(options.capacity);
   write(size());
-  impl.for_each_place([&](std::uint32_t place, std::uint64_t key, std::uint64_t seen) {
+  for_each_place([&](std::uint32_t place, std::uint64_t key, std::uint64_t seen) {
     write(place);
     write(key);
     write(seen);
@@ -232,26 +232,24 @@ std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept {
   return state_size();
 }
 
-void KeyedPatches::restore_state(Span<const std::byte> from) {
-  const SteppingCall call(impl_->stepping_side);
-  Impl& impl = *impl_;
-  const auto fail = [](const char* why) { detail::refuse_saved("KeyedPatches", why); };
-  ByteReader read = detail::open_sealed("KeyedPatches", from, saved_magic);
+void KeyedPool::restore_state(Span<const std::byte> from) {
+  const SteppingCall call(stepping_side);
+  const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
+  ByteReader read = detail::open_sealed(name, from, saved_magic);
   if (from.size() != state_size()) fail("is of a pool with another capacity");
-  PatchId first_patch;
-  std::uint64_t step = 0, refused = 0, last_seen = 0;
+  std::uint64_t first_id = 0, its_step = 0, its_refused = 0, last_seen = 0;
   std::uint32_t places = 0, held = 0;
-  read(first_patch.value);
-  read(step);
-  read(refused);
+  read(first_id);
+  read(its_step);
+  read(its_refused);
   read(places);
   read(held);
-  if (first_patch != impl.pool[0].id || places != capacity()) fail("is of another pool");
+  if (first_id != pool[0].id || places != options.capacity) fail("is of another pool");
   if (held > places) fail("holds more keys than patches");
-  std::vector<Impl::Held> pool = impl.pool;
+  std::vector<Held> its_pool = pool;
   std::vector<std::uint32_t> order;
   std::vector<char> named(places, 0);
-  KeyTable table(places);
+  KeyTable its_table(places);
   for (std::uint32_t k = 0; k < places; ++k) {
     std::uint32_t i = 0;
     std::uint64_t key = 0, seen = 0;
@@ -262,29 +260,80 @@ void KeyedPatches::restore_state(Span<const std::byte> from) {
     named[i] = 1;
     order.push_back(i);
     if (k >= held) continue;
-    if (key == no_contact_key || table.find(key) != none || seen < last_seen || seen > step)
+    if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > its_step)
       fail("has a key or a time that no contact can have");
-    if (impl.owner.key_of(pool[i].id) != key)
+    if (owner.key_of(pool[i].id).value_or(key) != key)
       fail("does not belong to the present state of the patches: restore theirs first");
-    table.insert(key, i);
-    pool[i].key = key;
-    pool[i].seen = last_seen = seen;
+    its_table.insert(key, i);
+    its_pool[i].key = key;
+    its_pool[i].seen = last_seen = seen;
   }
-  impl.pool.swap(pool);
-  impl.table = std::move(table);
-  impl.first = impl.last = none;
-  for (std::uint32_t k = 0; k < held; ++k) impl.append(order[k]);
-  impl.free.assign(order.begin() + held, order.end());
-  impl.step = step;
-  impl.refused = refused;
+  pool.swap(its_pool);
+  table = std::move(its_table);
+  first = last = none;
+  for (std::uint32_t k = 0; k < held; ++k) append(order[k]);
+  free.assign(order.begin() + held, order.end());
+  step = its_step;
+  refused = its_refused;
 }
 
-std::uint32_t KeyedPatches::size() const noexcept {
+}  // namespace
+
+struct KeyedPatches::Impl : KeyedPool {
+  using KeyedPool::KeyedPool;
+};
+
+KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
+                           const KeyedOptions& options)
+    : impl_(std::make_unique<Impl>("KeyedPatches", Owner{&batch, nullptr, nullptr}, patch.seed, options,
+                                   [&] { return batch.add(material, patch); })) {}
+KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
+                           const Outline& outline, const KeyedOptions& options)
+    : impl_(std::make_unique<Impl>("KeyedPatches", Owner{nullptr, &patches, nullptr}, patch.seed, options,
+                                   [&] { return patches.add(material, patch, outline); })) {}
+KeyedPatches::~KeyedPatches() = default;
+KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
+KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
+PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key)}; }
+PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
+bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
+void KeyedPatches::clear() noexcept { impl_->clear(); }
+std::uint32_t KeyedPatches::end_step() noexcept { return impl_->end_step(); }
+std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
   const SteppingCall call(impl_->stepping_side);
-  return capacity() - static_cast<std::uint32_t>(impl_->free.size());
+  std::size_t k = 0;
+  for (std::uint32_t i = impl_->first; i != none && k < out.size(); i = impl_->pool[i].after)
+    out[k++] = {impl_->pool[i].key, {impl_->pool[i].id}};
+  return size();
 }
+std::size_t KeyedPatches::state_size() const noexcept { return impl_->state_size(); }
+std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept { return impl_->save_state(to); }
+void KeyedPatches::restore_state(Span<const std::byte> from) { impl_->restore_state(from); }
+std::uint32_t KeyedPatches::size() const noexcept { return impl_->size(); }
 std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.capacity; }
 std::uint64_t KeyedPatches::refused() const noexcept { return impl_->refused; }
 std::uint32_t KeyedPatches::seed_of(std::uint64_t key) const noexcept { return impl_->seed_of(key); }
+
+struct KeyedBeds::Impl : KeyedPool {
+  using KeyedPool::KeyedPool;
+};
+
+KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape,
+                     const BedOptions& bed, const KeyedOptions& options)
+    : impl_(std::make_unique<Impl>("KeyedBeds", Owner{nullptr, nullptr, &beds}, 0u, options,
+                                   [&] { return beds.add(material, shape, bed); })) {}
+KeyedBeds::~KeyedBeds() = default;
+KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
+KeyedBeds& KeyedBeds::operator=(KeyedBeds&&) noexcept = default;
+BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key)}; }
+BedId KeyedBeds::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
+bool KeyedBeds::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
+void KeyedBeds::clear() noexcept { impl_->clear(); }
+std::uint32_t KeyedBeds::end_step() noexcept { return impl_->end_step(); }
+std::size_t KeyedBeds::state_size() const noexcept { return impl_->state_size(); }
+std::size_t KeyedBeds::save_state(Span<std::byte> to) const noexcept { return impl_->save_state(to); }
+void KeyedBeds::restore_state(Span<const std::byte> from) { impl_->restore_state(from); }
+std::uint32_t KeyedBeds::size() const noexcept { return impl_->size(); }
+std::uint64_t KeyedBeds::refused() const noexcept { return impl_->refused; }
 
 }  // namespace bristle

@@ -55,8 +55,7 @@ std::vector<BedMotion> read_motions(const Ids& ids, const Numbers& motions) {
   if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 6)
     throw bristle::Error(
         "motions: shape (n, 6) is needed for n ids: displacement x, y (m), spin (rad), rolled x, y (m), "
-        "normal "
-        "load (N)");
+        "normal load (N)");
   std::vector<BedMotion> in(static_cast<std::size_t>(ids.shape(0)));
   for (py::ssize_t i = 0; i < ids.shape(0); ++i) {
     BedMotion& motion = in[static_cast<std::size_t>(i)];
@@ -266,6 +265,30 @@ void define_beds(py::module_& module) {
             self.batch.remove({id});
           },
           py::arg("id"), "Raises bristle.Error when there is no such bed.")
+      .def(
+          "reset",
+          [](Beds& self, std::uint64_t id) {
+            const Beds::Turn turn(self);
+            if (!self.batch.reset({id})) throw bristle::Error("BedBatch.reset: there is no such bed");
+          },
+          py::arg("id"), "Unbends all bristles and takes the bed out of contact.")
+      .def(
+          "info",
+          [](Beds& self, std::uint64_t id) {
+            const Beds::Turn turn(self);
+            const bristle::BedInfo info = self.batch.info({id});
+            py::dict result;
+            result["bristles"] = info.bristles;
+            result["half"] = py::make_tuple(info.half[0], info.half[1]);
+            result["normal_load"] = info.normal_load;
+            result["stiffness"] = info.stiffness;
+            result["longest_deflection"] = info.longest_deflection;
+            result["memory_bytes"] = info.memory_bytes;
+            return result;
+          },
+          py::arg("id"),
+          "A dict: bristles, half widths (m) and load (N) of the last step, stiffness (N/m), longest "
+          "deflection (m), memory. Zeros for an unknown id.")
       .def("step", &step, py::arg("ids"), py::arg("motions"),
            "Moves n beds. motions: shape (n, 6): displacement x, y (m), spin (rad), rolled x, y (m), normal "
            "load "

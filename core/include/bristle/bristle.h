@@ -516,7 +516,7 @@ BRISTLE_API size_t bristle_apply_decisions(bristle_batch* batch, const bristle_d
 
 /* -------------------------------------------------------------------------------------- patches by key */
 
-/** A pool of patches of one material, found by key: bristle::KeyedPatches. */
+/** A pool of patches of one material, or of alike beds, found by key: bristle::KeyedPatches, KeyedBeds. */
 typedef struct bristle_keyed bristle_keyed;
 /** Makes lasting keys, by pair of bodies and nearest point: bristle::ContactMatcher. */
 typedef struct bristle_matcher bristle_matcher;
@@ -557,7 +557,7 @@ BRISTLE_API bristle_result bristle_init_matcher_options(bristle_matcher_options*
 BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
                                                 const bristle_patch_options* patch,
                                                 const bristle_keyed_options* options, bristle_keyed** keyed);
-/** Removes its patches. Null does nothing. [change] */
+/** Removes its patches or beds. Null does nothing. [change; of beds: alone] */
 BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
 /** The patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Id 0 if
  * all patches are in use: a motion with it returns zero force. Never allocates. [step] */
@@ -766,6 +766,13 @@ BRISTLE_API bristle_result bristle_beds_create(const bristle_batch_options* opti
 BRISTLE_API void bristle_beds_destroy(bristle_beds* beds);
 /** A new bed, out of contact. Refuses what bristle::BedBatch::add refuses. [alone] */
 BRISTLE_API bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bristle_id* id);
+/** Adds a pool of alike beds, found by key. `options` may be null: defaults. The ids that bristle_keyed_...
+ * gives are of beds; destroy it by bristle_keyed_destroy before the beds. [alone] */
+BRISTLE_API bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* bed,
+                                                     const bristle_keyed_options* options,
+                                                     bristle_keyed** keyed);
+/** Unbends a bed and takes it out of contact. 1 if there is one. [alone] */
+BRISTLE_API uint32_t bristle_beds_reset(bristle_beds* beds, bristle_id id);
 /** [alone] */
 BRISTLE_API bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id);
 /** responses[i] answers motions[i]. `report` may be null. Never allocates. [alone] */

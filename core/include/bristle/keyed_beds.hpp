@@ -1,0 +1,48 @@
+// Beds by key, for engines that list their contacts again in every step: as keyed_patches.hpp, whose
+// ContactMatcher makes keys. Any point of a ball or a wheel comes and goes as it rolls: let the key name the
+// pair of bodies, or match points in a frame that does not turn with them.
+#pragma once
+
+#include "bristle/bed.hpp"
+#include "bristle/keyed_patches.hpp"
+
+namespace bristle {
+
+/// A pool of alike beds, found by key. The bed of a new key is as BedBatch::reset leaves it: unbent, out of
+/// contact. KeyedOptions::seed_from_key has no effect.
+///
+/// Thread rule: that of BedBatch. The batch must outlive the pool and must not be moved. Nothing allocates
+/// but making it, destroying it and restore_state.
+class BRISTLE_API KeyedBeds {
+ public:
+  /// Adds options.capacity beds to the batch. Throws bristle::Error.
+  KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape, const BedOptions& bed,
+            const KeyedOptions& options = {});
+  ~KeyedBeds();  ///< removes them
+  KeyedBeds(KeyedBeds&&) noexcept;
+  KeyedBeds& operator=(KeyedBeds&&) noexcept;
+
+  /// @name As in KeyedPatches.
+  ///@{
+  BedId find_or_add(std::uint64_t key) noexcept;
+  BedId find(std::uint64_t key) const noexcept;
+  bool remove(std::uint64_t key) noexcept;
+  void clear() noexcept;
+  std::uint32_t end_step() noexcept;
+  std::uint32_t size() const noexcept;
+  std::uint64_t refused() const noexcept;
+  ///@}
+
+  /// Which contact has which bed, in bytes whose number never changes. Save the batch beside it and restore
+  /// both: a bed does not know its key, so that they belong together is not checked. Else as in KeyedPatches.
+  std::size_t state_size() const noexcept;
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  void restore_state(Span<const std::byte> from);
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bristle
