@@ -26,7 +26,7 @@ struct AgeingLaw {
   bool saturates;
 };
 
-/// g(a), its derivative, and how fast that falls: -g'' / g'.
+/// Growth g(a) of a snap length with its derivative, and the rate -g'' / g' at which the derivative falls.
 template <class V>
 struct Growth {
   V factor, rate, turn;
@@ -75,7 +75,7 @@ struct Bent {
   V along, aside2;
 };
 
-/// From the start along the motion to the circle of this radius.
+/// Returns the path from the start along the motion to the circle of this radius.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -83,8 +83,8 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Way to the snap, for `open` bristles, from a place that is not before it. `delta`: fresh; `age`: at the
-/// start.
+/// Returns the path to the snap of the `open` bristles by Newton's steps from a place that is not before it.
+/// `delta`: fresh snap length; `age`: at the start.
 template <class T, int axes, class V, class M>
 inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
   const V none(T(0));
@@ -131,7 +131,7 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   return length;
 }
 
-/// Trials at a bristle met in a long slide; one in five is accepted at the least.
+/// Most trials to sample a bristle met in a long slide; at least one in five is accepted.
 constexpr int most_trials = 1000;
 
 template <class A>
@@ -140,7 +140,7 @@ inline double age_per_length(const A& step) {
   return least(span / step.length, oldest);
 }
 
-/// Law of ageing of a step or a renewal.
+/// Returns the law of ageing with the constants of a step or a renewal.
 template <class T, class A>
 inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
@@ -159,7 +159,7 @@ template <class A>
 inline BlockAge age_since(const A& step, double since) {
   return {age_at(step, step.start, since), age_at(step, step.start + step.duration, since)};
 }
-/// At least in every later step.
+/// Returns a lower bound of the age that bristles have gained in every later step.
 template <class A>
 inline double least_later_age(const A& step, double since) {
   return age_at(step, step.start + step.duration - step.rounding, since);

@@ -6,7 +6,7 @@
 namespace bristle::detail {
 namespace {
 
-/// z' = keep z + push d.
+/// Result of a slide: the deflection becomes keep z + push d.
 template <class V>
 struct Dragged {
   V keep, push;

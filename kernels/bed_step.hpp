@@ -12,7 +12,7 @@ namespace {
 
 using BedEngine = Engine<float>;
 
-/// The columns of a bed at one vector of its bristles.
+/// Pointer to the columns of a bed at one vector of bristles.
 template <class E>
 struct BedAt {
   float* block;
@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // Of rolling: every tip is written, and relative to a root at zero.
+  // In rolling every tip is written, relative to a root at zero.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -63,7 +63,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       kept = at[bed_kept];
     }
 
-    // Deflection, and the motion of the root.
+    // Deflection at the start, and motion of the root in the step.
     const V tip_x = at[bed_tip_x];
     const V tip_y = at[bed_tip_y];
     V zx, zy, dx(step.motion[0]), dy(step.motion[1]);
@@ -81,7 +81,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Where a tip without deflection stands after the step.
+    // Place of a tip without deflection after the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -107,7 +107,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     auto slides = none > one;
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Where there is no contact, or was none, rounding is no deflection.
+      // Without contact a deflection is only rounding.
       const auto presses = (carried ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -153,7 +153,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
-        // Rounding of a place is 5e-7 at most, in units of the largest limit.
+        // A place is rounded by 5e-7 at most, in units of the largest limit.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
@@ -168,7 +168,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ud = (ux * dx + uy * dy) * left;
           const V ud2 = ud + ud;
           q2 = select_lanes(rough, ud2 * over_both, q2);
-          // Beyond its limit, since that falls, it slides at the mean limit of the step.
+          // A bristle beyond a falling limit slides at the mean limit of the step.
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);
@@ -321,7 +321,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // The part in contact, seen from the leading edge, whichever it is.
+    // Half length of the part in contact. Places along the row count towards the leading edge, whichever end
+    // that is.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;
@@ -345,7 +346,7 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
-      // Distances from the leading edge, `near` to `far`: what is within `carried` has come in.
+      // Distances `near` to `far` from the leading edge; a part within `carried` has entered in this step.
       const V near = edge - high;
       const V far = edge - low;
       const V border = least(most(near, carried), far);

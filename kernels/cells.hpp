@@ -20,7 +20,7 @@
 namespace bristle::detail {
 namespace {
 
-// w is 2^-24 at the least, and below 1/2.
+// w lies between 2^-24 and 1/2.
 constexpr std::uint32_t cells_of_half = 23 * 16;
 constexpr std::uint32_t cells_of_law = 2 * cells_of_half;
 
@@ -50,7 +50,7 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Lines of a vector's cells.
+/// Lines of the cells of a vector of shares.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;
@@ -71,7 +71,7 @@ inline CellLines<float> read_lines(const double* table, const std::uint32_t* at)
   const HalfLines b =
       __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
 #elif defined(BRISTLE_ISA_AVX2)
-  // In this order no number crosses the middle.
+  // This order needs no move between the halves of the vector.
   const auto low = (HalfLines)(Pairs{p(0), p(1), p(4), p(5)});
   const auto high = (HalfLines)(Pairs{p(2), p(3), p(6), p(7)});
   const HalfLines a = __builtin_shufflevector(low, high, 0, 2, 8, 10, 4, 6, 12, 14);

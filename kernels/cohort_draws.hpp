@@ -1,4 +1,4 @@
-// Losses of a cohort of a patch that fluctuates as n bristles do: each bristle leaves by itself, so the
+// Losses of a cohort in a patch that fluctuates as n bristles do: each bristle leaves independently, so their
 // number is binomial. Plain arithmetic, one draw a cohort.
 #pragma once
 
@@ -13,7 +13,7 @@ constexpr std::uint64_t golden = 0x9E3779B97F4A7C15u;  // 2^64 / golden ratio
 /// The whole part of a number from 0 to 2^63. (floor is a call where the baseline has no instruction for it.)
 inline double whole_of(double x) { return static_cast<double>(static_cast<std::int64_t>(x)); }
 
-/// Strictly between 0 and 1.
+/// Returns a number strictly between 0 and 1 from random bits.
 inline double wide_share_of(std::uint64_t random) {
   return (static_cast<double>(random >> 12) + 0.5) * 0x1p-52;
 }
@@ -26,7 +26,7 @@ inline double whole_power(double x, std::uint64_t n) {
   return power;
 }
 
-/// A binomial number by its distribution function, from 0 on: for means of a dozen or less.
+/// Draws a binomial number by its distribution function, from 0 on: for means up to a dozen.
 inline double draw_few(double share, double n, double chance) {
   const double odds = chance / (1.0 - chance);
   double term = whole_power(1.0 - chance, static_cast<std::uint64_t>(n));
@@ -40,15 +40,15 @@ inline double draw_few(double share, double n, double chance) {
   return k;
 }
 
-/// A symmetric number of mean 0 and variance 1 within +-root(12): four shares of 16 bits. Bounded, so that
-/// what it is the deviation of needs no clipping, which would shift the mean.
+/// Returns a symmetric number of mean 0 and variance 1 within +-root(12): a sum of four shares of 16 bits. It
+/// is bounded, so that the binomial number needs no clipping, which would shift its mean.
 inline double deviation_of(std::uint64_t random) {
   constexpr std::uint64_t low = 0xFFFF;
   const std::uint64_t sum = (random & low) + (random >> 16 & low) + (random >> 32 & low) + (random >> 48);
   return (static_cast<double>(sum) + 2.0) * (1.7320508075688772 / 65536.0) - 2.0 * 1.7320508075688772;
 }
 
-/// Binomial: how many of n (whole) leave, each with this chance.
+/// Draws how many of n bristles leave (n whole), each with this chance.
 inline double draw_binomial(std::uint64_t random, double n, double chance) {
   const double other = 1.0 - chance;
   constexpr double bound = 12.0;  // root(12) standard deviations on either side lie within 0 and n
@@ -59,7 +59,8 @@ inline double draw_binomial(std::uint64_t random, double n, double chance) {
   return least(whole_of(most(n * chance + deviation + 0.5, 0.0)), n);
 }
 
-/// See CohortNoise. A bristle that the load holds in part leaves as a whole or stays.
+/// CohortNoise::leave: draws the mass that leaves a cohort. A bristle that the load holds in part leaves as a
+/// whole or stays.
 inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t number, double mass,
                     double chance) {
   if (!(chance > 0.0) || !(mass > 0.0)) return 0.0;
@@ -72,12 +73,13 @@ inline double leave(const CohortLaw& law, std::uint64_t pass, std::uint32_t numb
   return least(whole_of(left * law.bristle + 0.5), mass);
 }
 
-/// Losses of one pass over the cohorts: what snapped, or what its snaps renew.
+/// Losses of one pass over the cohorts: snaps, or the renewals that these cause.
 class DrawnLosses {
  public:
   DrawnLosses(const CohortLaw& law, CohortState& s) : law_(law), s_(s), pass_(s.draws) {}
-  /// A snap draws kappa bristles, as with representatives: their number follows the snaps, and which they are
-  /// is chance. (Each bristle by a chance of its own would be 13 % more variance: MODEL.md 26.)
+  /// As with representatives, each snap draws kappa bristles: the number of draws follows the snaps, and
+  /// chance decides which bristles they select. (An independent chance for each bristle would raise the
+  /// variance by 13 %: MODEL.md 26.)
   DrawnLosses(const CohortLaw& law, CohortState& s, double hazard) : DrawnLosses(law, s) {
     const double wanted = hazard * (s.mass / law.bristle) + s.draws_due;
     draws_ = whole_of(most(wanted, 0.0));

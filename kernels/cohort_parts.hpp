@@ -24,8 +24,8 @@ inline double cohort(const double* rows, std::uint32_t i, CohortColumn column) {
 inline double mass_of(const double* rows, std::uint32_t i) {
   return whole_part(cohort(rows, i, cohort_fresh) * cohort(rows, i, cohort_left));
 }
-/// u of a cohort of whole mass m of which the share S is left: floor(u S) is m again, half a unit from the
-/// next.
+/// Returns u for a cohort whose mass is the whole number m and of which the share S is left: floor(u S) gives
+/// m again, half a unit from the next number.
 inline double fresh_mass(double mass, double left) { return (mass + 0.5) / left; }
 
 /// Share of a law stronger than x, and E[delta; delta < x].
@@ -75,7 +75,7 @@ inline V ageing_at(const CohortTimes& t, V age) {
   return strength_at(t, age).factor;
 }
 
-/// The age at which g is so much.
+/// Returns the age at which g has this value.
 inline double age_at(const CohortTimes& t, double factor) {
   const double grown = most(factor - 1.0, 0.0) / t.strength;
   if (t.saturates != 0) return -natural_log<double>(most(1.0 - grown, 1e-17)) / t.rate;
@@ -89,7 +89,8 @@ template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
   const V length = V(law.residual) + delta * strength.factor;
-  // All times `run`, which spares a division. The snap length grows along the path by growth / run.
+  // All terms are multiplied by `run`, which saves a division. The snap length grows along the path by growth
+  // / run.
   const V run = strength.run;
   const V growth = delta * (strength.rise * V(per_length));
   const V half = along * run - growth * length;
@@ -98,8 +99,8 @@ inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, 
   return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// The R of bristles that were bent from straight to `bent` at constant speed; where none snaps yet, anything
-/// up to `bent`.
+/// Returns the R of bristles bent from straight to `bent` at constant speed; where none snaps yet, any value
+/// up to `bent` serves.
 template <bool ages>
 inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
@@ -111,7 +112,7 @@ inline void clear_lane(double* rows, std::uint32_t i) {
   cohort(rows, i, cohort_reach) = unused_reach;
 }
 
-/// The last cohort takes the place of cohort i.
+/// Removes cohort i: the last cohort takes its place.
 template <bool ages>
 inline void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) {
   const std::uint32_t last = --s.count;
@@ -127,7 +128,7 @@ inline void remove_cohort(CohortState& s, double* rows, double* births, std::uin
   clear_lane(rows, last);
 }
 
-/// A bit for each cohort.
+/// Set of cohorts, as a bit for each.
 struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
 
@@ -161,7 +162,7 @@ inline void remove_empty(CohortState& s, double* rows, double* births, CohortBit
 struct Ranks {
   double low, high;
 };
-/// `mean` of the ranks and `square`, the mean of their squares.
+/// Returns the interval with this mean rank and this mean of squared ranks (`square`), inside [0, all).
 inline Ranks ranks_of(double mean, double square, double all) {
   const double half = root(most(3.0 * (square - mean * mean), 0.25));
   return {most(mean - half, 0.0), least(mean + half, all)};
@@ -178,16 +179,16 @@ struct Newborn {
   double birth = 0.0;
 };
 
-/// Bristles of different age that become one cohort: g is their mean.
+/// Returns the birth of a cohort merged from bristles of different age: its g is their mean.
 inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
   const double g = ageing_at(t, most(t.now - birth, 0.0));
   const double of_other = ageing_at(t, most(t.now - other, 0.0));
   return t.now - age_at(t, g + share * (of_other - g));
 }
 
-/// Cohort i and a newborn become one: mass, first moment and the mean R are kept. Returns twice the energy
-/// lost. `to` is where the patch is: R is at least the deflection. `even`: both were born along a path at an
-/// even speed, so that the birth in the middle belongs to the place in the middle.
+/// Merges a newborn into cohort i; conserves mass, first moment and mean R. Returns twice the energy lost.
+/// `to` is the position of the patch: R is at least the deflection there. `even`: both were born along a path
+/// at an even speed, so that the mean birth belongs to the mean place.
 template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const double to[2], const CohortTimes& times, bool even) {
@@ -227,7 +228,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-/// A newborn becomes cohort i: in a lane that is free, or the next.
+/// Writes a newborn as cohort i, in a free lane or the next one.
 template <bool ages>
 inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const CohortTimes& times) {
@@ -413,7 +414,8 @@ template <bool rubs, bool ages>
     // average.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // In pieces of a snap length many are drawn, and second snaps have left some less path than that.
+    // In pieces as long as a snap length many newborns are renewed, and some of them have snapped a second
+    // time and have less path left.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))
@@ -425,8 +427,8 @@ template <bool rubs, bool ages>
   }
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
   if (a.books) {
-    // Without snaps the integral would be that of the survivors: less what the lost would have added after
-    // their snap, and what they add as newborn.
+    // The integral for survivors alone lacks the path of the lost bristles: subtracts their share after the
+    // snap and adds that of the newborn.
     double of_newborn = 0.5 * (p.gap_gap + gap_gap);
     if (rubs) of_newborn += law.residual * p.gap;
     t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
@@ -447,11 +449,13 @@ template <bool rubs, bool ages>
           ages ? times.now - mean_gap * times.per_length : 0.0};
 }
 
-/// Length of the next piece of a move: the law's piece, and longer in the middle of a long move.
+/// Returns the length of the next piece of a move: the law's piece, or a longer one in the middle of a long
+/// move.
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
-  // Never so long that what snapped early in it would have to be stronger than the law's strongest.
+  // A piece must not be so long that bristles which snapped early in it would have to exceed the longest snap
+  // length.
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
@@ -611,7 +615,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        // It takes the lane of a cohort that went. The oldest go: lanes are a ring, and nothing is moved.
+        // The newborn takes the lane of a cohort that emptied. In a slide the oldest cohorts empty: lanes are
+        // a ring, and nothing is moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<Engine, ages>(law, s, rows, at, times);
@@ -651,7 +656,7 @@ double enter(const CohortLaw& law, CohortState& s, double* rows, const double at
   return 0.0;
 }
 
-/// Cohort i, bent so far, gets fresh lengths of the law: those left are stronger. Returns their mass.
+/// Gives cohort i fresh lengths of the law, conditioned on exceeding its deflection. Returns the mass left.
 inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double bent) {
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);

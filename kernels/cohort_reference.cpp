@@ -45,8 +45,8 @@ struct ReferenceSums {
   }
 };
 
-/// Share of a piece along which a bristle bent so far along the motion at its end can be renewed: it is bent
-/// by more than l_r there.
+/// Returns the path within a piece along which a bristle can be renewed, that is where it is bent by more
+/// than l_r; `along` is its deflection along the motion at the end.
 double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
@@ -147,7 +147,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   cohort(rows, i, cohort_fresh) = fresh;
 }
 
-/// Way to the nearest place at which a cohort is bent farther than ever, from `at`.
+/// Returns the shortest path from `at` after which some cohort is bent farther than ever.
 template <int axes, bool ages>
 double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
                   const CohortTimes& times) {
@@ -163,7 +163,7 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
   return slack;
 }
 
-/// The cheapest partner of cohort i among those after it; of equal ones the first.
+/// Finds the cheapest partner of cohort i among the cohorts after it, the first of equal ones.
 template <bool ages>
 Partner find_partner(const double* rows, const double* masses, const double* grown, std::uint32_t count,
                      std::uint32_t i) {
@@ -203,7 +203,7 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
 }
 
 struct Reference {
-  /// One piece of the path, which ends at `at`.
+  /// Takes one piece of the path, which ends at `at`, for all cohorts.
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {

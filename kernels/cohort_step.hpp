@@ -42,10 +42,10 @@ static_assert(sizeof(SurvivalCell) == sizeof(CellAsFour) && alignof(SurvivalCell
 struct FourCells {
   Four survival, slope, moment, start;
 };
-/// Four cells, turned.
+/// Loads four cells and transposes them into vectors of columns.
 inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
   Four cell[4];
-  // memcpy would go through the stack: 40 instructions more.
+  // A cast, because memcpy would go through the stack: 40 more instructions.
   for (int k = 0; k < 4; ++k) cell[k] = *reinterpret_cast<const CellAsFour*>(cells + number[k]);
   const Four a = __builtin_shufflevector(cell[0], cell[1], 0, 4, 2, 6);
   const Four b = __builtin_shufflevector(cell[0], cell[1], 1, 5, 3, 7);
@@ -103,7 +103,7 @@ struct VectorPlace {
 
 inline Vector masses_of(Vector fresh, Vector left) { return whole_part<double>(fresh * left); }
 
-/// A bit for each lane.
+/// Returns a mask with a bit for each lane.
 inline std::uint64_t lane_bits(Mask<double> which) {
 #if defined(BRISTLE_ISA_AVX512)
   return static_cast<std::uint64_t>(which.data);
@@ -176,7 +176,7 @@ struct VectorSums {
   }
 };
 
-/// On one axis the root of a square is the number without its sign, to the last bit.
+/// With one axis the length is the absolute value, to the last bit, so no root is needed.
 template <int axes>
 inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : xsimd::abs(zx);
@@ -347,7 +347,7 @@ struct VectorEngine {
     return nearest;
   }
 
-  /// A partner that costs more than `limit` need not be the cheapest, and need not be found.
+  /// Finds the cheapest partner of a cohort. One that costs more than `limit` need not be found.
   template <bool ages>
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
                               std::uint32_t count, std::uint32_t i, double limit) {

@@ -19,7 +19,7 @@ namespace {
 /// Length (scaled) beyond which double does not resolve the phase, so it is drawn.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// A bristle that snapped, after the path that remained.
+/// State of a bristle that snapped, at the end of the step.
 struct AfterFarStep {
   double deflection;  ///< along the motion
   double squares;     ///< sum of delta^2 over the snaps after the first
@@ -46,7 +46,8 @@ inline double jump_renewals(const KernelLaw& law, double rest, double share, Aft
   return jumped;
 }
 
-/// Redraw: `delta` becomes the snap length of the bristle it ends on, `state` its draw state.
+/// Redraw: carries a bristle along `rest` after its first snap. `delta` becomes the snap length that it ends
+/// with, `state` its draw state.
 template <class T>
 inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std::uint32_t& state) {
   const auto next = [&state] {
@@ -103,8 +104,9 @@ inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std
   }
 }
 
-/// Keys a block's noise by the draw states of its first row before the step: one of 16 bristles has drawn
-/// since the last jump, and a trial step of another length gets the same noise, so that solvers converge.
+/// Returns the key of a block's noise: the draw states of its first row before the step. One of 16 bristles
+/// has drawn since the last jump, so blocks and steps differ, but a trial step of another length gets equal
+/// noise, so that solvers converge.
 inline std::uint32_t noise_key(const std::uint32_t* draw) {
   std::uint32_t key = 0xA511E9B3u;
   for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);
@@ -157,7 +159,7 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// A row of 16 bristles, keep.
+/// State and results of a row of 16 bristles with SnapRule::keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections
   alignas(64) double end[2][lane_count];    ///< if no bristle snaps; then after the step
@@ -166,7 +168,7 @@ struct FarRow {
   alignas(64) double phase[lane_count];  ///< of steps so long that it is lost: share of the snap length
 };
 
-/// Bristles of the row from k on, as many as a vector has. `left` is the residual.
+/// Advances the bristles of the row from k on, as many as a vector has. `left` is the residual.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;
@@ -242,7 +244,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
   }
 }
 
-/// One bristle, redraw.
+/// Advances one bristle with SnapRule::redraw.
 template <class T, int axes, bool residual>
 inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                                std::uint32_t i, double w, FarLanes& lanes) {

@@ -35,7 +35,8 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
   return met;
 }
 
-/// Redraw: `delta` becomes the fresh snap length of the bristle it ends on, `state` its draw state.
+/// Redraw: carries a bristle along the path left after its first snap. `delta` becomes the fresh snap length
+/// that it ends with, `state` its draw state.
 template <class T>
 inline AfterFarStep land_redraw_aged(const KernelLaw& law, const AgeingLaw<double>& ageing,
                                      double largest_growth, double rest, T& delta, std::uint32_t& state) {

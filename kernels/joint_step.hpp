@@ -151,7 +151,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // The side of the limit that the deflection follows: 1, -1, or 0 for none.
+        // Side of the limit at which the bristle slides: 1, -1, or 0 for none. Its deflection follows that
+        // limit.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

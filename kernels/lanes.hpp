@@ -32,7 +32,7 @@ using Lanes = xsimd::batch<T, Arch>;
 template <class T>
 using Mask = xsimd::batch_bool<T, Arch>;
 
-/// Unsigned integers of the width of T: for the bits of T.
+/// Unsigned integer of the width of T, which holds its bits.
 template <class T>
 struct BitsOf;
 template <>
@@ -157,7 +157,7 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
-/// v with its upper half of `count` lanes in the place of the lower.
+/// Returns v with the upper half of `count` lanes moved to the lower half.
 template <std::uint32_t count, class T>
 inline Lanes<T> upper_half(Lanes<T> v) {
   const auto x = v.data;
@@ -267,7 +267,7 @@ struct DrawStates<double> {
     x = (x * 0x21F0AAADu) & low;
     x = x ^ (x >> 15);
     x = (x * 0x735A2D97u) & low;
-    // 2^52 + h, less 2^52: h as a number.
+    // The bits of 2^52 + h, less 2^52, give h as a number.
     const Lanes<double> h = from_wide((x >> 9) | 0x4330000000000000u) - Lanes<double>(4503599627370496.0);
     return (h + Lanes<double>(0.5)) * Lanes<double>(1.1920928955078125e-07);  // 2^-23
   }

@@ -13,7 +13,7 @@ inline V clamp_length(const KernelLaw& law, V length) {
   return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
 }
 
-/// Q(u) of any law but the uniform: out of line, so that the common case stays short.
+/// Returns Q(u) for every law but the uniform. Out of line, so that the common case stays short.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
   switch (law.kind) {

@@ -66,7 +66,7 @@ BRISTLE_PAIR_INLINE bool any_lane(const PairMask<T>& which) {
   return xsimd::any(which.a | which.b);
 }
 
-/// One vector or two, from a column on.
+/// Loads one vector or two from a column.
 template <class V, class T>
 BRISTLE_PAIR_INLINE V load_as(const T* from) {
   if constexpr (sizeof(V) == sizeof(Lanes<T>))

@@ -59,7 +59,7 @@ struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Without a branch: which vectors snap cannot be foreseen.
+  /// Without a branch, because the vectors that snap cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
     size += wanted ? 1u : 0u;
@@ -88,7 +88,7 @@ struct Places {
   void store_to(T* column, Bundle<T> x) const {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
-  /// The masked lanes' next numbers.
+  /// Draws the next random number of the masked lanes.
   Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
@@ -166,7 +166,7 @@ template <class T, bool sums, class AnyWalk>
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
-        // Exact for any distance.
+        // Sums of an exponential law, exact for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
         const Bundle<T> m2 = constant(law.mean * law.mean);
@@ -222,7 +222,7 @@ template <class T, bool sums, class AnyWalk>
   return rest;
 }
 
-/// Where bristles are at the end of the step that snapped in it.
+/// State of bristles at the end of a step in which they snapped.
 template <class T>
 struct AfterSnaps {
   Lanes<T> deflection;  ///< r, along the motion
@@ -230,7 +230,7 @@ struct AfterSnaps {
   Lanes<T> count;       ///< of these
 };
 
-/// A vector of bristles that have path left, in registers.
+/// State of a vector of bristles that have path left, in registers.
 template <class T>
 struct Walker {
   Mask<T> open;
@@ -240,7 +240,7 @@ struct Walker {
   AfterSnaps<T> land;
 };
 
-/// Snap lengths of a walk in registers, from shares.
+/// Source of uniform snap lengths for a walk in registers: from random shares.
 template <class T>
 struct UniformLengths {
   static constexpr bool ahead = false;

@@ -44,7 +44,7 @@ AfterSnaps<T> after_keep(T rest, T delta) {
   return after;
 }
 
-/// Ageing of a walk.
+/// Constants of ageing along a walk from snap to snap.
 template <class T>
 struct Aged {
   AgeingLaw<T> ageing;
@@ -93,7 +93,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
         const T u = next();
         const T v = next();
         const T mean = static_cast<T>(law.location);
-        // The bristle met there is length-biased, its age uniform.
+        // The bristle met at the end of a jump is length-biased, its age uniform.
         met = memoryless ? T(0) : length_met<T>(law, u);
         age = v * met;
         if (memoryless) {
@@ -344,7 +344,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   }
 
   ++totals.blocks_rewritten;
-  // Book the block: fixed point, so that sums over blocks are exact.
+  // Adds the block to the totals in fixed point, so that sums over blocks are exact.
   const bool tail = patch.whole < (b + 1) * block_size;
   for (int axis = 0; axis < axes; ++axis) {
     const std::int64_t now = to_integer(stored[axis] * fixed_per_length);

@@ -50,7 +50,7 @@ class Renewer {
   }
 
  private:
-  /// Whether draws are taken in columns. Vectors of two or four doubles gain nothing by it.
+  /// Whether draws are taken in columns: with vectors of two or four doubles that gains nothing.
   static constexpr bool by_columns = Lengths::by_columns && !ages;
 
   const PatchView<T>& patch;
@@ -96,7 +96,7 @@ class Renewer {
     std::uint32_t k[draws_together];
     std::uint32_t size = 0;
   };
-  /// Where a bristle is at the start of the piece.
+  /// State of a bristle at the start of the piece.
   struct Start {
     double shift[2];  ///< displacement since its block's last rewrite
     double z[2];
@@ -150,7 +150,7 @@ class Renewer {
     if (count > 0) renew(ready, count);
   }
 
-  /// Without a branch: which draws fall into the range cannot be foreseen.
+  /// Keeps the draws that fall into the range. Without a branch, because they cannot be predicted.
   void sift(const Draws& drawn, std::uint32_t count, Waiting& waiting) const {
     const std::uint32_t before = waiting.count;
     std::uint32_t n = before;
@@ -174,7 +174,7 @@ class Renewer {
     std::memmove(waiting.way, waiting.way + count, waiting.count * sizeof waiting.way[0]);
   }
 
-  /// Draws from the k-th on. Each has its part of the piece to itself: so they come in the order of their
+  /// Makes draws from the k-th on. Each has its own part of the piece, so they come in the order of their
   /// places.
   void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
@@ -312,7 +312,7 @@ class Renewer {
     }
   }
 
-  /// As slip(), in vectors, for bristles that do not snap.
+  /// As slip(), in vectors, for bristles that do not snap before their renewal.
   void bend_all(const Draws& draws, Columns& columns, Gains& gains) const {
     const double e[2] = {renewal.direction[0], renewal.direction[1]};
     const double residual = left;

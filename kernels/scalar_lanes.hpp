@@ -126,7 +126,7 @@ inline double displacement(std::int64_t to, std::int64_t from) {
   return static_cast<double>(difference(to, from)) * length_per_fixed;
 }
 
-/// A count that may be too large for an integer.
+/// Converts a count that may be too large for an integer.
 inline std::uint64_t to_count(double x) {
   BRISTLE_ASSERT(x >= 0.0);
   return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};

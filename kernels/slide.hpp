@@ -16,7 +16,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Polynomial, lowest power first, as two of half the degree: half as long a wait.
+/// Evaluates a polynomial, lowest power first, as two of half the degree, which halves the chain of dependent
+/// operations.
 template <class T, class V, std::size_t n>
 [[gnu::always_inline]] inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
   constexpr int last = static_cast<int>(n) - 1;
@@ -104,8 +105,8 @@ template <class T, int axes, class V>
   return {x, y, x * ex + y * ey, x * ey - y * ex};
 }
 
-/// Distance to the circle of radius `limit`, forward along e; 0 on it or outside. This form cannot go wrong
-/// in sign or root.
+/// Returns the distance to the circle of radius `limit`, forward along e; 0 on it or outside. This form
+/// cannot choose the wrong root.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -122,8 +123,8 @@ template <class T, int axes, class V>
   return ahead * ahead + start.aside * start.aside > limit * limit;
 }
 
-/// The distance over which the tip sticks, of bristles of which `slides` slide. A bristle that lies at its
-/// limit to a few digits, and does not unload, slides at once: no root.
+/// Returns the distance over which the tip sticks, for bristles that slide. A bristle at its limit, to a few
+/// digits, that does not unload slides at once, without a root.
 template <class T, int axes, class V, class Which>
 [[gnu::always_inline]] inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
   if constexpr (axes == 1) {
@@ -233,8 +234,8 @@ template <class T, int axes, bool mean, bool energy, class V>
   return slide_after<T, axes, mean, energy>(start, path, limit, limit, ex, ey, length);
 }
 
-/// Share of the motion d over which the tip sticks, 0 to 1, of a bristle that slides within the step: the
-/// root of |z + share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
+/// Returns the share (0 to 1) of the motion d over which the tip of a bristle sticks that slides within the
+/// step: the root of |z + share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
 template <class V>
 [[gnu::always_inline]] inline V share_that_sticks(V gap, V b, V d2) {
   const V none(0.0f);

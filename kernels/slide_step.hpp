@@ -19,7 +19,7 @@ namespace {
 /// Longest step, scaled, that is computed directly. After it every bristle lies along the motion, to the last
 /// bit.
 constexpr double longest_slide = 1048576.0;  // 2^20
-/// Farther off, scaled, deflections are counted from the patch's place again.
+/// Distance, scaled, beyond which deflections are counted from the place of the patch again.
 constexpr double farthest_reference = 0.25;
 
 /// Returns the factor of 1 / limit, for the limit at which bristles slide under the present load.
@@ -41,7 +41,7 @@ struct SlideMotion {
         counts_anew(p1[0] * p1[0] + p1[1] * p1[1] > farthest_reference * farthest_reference) {}
 };
 
-/// Weight times fixed-point displacement, rounded.
+/// Returns weight times a fixed-point displacement, rounded.
 inline std::int64_t carried(const SlideBlock& block, const std::int64_t (&to)[2], int axis) {
   return to_integer(block.weight * static_cast<double>(difference(to[axis], block.position[axis])));
 }
@@ -62,7 +62,7 @@ inline void book_stuck(const SlideBlock& block, const Advance& a, int axes, bool
   }
 }
 
-/// A block that changed.
+/// Books a block in which bristles slid.
 inline void book_slid(SlideBlock& block, const Advance& a, const SlideMotion& motion, const SlideSums& sums,
                       int axes, Totals& totals) {
   SlideBlock now = block;
@@ -146,7 +146,7 @@ class Slider {
     }
   };
 
-  /// Bristles before they slide.
+  /// State of a vector of bristles before they slide.
   template <class V>
   struct Begin {
     using Which = decltype(V() < V());
@@ -220,13 +220,14 @@ class Slider {
     return false;
   }
 
-  /// The bristles of V from i on.
+  /// Advances the bristles of a vector from i on.
   template <class V>
   [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, Row<T> (&stored)[2],
                                          Row<T> (&integral)[2], Row<T>& dissipated, Row<T>& count) const {
     Begin<V> b = begin<V>(m, i);
     if constexpr (!ages) b.path = way_that_sticks<T, axes>(b.start, b.limit, b.slides, V(m.length));
-    // Short of the limit by what a step may round: the next one sticks until it has moved by more.
+    // Stops short of the limit by the rounding of a step: in the next step the tip sticks until it has moved
+    // by more.
     const V limit = b.limit * V(T(1) - 4 * eps);
     const auto over_limit = [&](V s) { return s * (load_as<V>(patch.per_limit + i) * V(m.per_share)); };
     const Slid<V> end = slide_on<T, axes, mean, energy>(b.start, b.slides, b.path, b.holds, limit, V(m.ex),

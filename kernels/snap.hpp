@@ -76,7 +76,7 @@ struct BlockMotion {
     }
   }
 
-  /// Way to the snap from the end of the step, less what the rounding of beyond_at could hide.
+  /// Returns the path from the end of the step to the snap, less the rounding error of beyond_at().
   Lanes<T> margin_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon());
@@ -88,7 +88,8 @@ struct BlockMotion {
     }
   }
 
-  /// tau: from the start along e to the circle of radius `limit`. This form cannot go wrong in sign or root.
+  /// Returns tau, the path from the start along e to the circle of radius `limit`. This form cannot choose
+  /// the wrong root.
   Lanes<T> way_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
     if constexpr (axes == 1) {
       return positive_part(limit - start_x * ex);
@@ -115,7 +116,7 @@ struct BlockMotion {
   }
 };
 
-/// Where the rewritten bristles of a block go: its columns, or scratch when a step is only tried.
+/// Destination of the rewritten bristles of a block: its columns, or scratch when a step is only tried.
 template <class T>
 struct BlockOutput {
   T* zx;
@@ -184,7 +185,7 @@ inline void add_pass(const BlockMotion<T, axes, residual>& motion, const FirstPa
                 select_lanes(pass.path < motion.length, motion.residual.squares_of(limit), Lanes<T>(T(0))));
 }
 
-/// Books what came after it, and writes where the bristles at i have come to. `land` is 0 where none
+/// Books the path after the first pass, and writes deflections of the bristles at i. `land` is 0 where none
 /// snapped.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
@@ -277,7 +278,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return xsimd::any(pass.snaps);
 }
 
-/// Redraw, after the walk.
+/// Redraw: books and writes the bristles at i after the walk.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,
@@ -295,7 +296,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      sums);
 }
 
-/// The squares that a walk had to jump over, and their variance.
+/// Adds the squares that a walk jumped over, and their variance.
 template <class T, bool partial>
 inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& walk, Lanes<T> length,
                        Lanes<T>& squares, Lanes<T>& variance) {

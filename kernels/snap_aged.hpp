@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// As BlockMotion, with ages.
+/// BlockMotion with the ages of the bristles.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
@@ -17,7 +17,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
-  /// Deflection at which bristles snap.
+  /// Returns the deflection at which bristles snap at this age.
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
@@ -60,7 +60,7 @@ struct AgedWays {
   alignas(64) T way[block_size];
 };
 
-/// Where the bristles at i are at the start.
+/// State of the bristles at i at the start of the step.
 template <class T, int axes>
 struct AgedStart {
   Lanes<T> x, y;
@@ -79,8 +79,8 @@ struct AgedStart {
   }
 };
 
-/// First of three rounds over a block: a path that is not shorter than that of the first pass. Returns
-/// whether any bristle snaps.
+/// First of three passes over a block: finds for each bristle a path that is not shorter than its path to the
+/// first snap. Returns whether any bristle snaps.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline bool begin_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
                                               const T* row_weights, T* path) {
@@ -93,7 +93,8 @@ template <class T, int axes, bool partial>
   return xsimd::any(first < motion.length);
 }
 
-/// Second: the snaps, eight vectors at once, because each of Newton's steps waits for the one before.
+/// Second of three passes over a block: the snaps, eight vectors at once, because each of Newton's steps
+/// waits for the one before.
 template <class T, int axes, bool keep>
 [[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
                                   const PlaceList<T>& places, bool again, T* path, T* ways) {
@@ -124,7 +125,7 @@ template <class T, int axes, bool keep>
   }
 }
 
-/// Third pass: books the first pass.
+/// Third of three passes over a block: books the path up to the first snap.
 template <class T, int axes, bool partial>
 inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> path,
                           const Weights<T, partial>& weights, RowSums<T>& sums) {
@@ -172,7 +173,7 @@ template <class T, int axes, bool partial>
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
-/// Redraw, after the walk.
+/// Redraw: books and writes the bristles at i after the walk.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
                                                    const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -65,7 +65,7 @@ class Stepper {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
-  /// Redraw: below this share of bristles that snap in a step most vectors are left out.
+  /// Share of bristles that snap in a step below which redraw leaves out most vectors.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
   // Thresholds for lengths that are looked up, by the length of the step in mean snap lengths, up to where
@@ -98,7 +98,7 @@ class Stepper {
     double squares = 0.0;
   };
 
-  /// Every block of a group, bounds or not.
+  /// Steps every block of a group, whether its bound holds or not.
   double run_all(std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t b = first; b < last; ++b) visit(b);
     return -1.0;

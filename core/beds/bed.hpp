@@ -14,7 +14,7 @@ struct FreeColumns {
   void operator()(float* columns) const noexcept { ::operator delete[](columns, std::align_val_t{64}); }
 };
 using BedMemory = std::unique_ptr<float[], FreeColumns>;
-/// Columns of `count` bristles, all zero. Throws std::bad_alloc.
+/// Makes the columns of `count` bristles, all zero. Throws std::bad_alloc.
 BedMemory make_columns(std::uint32_t count);
 
 /// State of a bed beside its columns. Plain data; scaled as in bed_table.hpp unless a unit is named.

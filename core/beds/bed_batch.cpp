@@ -77,7 +77,7 @@ struct BedBatch::Impl {
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 
-  // A step that is shared.
+  // Input of a step, for the threads that share it.
   Span<const BedMotion> in;
   Span<BedResponse> out;
   std::size_t task_ends[most_tasks + 1];
@@ -99,7 +99,7 @@ struct BedBatch::Impl {
     }
   }
 
-  /// Asks for the record of a bed that is stepped soon, then for its first bristles.
+  /// Requests the memory of a bed that is stepped soon: its record, then its first bristles.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
     if (slot >= beds.size()) return;
@@ -113,7 +113,7 @@ struct BedBatch::Impl {
     for (int i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears a response, and says what is wrong with a motion. Returns its cost in bristles.
+  /// Clears a response, or writes why its motion is refused. Returns the cost of the motion in bristles.
   std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};
     response.id = motion.id;
@@ -339,7 +339,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");
-  // Two passes: the first only looks.
+  // Two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + head_bytes);
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {

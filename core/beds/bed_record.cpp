@@ -111,7 +111,7 @@ std::vector<Cell> row_cells(const BedShape& shape) {
       cell.y = node.at;
       cell.area = node.weight * square_root(inside) / n;
       if (shape.rolls) {
-        // Phases of the rows differ, and are alike on either side.
+        // Rows have different phases, equal on either side of the middle.
         const double phase = 0.6180339887498949 * std::min(j, rows - 1 - j);
         const double h = 2.0 / (n - 1);
         cell.along = -1.0 - 0.5 * h + h * (i + (phase - static_cast<int>(phase)));
@@ -142,7 +142,7 @@ std::vector<Cell> list_cells(const BedShape& shape, double largest) {
   return cells;
 }
 
-/// Sizes that follow from the material, and checks of all others.
+/// Fills the sizes that follow from the material, and checks all others.
 BedShape complete(const BedShape& given, const BedMaterial& material, const BedOptions& options) {
   using Kind = BedShape::Kind;
   BedShape shape = given;
@@ -199,7 +199,8 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
   return shape;
 }
 
-/// Whole stiffness along x at full load, N/m; 0 where the presliding displacement gives it. Sets gains.
+/// Returns the whole stiffness along x at full load, N/m; 0 where the presliding displacement determines it.
+/// Sets the gains.
 double stiffness_of(const BedMaterial& material, const BedShape& shape, Bed& bed) {
   using Kind = BedShape::Kind;
   const bool is_sphere = shape.kind == Kind::row && !shape.rolls;

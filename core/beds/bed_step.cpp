@@ -8,8 +8,8 @@ namespace bristle::detail {
 
 namespace {
 
-/// A root that has gone farther, in units of deflection, has the tips written relative to it: single
-/// precision holds a deflection to 5e-7 where a tip is no farther away.
+/// Distance of a root, in units of deflection, beyond which tips are written relative to it: single precision
+/// holds a deflection to 5e-7 only where the tip is no farther away.
 constexpr double farthest_root = 8.0;
 /// Limits of friction below this, in units of deflection, count as none.
 constexpr double least_limit = 1e-12;
@@ -106,7 +106,7 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Again: bristles of a contact of fixed size are in contact before any load, unbent.
+  // Places the bristles once more: those of a contact of fixed size are in contact before any load, unbent.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
 
@@ -121,7 +121,7 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
 }
 
 bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
-  // Sixteen lanes of single precision have no larger sum.
+  // No sum of sixteen lanes of single precision is larger.
   constexpr double most_sum = 1e45;
   bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
               within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
@@ -132,7 +132,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // A root goes by one motion beyond the distance from which on it is brought back.
+  // Farthest place of a root: one motion beyond the distance from which it is brought back.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -163,7 +163,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
       const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
-      // In contact a bristle holds its limit, and what a place far away left by rounding. Out of contact a
+      // In contact a deflection is within its limit, plus the rounding of a place far away. Out of contact a
       // tip stays behind.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
@@ -171,13 +171,13 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     if (!good) return false;
     sum += k * pressure;
   }
-  // Pressures say the limit of every later load.
+  // The sum of pressures scales the limits under every later load, so it must be that of the columns.
   return within(s.pressure_sum - sum, 0.01 * sum + 1e-30);
 }
 
 namespace {
 
-/// A step, or a piece of one.
+/// Motion of a step or of a piece of one.
 struct Piece {
   double motion[4];  ///< scaled
   double rolled[2];  ///< m
@@ -225,7 +225,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
   step.limit_over_hold = static_cast<float>(1.0 / bed.hold_over_limit);
-  // Where only the end counts, a longer motion ends as this one does: single precision holds its square.
+  // Where only the end counts, a longer motion is cut to one with the same end, whose square single precision
+  // can hold.
   double share = 1.0;
   const double longest = longest_under(bed, s);
   if (!bed.all_outputs && any_above(piece.motion, longest))
@@ -342,7 +343,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
-  // Load, and the size that goes with it.
+  // Applies the load, and the size of the contact that goes with it.
   bool carried = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
@@ -350,7 +351,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Also where the size stands: parts that have come into contact are not diluted twice.
+    // Also where the size stays equal, so that parts that have come into contact are not diluted twice.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);

@@ -106,7 +106,7 @@ struct bristle_shedder {
   LoadShedder shedder;
 };
 
-/// Either of the pools.
+/// A pool by key: of patches (points or outlines) or of beds.
 struct KeyedPool {
   std::variant<KeyedPatches, KeyedBeds> pool;
 
@@ -199,7 +199,7 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
 
-/// The three calls on the saved state of what a handle holds.
+/// The three calls on the saved state of a part of a handle: size, save, restore.
 template <class Handle, class Part>
 size_t size_of_state(const Handle* handle, Part Handle::*part) {
   return handle != nullptr ? (handle->*part).state_size() : 0;
@@ -227,7 +227,7 @@ void need_columns(const void* in, const char* in_name, const void* out, const ch
 
 // ------------------------------------------------------------------------ structs that mirror C++ ones
 
-/// A field of a C struct and its like in C++.
+/// A field of a C struct and the field of the C++ struct that it mirrors.
 template <class C, class CField, class Cpp, class CppField>
 struct Field {
   CField C::*c;
@@ -326,7 +326,7 @@ constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
-/// Refuses a size that is not that of the library's struct: that of a program built against another header.
+/// Refuses a struct whose size differs from the library's: the program was built against another header.
 template <class Struct>
 void check_size(std::size_t size, const std::string& name, const char* advice = "") {
   if (size != sizeof(Struct))
@@ -347,7 +347,7 @@ void write_struct(Struct from, Struct* to, const char* name) {
   *to = from;
 }
 
-/// Writes what `function` makes of each value: all or, where it refuses one, nothing.
+/// Writes `function` of each value: all of them or, where it refuses one, none.
 template <class Function>
 void write_column(const double* in, const char* in_name, double* out, const char* out_name, std::size_t count,
                   const Function& function) {
@@ -388,7 +388,7 @@ SnapLength to_cpp(const bristle_snap_length& s) {
   return SnapLength::table({s.table, s.table_size});
 }
 
-/// The table, if there is one, is that of `s`.
+/// Converts a snap length. A table is not copied: it belongs to `s`.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -399,7 +399,7 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// A snap length's table stays that of `cpp`.
+/// Converts a struct. The table of a snap length is not copied: it belongs to `cpp`.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -413,7 +413,7 @@ C to_c(const typename Mirror<C>::Cpp& cpp) {
   return c;
 }
 
-/// Throws where an enumeration has no such value.
+/// Converts a struct. Throws where an enumeration has no such value.
 template <class C>
 typename Mirror<C>::Cpp to_cpp(const C& c) {
   typename Mirror<C>::Cpp cpp;
@@ -441,7 +441,7 @@ typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   check_size(*from, name);
   return to_cpp(*from);
 }
-/// Reads options, of which null is the defaults.
+/// Reads options; null gives the defaults.
 template <class C>
 typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
@@ -453,7 +453,7 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
-/// Null when the arrays can be stepped; the refusal else.
+/// Returns why the arrays cannot be stepped, or null when they can.
 const char* refusal_of(const bristle_batch* batch, const void* motions, std::size_t motion_size,
                        const void* responses, std::size_t response_size, std::size_t count) noexcept {
   if (batch == nullptr) return "batch is null";
@@ -778,7 +778,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // C++ takes a column of no length for one that is not wanted.
+  // C++ leaves out a column of length 0.
   return std::min(capacity, batch->batch.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

@@ -28,7 +28,8 @@ std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
 }  // namespace
 
 struct ContactMatcher::Impl {
-  /// A contact, old or new. Those of one pair hang together, in the order in which they were listed.
+  /// A contact of this step or of the one before. Contacts of one pair form a list, in the order in which
+  /// they were listed.
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
@@ -47,7 +48,7 @@ struct ContactMatcher::Impl {
 
   explicit Impl(const MatcherOptions& its_options)
       : options(its_options), reach_squared(options.reach * options.reach), table(3u * options.capacity) {
-    // As many that are missing are remembered as may be there.
+    // Room for the present contacts, and for as many missing ones that are remembered.
     points[0].resize(2 * std::size_t{options.capacity});
     points[1].resize(2 * std::size_t{options.capacity});
     pairs.resize(3 * std::size_t{options.capacity});
@@ -67,7 +68,7 @@ struct ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// The nearest point of the other side that has no partner; of equals the one listed first.
+  /// Finds the nearest point of the other side that has no partner; of equal ones the first listed.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -94,8 +95,9 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// The shortest match of all is one in which each is the other's nearest, and so is the shortest of what is
-  /// left: making all such matches until there is none makes them in order of length.
+  /// Matches the points of a pair. The shortest of all matches is one whose points are each other's nearest,
+  /// and the same holds for the points left after it. So making all mutual matches until there is none makes
+  /// them in order of length.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
@@ -131,7 +133,7 @@ struct ContactMatcher::Impl {
     return false;
   }
 
-  /// New contacts get the least ordinals that none of the pair has, or had and is still remembered by.
+  /// Gives new contacts the least ordinals that no present or remembered contact of the pair has.
   void number_pair(const Pair& pair) noexcept {
     std::uint32_t ordinal = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {

@@ -87,14 +87,14 @@ struct ExtendedPatch {
   Pose pose;
   Stiffnesses common;           ///< a cache
   bool light_material = false;  ///< nothing damps or ages, and the end force is all that is asked for
-  // Of the step that is under way:
+  // The step under way:
   Course course;
   bool light = false;  ///< as is_light() says
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
   }
-  /// Size of the outline under a load, as a factor of its size as given: Hertz's law if asked.
+  /// Returns the size of the outline under a load as a factor of its given size, by Hertz's law if asked.
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
@@ -118,7 +118,7 @@ bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
 
-/// A spin that cannot be turns nothing: the cells refuse their motions.
+/// Finds the rotation of a step. An invalid spin turns nothing: the cells then refuse their motions.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
@@ -132,13 +132,14 @@ Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   return course;
 }
 
-/// Position of a cell in the axes of the surface.
+/// Finds the position of a cell in the axes of the surface.
 void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2]) noexcept {
   turned_and_grown.apply(cell.position, at);
 }
 Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
-/// Velocity or displacement of the surface of a body at `at`, of its centre and its spin.
+/// Finds the velocity (or displacement) of the surface of a body at `at`, from that of its centre and its
+/// spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
                 double (&moved)[2]) noexcept {
   moved[0] = of_centre[0];
@@ -170,10 +171,10 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
   }
 }
 
-/// Whether a step is one of those whose answer is the sum of elastic forces, with stiffness and limits as
-/// they were.
+/// Whether the response to a step is the sum of elastic forces, with the stiffness and limits of the step
+/// before.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Farther, a cell's own displacement may not be finite.
+  // Beyond this distance the displacement of a cell may not be finite.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
   return p.common.known && p.light_material && motion.has_velocity == 0 &&
          motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
@@ -282,7 +283,7 @@ Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
   return why;
 }
 
-/// Options of a cell: its share of what the outline has.
+/// Returns the options of a cell: its share of the options of the outline.
 PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, std::size_t cell) {
   PatchOptions options = whole;
   if (p.is_point()) return options;
@@ -297,13 +298,14 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
-/// Viscous friction is the only coefficient that counts by patch, not by load: cells share it.
+/// Returns the material of a cell. Viscous friction is the only coefficient by patch and not by load, so
+/// cells share it.
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
 }
 
-/// Force by deflection alone, stiffness and limits by load alone.
+/// Whether the force depends on deflection alone, and stiffness and limits on load alone.
 bool is_light(const Material& m) noexcept {
   return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
          m.ageing_strength == 0.0;
@@ -343,7 +345,7 @@ struct Room {
   std::vector<Response> answers;  ///< to them
 };
 
-/// The stepping side: what its calls read and write.
+/// Data of the stepping side: its calls read and write it.
 struct Stepped : Room {
   explicit Stepped(PatchBatch& its_batch) : batch(&its_batch) {}
 
@@ -356,7 +358,7 @@ struct Stepped : Room {
     return const_cast<ExtendedPatch*>(static_cast<const Stepped*>(this)->find(id));
   }
 
-  /// The response to a motion whose cells were stepped, along p.course. What moved has its new pose.
+  /// Writes the response to a motion whose cells were stepped along p.course, and stores the new pose.
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
     const Status status = sum_up(p, motion.id, p.course, cells, p.common, out);
@@ -369,7 +371,7 @@ struct Stepped : Room {
     return status;
   }
 
-  /// As finish(), after a light step.
+  /// As finish(), after a step for which is_light() holds.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
@@ -382,8 +384,8 @@ struct Stepped : Room {
     return out.status;
   }
 
-  /// The answers to the motions of `p`: from number `at` on, behind those of patches that were removed after
-  /// write_motions. Moves `at` past them; empty if they are not there.
+  /// Finds the responses to the motions of the cells of `p`, from number `at` on: those of patches removed
+  /// after write_motions() are skipped. Moves `at` past them. Empty where there are none.
   static Span<const Response> find_answers(const ExtendedPatch& p, Span<const Response> cells,
                                            std::size_t& at) noexcept {
     std::size_t first = at;
@@ -399,8 +401,8 @@ struct Stepped : Room {
   std::uint64_t step_number = 0;
 };
 
-// What the adding side does to the stepping side. Each change keeps it: ExtendedPatches may be gone when the
-// batch applies the change.
+// A change that the adding side makes on the stepping side. It holds what it needs, because ExtendedPatches
+// may be gone when the batch applies it.
 struct AddOutline final : Change {
   void apply() noexcept override {
     if (places.size() > to->patches.size()) {
@@ -443,7 +445,7 @@ struct ChangeMaterial final : Change {
 /// The adding side.
 struct ExtendedPatches::Impl {
   struct Record {
-    // In memory of the stepping side's ExtendedPatch, which neither side changes.
+    // Cells in memory of the stepping side's ExtendedPatch, which neither side changes.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
     Outputs outputs = Outputs::end;
@@ -474,7 +476,7 @@ struct ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// A call of the stepping side.
+  /// Scope of a call of the stepping side.
   struct Call {
     explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
     const BatchAccess::Turn turn;
@@ -584,7 +586,8 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     report.status = Status::bad_input;
     return report;
   }
-  // Once each: the room for their cells is that of all patches. The rest is answered in the second pass.
+  // Refuses repeated ids, since the room for cells is that of all patches. The other motions are answered in
+  // the second pass.
   ++impl.step_number;
   std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {

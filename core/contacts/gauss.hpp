@@ -12,7 +12,7 @@ struct Node {
 };
 using Nodes = std::vector<Node>;
 
-/// Gauss-Legendre on -1 to 1, weights with the sum 1.
+/// Returns the Gauss-Legendre nodes on -1 to 1; their weights have the sum 1.
 inline Nodes legendre_nodes(int n) {
   Nodes nodes;
   for (int i = 0; i < n; ++i) {

@@ -22,7 +22,7 @@ class KeyTable {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFFu;
 
-  /// Room for `keys` keys, at most half full.
+  /// Makes room for `keys` keys, at most half full.
   explicit KeyTable(std::size_t keys) {
     std::size_t size = 16;
     while (size < 2 * keys) size *= 2;
@@ -67,7 +67,7 @@ class KeyTable {
     return static_cast<std::size_t>(mix_key(key)) & mask_;
   }
   std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
-  /// Where the key is, or the hole in which it belongs.
+  /// Returns the slot of the key, or the empty slot where it belongs.
   std::size_t place_of(std::uint64_t key) const noexcept {
     std::size_t at = home_of(key);
     while (slots_[at].value != none && slots_[at].key != key) at = next(at);

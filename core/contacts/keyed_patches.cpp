@@ -33,7 +33,7 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// Whose patches or beds the pool has. One of the three is set; `id` is of its kind.
+/// Owner of the patches or beds in a pool: one of the three is set; `id` is of its kind.
 struct Owner {
   PatchBatch* batch = nullptr;
   ExtendedPatches* extended = nullptr;
@@ -49,7 +49,7 @@ struct Owner {
     else
       extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
   }
-  /// Key of the patch itself, or of its first cell; 0 if there is no such patch. Beds have none.
+  /// Returns the key of the patch or of its first cell; 0 if there is no such patch. Beds have none.
   std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
     if (beds != nullptr) return std::nullopt;
     if (extended == nullptr) return batch->info({id}).key;

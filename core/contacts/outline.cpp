@@ -17,7 +17,7 @@ using detail::Nodes;
 using detail::pi;
 using detail::Turn;
 
-/// Gauss rule of a cylinder's pressure (1 - x^2)^1/2 on -1 to 1 (Chebyshev, second kind).
+/// Returns the Gauss rule of a cylinder's pressure (1 - x^2)^1/2 on -1 to 1 (Chebyshev, second kind).
 Nodes cylinder_nodes(int n) {
   Nodes nodes;
   for (int k = 1; k <= n; ++k) {
@@ -27,7 +27,8 @@ Nodes cylinder_nodes(int n) {
   return nodes;
 }
 
-/// The distribution of the load over the distance r from the centre of a disc of radius 1, as a fine sum.
+/// Returns the distribution of the load over the distance r from the centre of a disc of radius 1, as a fine
+/// sum.
 Nodes radial_density(Pressure pressure) {
   Nodes density = legendre_nodes(96);
   double sum = 0.0;
@@ -70,7 +71,7 @@ struct Recurrence {
     }
   }
 
-  /// Zeros of the last polynomial below x (Sturm).
+  /// Counts the zeros of the last polynomial below x (Sturm).
   int zeros_below(double x) const {
     int count = 0;
     double ratio = 1.0;
@@ -131,7 +132,7 @@ Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, in
   int ring = 0;
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {
-      // Each ring stands between the cells of the one before.
+      // Each ring is turned by half a cell against the ring before.
       const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
       outline.cells.push_back(
           {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});

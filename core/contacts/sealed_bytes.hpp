@@ -1,4 +1,4 @@
-// Saved bytes of keys and matchers behind a head of 16: what they are, and a checksum of the rest.
+// Saved bytes of keys and matchers behind a head of 16 bytes: a magic number and a checksum of the rest.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ inline std::uint64_t checksum_behind_seal(Span<const std::byte> bytes) noexcept 
   return hasher.value();
 }
 
-/// Writes the head; the rest is there.
+/// Writes the head before bytes that are already written.
 inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   ByteWriter head(bytes.data());
   head(magic);
@@ -31,7 +31,7 @@ inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   throw Error(std::string(where) + "::restore_state: the saved state " + why);
 }
 
-/// What stands behind the head. Throws Error for bytes that seal() did not write.
+/// Returns the bytes behind the head. Throws Error for bytes that seal() did not write.
 inline ByteReader open_sealed(const char* where, Span<const std::byte> bytes, std::uint64_t magic) {
   if (bytes.size() < seal_size) refuse_saved(where, "is cut short");
   std::uint64_t its_magic = 0, checksum = 0;

@@ -27,14 +27,14 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// A number of each of 16 joints.
+/// One number for each of 16 joints.
 struct alignas(64) Column {
   double lane[lane_count] = {};
 };
 
 using Numbers = double[joint_parameters];
 
-/// The material's numbers in the order of JointParameter. Throws Error for values out of range.
+/// Reads the numbers of a material in the order of JointParameter. Throws Error for values out of range.
 void read_material(const JointMaterial& material, Numbers& numbers) {
   std::memcpy(numbers, &material, sizeof numbers);
   constexpr const char* names[] = {"stiffness",
@@ -61,7 +61,7 @@ void read_material(const JointMaterial& material, Numbers& numbers) {
   }
 }
 
-/// Parameters that this material uses, as bits of the variant.
+/// Returns the parameters that this material uses, as bits of the variant.
 std::uint32_t features_of(const Numbers& numbers) {
   std::uint32_t features = 0;
   for (std::uint32_t p = joint_base; p < joint_stribeck_speed; ++p) {
@@ -137,7 +137,7 @@ struct JointFriction::Impl {
   std::vector<Column> constants;  ///< of each pattern
   std::vector<Column> columns;    ///< of all blocks of 16 joints, one after the other
 
-  // A step that is shared.
+  // Input of a step, for the threads that share it.
   JointInput in;
   JointOutput out;
   bool commits = true;
@@ -358,7 +358,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
     refuse_saved(where, "is of other joints");
-  // Two passes: the first only looks.
+  // Two passes: the first checks all values, the second writes.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::size_t i = 0; i < impl.count; ++i) {

@@ -9,14 +9,15 @@
 namespace bristle::detail {
 namespace {
 
-/// The cut at 0 raises the mean and narrows the law: the uncut one is stretched as the cut one is.
+/// Cutting a normal law at 0 raises its mean and narrows it, so the uncut law is stretched by as much as the
+/// cut one.
 SnapLength normal_of(const SnapLength& law, double mean, double cv) {
   const double spread = law.second_parameter() / law.first_parameter() * (cv / law.cv());
   const double raised = SnapLength::normal(1.0, std::min(spread, 1.0)).mean();
   return SnapLength::normal(mean / raised, std::min(spread, 1.0) * mean / raised);
 }
 
-/// Quantile by quantile: exact for a table, and to 1e-6 for the smooth stretch of a uniform law.
+/// Stretches a law quantile by quantile into a table: exact for a table, and to 1e-6 for a uniform law.
 SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
   std::vector<double> quantiles;
   if (law.law() == SnapLaw::table) {

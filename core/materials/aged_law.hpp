@@ -1,5 +1,5 @@
-// Snap lengths of a contact that ages, in sliding at one speed: what a bristle that was drawn the length
-// delta snaps at, l = delta g(l / v), as a law of its own (core/MODEL.md, "Ageing").
+// The law of the lengths at which bristles of an ageing contact snap in sliding at one speed: a bristle with
+// the fresh length delta snaps at l = delta g(l / v) (core/MODEL.md, "Ageing").
 #pragma once
 
 #include "core/materials/steady_sliding.hpp"

@@ -12,7 +12,7 @@ namespace bristle {
 
 namespace {
 
-/// Largest residual share of the presliding length. Beyond it snaps could not be told from none.
+/// Largest residual share of the presliding length. Beyond it a snap would hardly change a deflection.
 constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
@@ -54,7 +54,8 @@ struct Family {
     }
   }
 
-  /// A spread up to which peak / kinetic falls, if it must to `wanted`, else to its least value.
+  /// Returns a spread up to which peak / kinetic falls: far enough to reach `wanted`, or else the spread of
+  /// its least value.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
       return 0.6;  // wider ones take longer
@@ -173,7 +174,7 @@ struct Family {
   // For w = max - min from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2 and the kinetic value (1 + w^2/12)
   // / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between 1.153 and 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
-  // Up to here the ratio falls whatever residual and renewal, and the first pass has its peak.
+  // Up to this spread the ratio falls for any residual and renewal, and the peak lies in the first pass.
   static constexpr double narrow_uniform = 0.249;
 };
 
@@ -217,7 +218,8 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   constexpr double close = 3e-8;  // the peak is known to 1e-7
   int side = 0;
   for (int i = 0; i < 60 && high - low > 1e-9 * high; ++i) {
-    // Where the wider laws have no hump at all the ratio is 1 and tells nothing.
+    // Where the wider laws have no hump their ratio is 1, which tells the false position nothing: the
+    // interval is halved.
     const bool flat = high_excess > -1e-7;
     const double middle =
         flat ? 0.5 * (low + high) : low + (high - low) * low_excess / (low_excess - high_excess);
@@ -238,7 +240,7 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   return high;
 }
 
-/// Names law and rule, and residual and renewal if any, for errors about the ratio.
+/// Describes law, rule, residual and renewal for errors about the ratio.
 std::string describe(const Family& family, double residual_share) {
   std::string text = std::string("law ") + to_string(family.law) + ", rule " + rule_name(family.rule);
   if (family.residual == 0.0 && family.renewal == 0.0) return text;
@@ -269,7 +271,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
 }
 
-/// The spread that is given. A peak beside it must be the one that it has.
+/// Returns the given spread. Throws where a given peak is not the one that this spread has.
 double check_spread(const Family& family, const Coefficients& c) {
   constexpr double rounding = 1.0 + 1e-12;
   const double widest = family.widest_allowed();
@@ -382,7 +384,8 @@ double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients
   return std::min(c.growth_per_decade / highest, 1.0) * largest_ageing;
 }
 
-/// Kinetic and peak coefficient of a material at c.kinetic_speed, and how they fall.
+/// Finds kinetic and peak coefficient of a material at c.kinetic_speed, and the fall with speed or the growth
+/// at rest.
 void find_friction(const Material& m, Coefficients& c) {
   c.kinetic = m.kinetic_coefficient();
   c.peak = m.peak_coefficient();
@@ -415,7 +418,7 @@ void find_friction(const Material& m, Coefficients& c) {
       ln10 * detail::kinetic_fall(m.snap_length, m.snap_rule, m.shared_renewal, residual, ageing);
 }
 
-/// Family::make takes it back.
+/// Returns the spread from which Family::make makes this law.
 double spread_of(const SnapLength& length) noexcept {
   switch (length.law()) {
     case SnapLaw::uniform:
@@ -428,7 +431,7 @@ double spread_of(const SnapLength& length) noexcept {
   }
 }
 
-/// An error where no strength fulfils the wish.
+/// Throws where no strength of ageing has the wished-for effect.
 void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
   const bool grows = c.growth_per_decade != 0.0;
   const double wanted = grows ? c.growth_per_decade : c.fall_per_decade;

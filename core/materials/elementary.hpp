@@ -56,7 +56,7 @@ inline double exp(double x) noexcept {
   const double low = k * ln2_low;
   const double r = high - low;
   const double y = 1.0 + (high + (r * r * exp_remainder(r) - low));
-  // In two factors, so that results close to either end of the range survive.
+  // Multiplies by 2^k in two factors, so that results close to either end of the range survive.
   const int half = k / 2;
   return y * power_of_two(half) * power_of_two(k - half);
 }

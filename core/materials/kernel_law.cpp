@@ -37,7 +37,7 @@ double find_stationary_path(const SnapLength& law) {
     share[static_cast<std::size_t>(k)] = before - now;
     before = now;
   }
-  // f(x) = x S(x) + sum over the first snap, f linear inside a cell.
+  // Solves f(x) = x S(x) + sum of f(x - delta) over the first snap, f linear inside a cell.
   std::vector<double> f(static_cast<std::size_t>(n) + 1, 0.0);
   int last_off = 0;
   for (int j = 1; j <= n; ++j) {
@@ -61,7 +61,8 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // The exponential law has no memory: exact at any distance, and soon cheaper than drawing.
+    // The exponential law has no memory: its jumps are exact at any distance, and soon cheaper than single
+    // draws.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
@@ -102,7 +103,7 @@ class CellTable {
 
   double quantile(double u) const { return std::clamp(scale * law.quantile(u), shortest, longest); }
 
-  /// With mean and variance of the law over the cell, by Gauss's rule of four places.
+  /// Returns the line with the mean and variance of the law over the cell, by Gauss's rule of four points.
   Line find_line(int side, int cell) const {
     constexpr double place[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
                                  0.8611363115940526};
@@ -207,7 +208,7 @@ void make_zeros_positive(Material& m) noexcept {
     *x += 0.0;
 }
 
-/// Hashes a material whose own zeros are positive; its law may still hold negative ones.
+/// Hashes a material whose parameters have no negative zero; those of its snap-length law may have.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :
@@ -217,7 +218,7 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
-  // Only where they are used: the hash of the paper's brush is that of files saved before there were these.
+  // Only where they are not zero: the paper's brush keeps the hash that its saved states have.
   if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
@@ -277,7 +278,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // The differences above lose 1e-16 / cv^4: below this spread the sum is normal for all we can tell.
+  // The differences above lose 1e-16 / cv^4. Below this spread they carry no information, and the sum counts
+  // as normal.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;
@@ -323,7 +325,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // The laws' own limits (cv of the lognormal, largest over mean of a table) see to it.
+  // The limits of the laws guarantee it (cv of the lognormal, largest over mean of a table).
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
@@ -368,7 +370,8 @@ void CompiledMaterial::fill_draws() const {
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
       table = CellTable(length, per_metre, shortest, longest).write();
-      // In proportion to its length a lognormal length is one of 1 + cv^2 times the mean.
+      // A lognormal length picked in proportion to its length has a lognormal law with 1 + cv^2 times the
+      // mean.
       const SnapLength biased = SnapLength::lognormal(1.0, second);
       const double mean = first * per_metre * (1.0 + second * second);
       biased_table = CellTable(biased, mean, shortest, longest).write();

@@ -15,7 +15,8 @@
 
 namespace bristle::detail {
 
-/// Made once per material on the thread that adds patches; immutable, shared by them.
+/// A material with its scaled constants. Made once per material on the thread that adds patches; immutable,
+/// shared by patches.
 struct CompiledMaterial {
   Material material;
   double metres_per_length = 1.0;  ///< power of two near the mean snap length: one scaled length

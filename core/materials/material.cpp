@@ -15,9 +15,9 @@ namespace {
 constexpr double largest_parameter = 1e15;
 constexpr double smallest_positive = 1e-15;
 
-// SnapRule::keep with shared renewal: the share of the bristles that may be shorter than a 64th of the mean.
-// The shortest of them all snaps in proportion to the number of bristles: with more of them that number, and
-// not the material, would say how many bristles are renewed.
+// Share of bristles that may be shorter than 1/64 of the mean, for SnapRule::keep with shared renewal. With
+// more of them the shortest bristle, hence the number of bristles and not the material, would determine how
+// many are renewed.
 constexpr double short_length = 1.0 / 64, short_share = 1e-4;
 
 void require_parameter(const char* name, double value, const char* unit) {

@@ -18,7 +18,8 @@ constexpr int cells = per_mean * reach;
 constexpr double near_steady = 1e-3;  ///< of the steady deflection
 constexpr int classes = 64;           ///< bristles of keep, by their snap length
 
-/// Bristles by the cell that their bend has reached; a step carries all of them on by a cell.
+/// A slide from straight bristles: mass of bristles by the cell that their deflection has reached. A step
+/// moves all of them by a cell.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
@@ -41,7 +42,7 @@ class Slide {
     }
   }
 
-  /// One cell on. Returns the mean bend after it.
+  /// Moves all bristles by a cell. Returns the mean deflection after it.
   double step() {
     double snapped = 0.0;
     std::vector<double> born(mass_.size(), 0.0);
@@ -108,8 +109,8 @@ struct Known {
   }
 };
 
-/// find_forget, of the last materials of this thread by memory. (Of this thread: no lock that a fork could
-/// leave closed. Plain numbers: nothing keeps a library from being unloaded.)
+/// find_forget() with the results of the last materials of this thread remembered. A list for each thread
+/// needs no lock, which a fork could leave closed; plain numbers do not keep a library from being unloaded.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;

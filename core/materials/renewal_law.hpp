@@ -6,7 +6,7 @@
 
 namespace bristle::detail {
 
-/// In units of the mean snap length.
+/// Constants in units of the mean snap length.
 struct RenewalLaw {
   double forget = 0.0;  ///< path after which a straight slide is steady, whatever was before
 
@@ -17,7 +17,8 @@ struct RenewalLaw {
   double again[again_knots + 1] = {};
 };
 
-/// For a material with Material::shared_renewal > 0 (core/patches/RUBBING.md). Takes milliseconds.
+/// Finds the constants of a material with Material::shared_renewal > 0 (core/patches/RUBBING.md). Takes
+/// milliseconds.
 RenewalLaw find_renewal_law(const Material& material);
 
 }  // namespace bristle::detail

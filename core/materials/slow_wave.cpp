@@ -10,7 +10,8 @@
 namespace bristle::detail {
 namespace {
 
-// std::complex multiplies and divides by functions of the compiler, whose bits are its own.
+// A complex number. std::complex multiplies and divides by functions of the compiler's library, whose bits
+// differ.
 struct Complex {
   double re = 0.0, im = 0.0;
 };
@@ -26,8 +27,8 @@ struct Transform {
   Complex missing, slope;
 };
 
-/// `at(k)`: exp(-s x) at the start of cell k. The density is even in a cell, so that each integral is a
-/// difference of values at its ends.
+/// Transforms the density, which is even in a cell, so that each integral is a difference of values at its
+/// ends. `at(k)`: exp(-s x) at the start of cell k.
 template <class At>
 Transform transform(const std::vector<SurvivalCell>& cells, Complex s, At&& at) {
   const Complex over = Complex{1.0, 0.0} / s;

@@ -59,11 +59,11 @@ struct CutNormal {
   double standard(double x) const noexcept { return (x - mean) / deviation; }
 
   double quantile(double u) const noexcept {
-    // Whichever tail is the smaller one, so that neither loses digits: u0 + u (1 - u0) from below.
+    // Starts from the smaller tail, so that neither loses digits: from below the share is u0 + u (1 - u0).
     const double below = (1.0 - kept) + u * kept;
     const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
                                  : -detail::normal_quantile((1.0 - u) * kept);
-    // Rounding could reach 0 at the smallest u; a bristle of no length could never be stepped over.
+    // Rounding could give 0 at the smallest u, and a bristle of length 0 would snap without end.
     return std::max(mean + deviation * z, mean * 0x1p-60);
   }
 
@@ -82,7 +82,7 @@ struct CutNormal {
   double partial_moment(int k, double x) const noexcept {
     const double z = standard(x);
     const double density = detail::normal_density(z) / kept;
-    // The smaller of the two differences of distribution functions, for its digits.
+    // Takes the smaller of the two differences of distribution functions, which keeps more digits.
     const double p0 =
         (z < 0.0 ? detail::normal_cdf(z) - detail::normal_cdf(cut) : kept - detail::normal_cdf(-z)) / kept;
     if (k == 0) return std::max(p0, 0.0);
@@ -237,7 +237,7 @@ SnapLength SnapLength::table(Span<const double> quantiles_m) {
   require_within(where, "number of quantiles_m", static_cast<double>(size), 2, max_table_size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::string name = "quantiles_m[" + std::to_string(i) + "]";
-    // Only the first value may be 0: a share of bristles that all have no length could not be stepped.
+    // Only the first value may be 0: a share of bristles of length 0 would snap without end.
     const double low = i == 0 ? 0.0 : i == 1 ? shortest_allowed_m : quantiles_m[i - 1];
     require_within(where, name, quantiles_m[i], std::max(low, i > 0 ? quantiles_m[i - 1] : 0.0),
                    longest_allowed_m, "m, ascending");

@@ -45,7 +45,7 @@ void add_range(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// The trapezoid on the normal variable: exact to rounding for what is smooth.
+/// Adds nodes of the trapezoid rule in the normal variable, which is exact to rounding for smooth integrands.
 void add_lognormal(std::vector<Node>& nodes, double cv) {
   constexpr double step = 0.125;
   const double s = square_root(log1p(cv * cv));
@@ -237,7 +237,7 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // Less than a rounding error of the number of bristles is none; 1 / kappa squared would overflow.
+  // A renewal below the rounding of the number of bristles counts as none; 1 / kappa squared would overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;
   const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;

@@ -6,10 +6,10 @@
 namespace bristle::detail {
 namespace {
 
-/// Points of the law close to each other towards both ends.
+/// Maps t in [0, 1] to a share of the law: even steps of t lie close to each other at both ends.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-/// A law as it stands in `make_strata`: cells of its quantiles, with the integral of p^(1/2) up to each.
+/// The law that make_strata() divides: cells of its quantiles, with the integral of p^(1/2) up to each.
 class Cells {
  public:
   Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
@@ -35,7 +35,7 @@ class Cells {
   double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< E[l; l < x]
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Where a function that does not fall reaches 0, to some digits.
+  /// Finds, to some digits, where a non-decreasing function reaches 0.
   template <class Function>
   double find_zero(Function&& function) const {
     double low = 0.0, high = law_.longest();
@@ -75,7 +75,7 @@ struct Edges {
   }
 };
 
-/// The edges whose e is that of n - 2 strata between them.
+/// Finds the edges at which the error e equals that of the n - 2 strata between them.
 Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
   double low = 0.0, high = law.mean();
   double e = cells.integral() / n;

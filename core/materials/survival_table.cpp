@@ -16,8 +16,8 @@ constexpr double farthest_end = 2048.0;  // of a table, mean snap lengths: withi
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
-/// Where the table ends: the longest length that representatives draw, and farther for a lognormal law whose
-/// longer ones carry more than 1e-5 of the force.
+/// Returns the end of the table: the longest length that representatives sample, or a farther one for a
+/// lognormal law whose longer bristles carry more than 1e-5 of the force.
 double find_end(const SnapLength& law) {
   double end = law.longest();
   if (law.law() != SnapLaw::lognormal) return end;
@@ -27,8 +27,9 @@ double find_end(const SnapLength& law) {
   return end;
 }
 
-/// The deflection beyond which bristles carry this share of the force of steady sliding: of the integral of
-/// x S(x). By the integral of S the few longest of a wide law would be left out, though they carry most.
+/// Finds the deflection beyond which bristles carry this share of the force of steady sliding, that is of the
+/// integral of x S(x). The integral of S alone would leave out the few longest bristles of a wide law, which
+/// carry most.
 double find_tail(const SurvivalTable& table, double share) {
   double carried = 0.0;
   for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
@@ -60,12 +61,13 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   constexpr double farthest = 1e5;  // mean lengths: groups in step with each other never forget
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // A wave that dies as slowly as that of a narrow law wants its pieces, and a shorter one wants as many.
+  // A slow decay needs pieces as short as those of a narrow law that decays as slowly. A short wave needs as
+  // many pieces per wave as a long one.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
   }
-  // The tenth of the bristles that is shortest must not snap in one piece.
+  // The shortest tenth of the bristles must not snap in one piece.
   waves.finest = std::min(waves.finest, 3.75 * law.quantile(0.1) / law.mean());
   waves.finest = std::max(waves.finest, 1.0 / 16);
   return waves;
@@ -134,8 +136,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // A patch that is rubbed to and fro leaves this much behind in every stroke. (With 3e-4 friction grew by a
-  // twelfth in 200 strokes of a law of spread 0.4.)
+  // Rubbed to and fro, a patch makes this error in every stroke. (With 3e-4 friction grew by a twelfth in 200
+  // strokes of a law of spread 0.4.)
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

@@ -27,8 +27,9 @@ struct SurvivalTable {
   double follow = 0.0;  ///< after which what it left behind is nothing, be it for ever
 };
 
-/// Lengths times `per_metre` are scaled. S at the nodes is that of the law, straight in between: at most
-/// h^2 / 8 |S''| apart, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of S is cut by h).
+/// Makes the table; lengths in m times `per_metre` are scaled lengths. S at the nodes is that of the law,
+/// straight in between: at most h^2 / 8 |S''| off, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of
+/// S is cut by h).
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {

@@ -31,7 +31,7 @@ namespace {
 
 double whole_part(double x) noexcept { return std::floor(x); }
 
-/// A law in units of its mean.
+/// A snap-length law with lengths in units of its mean.
 struct UnitLaw {
   const SnapLength& law;
   double mean;
@@ -239,7 +239,7 @@ LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, doubl
   return law;
 }
 
-/// The law on a grid of twice the step, every other node of which it has.
+/// Reduces a law to a grid of twice the step: every other node of the fine grid.
 LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms) {
   LawOnGrid law;
   law.step = 2.0 * fine.step;
@@ -440,7 +440,7 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential) return -detail::expm1(-x);  // z = min(age, x), both memoryless
-  // The waves of a law without atoms die out as exp(-2 pi^2 cv^2 x), 3e-9 here, unless its tail is heavy.
+  // The waves of a law without atoms decay as exp(-2 pi^2 cv^2 x), to 3e-9 here, unless its tail is heavy.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
@@ -802,7 +802,7 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Atoms keep the step of the paper's curves; for the others extrapolation makes up for twice that.
+  /// Laws with atoms keep the step of the paper's curves; for others extrapolation allows twice that.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
   /// At which atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {
@@ -919,7 +919,7 @@ SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
     if (force > best.force) best = {force, length / mean * law.survival(length)};
     return force;
   };
-  // Just before a length too: many bristles may have the same.
+  // Also tries just below each length: many bristles may have the same.
   constexpr double before = 1.0 - 1e-12;
   constexpr int points = 256;
   const auto length_at = [&law](int k) {

@@ -43,7 +43,7 @@ struct ContactModel {
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   const SharedStep* shared = nullptr;  ///< null: one thread takes all of a step
 
-  /// The patch as it was made with this seed and key.
+  /// Resets the patch to its state when it was made, with this seed and key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;
   /// Moves the state of `from` into `to`, made for another material with the same options; books the snaps
   /// that this causes.

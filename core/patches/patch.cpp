@@ -13,7 +13,7 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   p.ages = record.material->material.ageing_strength != 0.0 || record.material->material.drop != 0.0;
   p.literal = record.options.step_rule == StepRule::literal;
   p.lengths_per_metre = record.material->lengths_per_metre;
-  // More than this streams by itself.
+  // The processor prefetches a longer row by itself.
   p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
   return p;
 }

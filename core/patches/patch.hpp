@@ -109,12 +109,12 @@ inline double time_of(const Patch& p) noexcept {
   return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
 }
 
-/// The shared part of a patch out of contact: what follows from its options and material.
+/// Makes the shared part of a patch out of contact from its options and material.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Numbers of the shared part that follow from load and material. Call after either changed.
+/// Updates the numbers of the shared part that follow from load and material. Call it after either changed.
 void note_contact(Patch& patch) noexcept;
-/// Damper, lubricant and strengthening with speed of the whole patch, N s/m: what times the velocity is their
-/// force.
+/// Returns the damping of the whole patch, N s/m: multiplied by the velocity it is the force of damper,
+/// lubricant and strengthening with speed.
 double damping_at(const Patch& patch, double speed) noexcept;
 
 /// Fixed-point difference of two positions, which wrap.

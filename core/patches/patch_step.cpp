@@ -74,7 +74,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   return usual;
 }
 
-/// Where a step of unusual length leads.
+/// Converts the displacement of a step that is unusually short (it creeps) or long (every bristle snaps).
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   // Clamped so that squares and sums stay finite: no snap length is near.
@@ -93,7 +93,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
     step.moves = true;
     return;
   }
-  // The literal rule forgets how far it went: this far already resets every bristle.
+  // Under the literal rule a step of far_length already resets every bristle, so longer steps are cut to it.
   if (largest > far_length)
     for (double& x : step.scaled) x *= far_length / largest;
   for (int axis = 0; axis < 2; ++axis) {
@@ -144,8 +144,8 @@ template <bool plain, bool usual>
   step.moves = a.snaps_all || (step.units[0] | step.units[1]) != 0;
 }
 
-/// Fills the constants that a model finds beside the way. Field by field: g++ clears the whole by `rep stos`,
-/// which takes longer.
+/// Fills the constants of Advance other than the travel itself. Field by field: g++ clears the whole by `rep
+/// stos`, which takes longer.
 void begin_advance(const Patch& p, Advance& a) noexcept {
   a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
   a.energy_unit = 1.0;
@@ -155,8 +155,8 @@ void begin_advance(const Patch& p, Advance& a) noexcept {
   static_assert(sizeof(Advance) == 160, "a new field of Advance: set it above");
 }
 
-/// Writes the response and, when the step is committed, what the next step at rest answers. A cell gets
-/// its force.
+/// Writes the response (for a cell only its force) and, when the step is committed, the numbers that answer
+/// the next step at rest.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, const StepSums& sums,
@@ -214,7 +214,7 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
-/// A step that leaves the bound, or is of unusual length.
+/// Takes a step that leaves the bound or is of unusual length.
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {
@@ -245,7 +245,8 @@ template <bool plain, class Asked, class Answer>
   return sums.visited;
 }
 
-/// A step under the load that the patch has. The usual one within the bound is all here, in registers.
+/// Takes a step under the present load. The usual step, within the bound, is answered here without another
+/// call.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
@@ -272,7 +273,7 @@ bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
-  // A motion along an axis that the patch lacks would be lost without a word.
+  // A motion along an axis that the patch lacks is bad input: it would be dropped silently.
   const bool planar = patch.axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)

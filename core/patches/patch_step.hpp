@@ -40,7 +40,7 @@ inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   return std::sqrt(x * x + y * y) < p.bound.reach ? Bound::ball : Bound::none;
 }
 
-/// The response to it: the last force, without its part that depends on velocity.
+/// Writes the response of a resting patch: the last force without its velocity-dependent part.
 inline void answer_at_rest(const Patch& p, Response& out) noexcept {
   out.status = p.overloaded ? Status::overload : Status::ok;
   for (int axis = 0; axis < 2; ++axis) {
@@ -67,7 +67,8 @@ std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept
 /// blocks, and end_step. Returns the number of blocks; 0 = the bound answers.
 std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const Crew& crew,
                          PatchStep& step) noexcept;
-/// `totals`: of all blocks; null where the bound answers.
+/// Ends a step that begin_step() began. `totals`: sums over all blocks, or null where the bound answers.
+/// Returns the bristles visited.
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
@@ -77,7 +78,7 @@ bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 /// Copies holding times to a patch with another material: its bristles keep their age.
 void take_hold_over(Patch& to, const Patch& from) noexcept;
 
-/// Zero force and the given status.
+/// Writes a response of zero force with the given status.
 void write_refusal(const Patch* patch, Status status, Response& out) noexcept;
 
 }  // namespace bristle::detail

@@ -21,7 +21,7 @@ struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
 };
 
-/// A record followed by `column_bytes` for its columns, not filled. Throws std::bad_alloc.
+/// Allocates a record followed by `column_bytes` for its columns, not filled. Throws std::bad_alloc.
 template <class Record>
 Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_t column_bytes) {
   static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) <= column_alignment);

@@ -35,7 +35,8 @@ void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
 /// Checks magic, version, length and checksum. Throws bristle::Error.
 SavedBatch open_batch(Span<const std::byte> state);
 
-/// The model's, and what rounding left over of short displacements, where there is any.
+/// Returns the hash of the model's state, which includes the rounding remainder of short displacements where
+/// there is one.
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;

@@ -15,8 +15,8 @@ struct BatchAccess {
   /// rule as PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// A call of the stepping side over a batch: it takes the changes that wait at its beginning, and no call
-  /// of the batch within it takes more.
+  /// Scope of a call of the stepping side over a batch. It takes the waiting changes at its start; calls of
+  /// the batch within it take no more.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -28,7 +28,8 @@ struct BatchAccess {
     PatchBatch::Impl& impl_;
     const bool is_outermost_;
   };
-  /// A call of the adding side over a batch: the stepping side sees its changes all at once, when it ends.
+  /// Scope of a call of the adding side over a batch. The stepping side sees its changes all at once, when it
+  /// ends.
   class Changes {
    public:
     explicit Changes(PatchBatch& batch) noexcept;

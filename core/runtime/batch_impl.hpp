@@ -39,7 +39,7 @@ struct PatchBatch::Impl {
   Record& record_of(PatchId id);  ///< throws Error where there is no such patch
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);
-  /// `command` has the patch, and scratch where that needs it.
+  /// Adds the patch that `command` holds, with scratch memory where the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< by a chunk of slots, when all are taken
   void attach_scratch(detail::Command& command);
@@ -57,8 +57,8 @@ struct PatchBatch::Impl {
   detail::Int128 clock = 0;  ///< runs on in every step, whoever is named in it (PatchRecord::clock)
   std::size_t patches = 0;
 
-  /// A copy of a patch under a load that was tried, until anything changes: a solver asks for many motions
-  /// under the same new load.
+  /// Copy of a patch under a trial load, kept until anything changes: a solver asks for many motions under
+  /// the same load.
   struct Trial {
     const detail::Patch* of = nullptr;
     double normal_load = 0.0;
@@ -67,8 +67,8 @@ struct PatchBatch::Impl {
   };
   Trial trial;
 
-  /// A call of the stepping side: it takes the changes that wait at its beginning, and no call within it
-  /// takes more.
+  /// Scope of a call of the stepping side. It takes the waiting changes at its start; calls within it take no
+  /// more.
   class Turn {
    public:
     explicit Turn(Impl& impl) noexcept : impl_(impl), is_outermost_(impl.enter()) {}
@@ -95,14 +95,14 @@ struct PatchBatch::Impl {
   /// Takes a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// The step proper; the caller took the commands, so that the table stays as it is. Cells as in
-  /// Scheduler::step.
+  /// Steps the batch after the caller took the commands, so that the table of slots does not change. Cells as
+  /// in Scheduler::step.
   StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;
-  /// Looks through all patches after each of the first steps, and then now and then: a look costs more than a
-  /// step.
+  /// Checks all patches for impossible values, after each of the first steps and then now and then, because a
+  /// check costs more than a step.
   bool is_sound() noexcept;
 
   /// Calls `visit(slot, patch)` for each patch, by slot.

@@ -23,8 +23,8 @@ struct Scratch {
   std::size_t bytes = 0;
 };
 
-/// A change of something that is made over a batch (outlines). It is applied in its place among the batch's
-/// own; memory that it replaces stays in it, for the producer to free.
+/// A change of something made over a batch (outlines). It is applied in order with the batch's own commands;
+/// memory that it replaces stays in it, for the producer to free.
 struct Change {
   virtual ~Change() = default;
   virtual void apply() noexcept = 0;
@@ -86,8 +86,8 @@ class CommandList {
 
   void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
 
-  /// Consumer: number of the last command published so far. Who takes up to this one ends, however fast the
-  /// producer is.
+  /// Consumer: returns the number of the last command published. A consumer that takes commands up to this
+  /// one ends, however fast the producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
   /// Consumer: returns the next command up to number `last`, or null. The command stays valid until the next

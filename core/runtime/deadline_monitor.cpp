@@ -81,7 +81,7 @@ void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   keep(step);
 }
 
-/// All that needs the system, so that readers find the numbers in change for some nanoseconds only.
+/// Reads clocks and counters first, so that readers find the numbers in change for some nanoseconds only.
 DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
                                              double cpu_s) const noexcept {
   Step step;
@@ -121,7 +121,7 @@ void DeadlineMonitor::keep(const Step& step) noexcept {
   n.steps.record(step.wall_s);
 }
 
-/// Since the last call; the first one only learns where the counters stand.
+/// Returns the events since the last call. The first call only reads the counters.
 ThreadEvents DeadlineMonitor::events_until(const ThreadEvents& now) noexcept {
   Numbers& n = numbers_;
   const ThreadEvents since = n.events_known.get() ? now - n.last_events.get() : ThreadEvents{};

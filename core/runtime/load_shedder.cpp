@@ -21,7 +21,8 @@ constexpr double least_timed_share = 0.05;
 /// Largest and smallest share of a patch's bristles that is restored at once; less waits.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
-/// Waits within which a restored share must not be shed again: if it is, restoring it was a mistake.
+/// Number of waits within which a restored share must not be shed again: if it is, restoring it was a
+/// mistake.
 constexpr std::uint64_t regret_waits = 4;
 /// Waits without such a mistake after which the wait halves. Fewer would let the same mistake recur at once.
 constexpr std::uint64_t calm_waits = 16;
@@ -34,7 +35,8 @@ constexpr std::uint32_t fewest_pieces = 4;
 
 bool is_infinite(const PatchInfo& info) noexcept { return info.weight == 0.0; }
 
-/// The number of representatives, or of pieces, that a patch added with `least_bristles` keeps.
+/// Returns the number of representatives, or of pieces, that a patch keeps at least when it was added with
+/// `least_bristles`.
 std::uint32_t find_floor(const PatchInfo& info, std::uint32_t least_bristles) noexcept {
   if (!is_infinite(info)) return std::min(least_bristles, info.bristles);
   const std::uint32_t half = std::max((info.bristles + 1) / 2, fewest_pieces);
@@ -98,7 +100,7 @@ struct LoadShedder::Impl {
     index_entries(at);
   }
 
-  /// Looks at all motions: what they may cost if every bristle of a patch that moves is visited.
+  /// Estimates the cost of all motions, as if every bristle of a moving patch were visited.
   void survey(const PatchBatch& batch, Span<const Motion> in) noexcept {
     ++surveys;
     fixed = of_bristles = of_cohorts = 0.0;
@@ -123,7 +125,7 @@ struct LoadShedder::Impl {
   }
   double units() const noexcept { return fixed + of_bristles + looked_at * of_cohorts; }
 
-  /// Learns from the visits of the step that was surveyed: infinite brushes had no more of them.
+  /// Learns the share of the estimated cohort visits that the step made; gliding brushes make none.
   void note_visits(std::uint64_t visits) noexcept {
     if (of_cohorts > 0.0) looked_at = std::min(static_cast<double>(visits) / of_cohorts, 1.0);
   }
@@ -204,7 +206,7 @@ struct LoadShedder::Impl {
     last_wait_change = steps;
   }
 
-  /// Visits of a patch at the detail that is wanted.
+  /// Returns the visits of a patch at its wanted detail.
   double contact(const Entry& entry) const noexcept {
     return entry.active * (entry.infinite ? looked_at : 1.0) * entry.wanted / entry.detail;
   }
@@ -304,7 +306,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
   if (step_time_s > impl.options.shed_above * budget) {
     if (++impl.late_in_row < impl.options.late_steps) return 0;
     double keep = impl.options.shed_to * budget / step_time_s;
-    // The first one may be an accident: not more than half for it.
+    // The first late step may be an accident: it sheds at most half.
     if (impl.late_in_row == impl.options.late_steps) keep = std::max(keep, 0.5);
     impl.survey(batch, in);
     impl.note_visits(report.bristles_visited);
@@ -314,7 +316,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
   if (impl.decided == 0 || impl.rate <= 0.0 || impl.steps - impl.last_change < impl.wait) return 0;
   impl.survey(batch, in);
   const int given = impl.give(batch, impl.units());
-  // Nothing to give or no room: looked at again after a while, not at each step.
+  // Without anything to restore, or room for it, the next look comes after a whole wait.
   if (given == 0) impl.last_change = impl.steps;
   return given;
 }

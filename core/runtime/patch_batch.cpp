@@ -56,7 +56,7 @@ StepReport PatchBatch::Impl::step(double dt_s, Span<CellMotion> cells, Span<cons
   report = scheduler.step(dt_s, cells, motions, responses);
   if (!stands_still(clock)) {
     const double units = std::min(dt_s, longest_time) * clock_units_per_second;
-    // A short step without the long conversion.
+    // A short step avoids the slow conversion to 128 bits.
     clock += units < 9e18 ? Int128{static_cast<std::int64_t>(units)} : static_cast<Int128>(units);
   }
   BRISTLE_ASSERT(is_sound());
@@ -115,7 +115,7 @@ StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> o
 void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
   const Impl::Turn impl(*impl_);
   if (impl->pool.find(id) == nullptr) return;
-  // One entry for a slot at the most: a patch that follows a removed one takes its place in the queue.
+  // At most one entry per slot: a patch that follows a removed one takes its place in the queue.
   std::uint32_t& queued = impl->pool.note(slot_of(id)).queued;
   if (queued == 0) queued = ++impl->queue_length;
   Motion& motion = impl->queue->motions[queued - 1];
@@ -189,7 +189,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     step_patch(copy, motion, dt_s, response);
     return response;
   }
-  // Another load moves bristles in and out of contact: tried on a copy.
+  // A different load would move bristles in and out of contact, so it is tried on a copy.
   Impl::Trial& trial = impl->trial;
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, impl->scratch.memory.get());
@@ -303,7 +303,7 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
   if (head.patches != impl->patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
                 std::to_string(impl->patches));
-  // Every patch is looked through before one is changed.
+  // Checks every patch before it changes one.
   std::size_t at = saved_batch_size;
   impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
     const std::size_t left = static_cast<std::size_t>(head.bytes) - at;

@@ -117,7 +117,7 @@ class SlotList {
   };
   static constexpr std::uint32_t last_generation = ~std::uint32_t{0};
 
-  /// The slot freed last, under a new generation; else a fresh one. Throws std::bad_alloc.
+  /// Returns the slot freed last, under a new generation; else a fresh one. Throws std::bad_alloc.
   Slot take() {
     if (free_.empty()) {
       generations_.push_back(1);
@@ -128,7 +128,7 @@ class SlotList {
     free_.pop_back();
     return {slot, ++generations_[slot]};
   }
-  /// A slot that has had its last generation is not used again: no id is ever given twice.
+  /// Frees a slot, unless it has used its last generation: no id is ever given twice.
   void give_back(std::uint32_t slot) noexcept {
     BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
@@ -137,7 +137,7 @@ class SlotList {
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
   const std::vector<std::uint32_t>& generations() const noexcept { return generations_; }
   const std::vector<std::uint32_t>& free_slots() const noexcept { return free_; }
-  /// As those of another list. Throws std::bad_alloc.
+  /// Copies generations and free slots of another list. Throws std::bad_alloc.
   void assign(std::vector<std::uint32_t> generations, const std::vector<std::uint32_t>& free_slots) {
     generations_ = std::move(generations);
     free_.reserve(generations_.capacity());

@@ -11,7 +11,7 @@ namespace {
 
 thread_local char this_thread;  // its address tells threads apart
 
-/// Where the memory of the patches after this one is asked for ahead of time: its slot, then its record.
+/// Distances, in patches, at which memory is requested ahead: the slot, then its record.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
 constexpr std::size_t resting_row = 16;
@@ -103,7 +103,7 @@ struct Scheduler::Cells {
     status = status | status_of(p);
     return visited;
   }
-  // A large cell is shared as any other patch.
+  // Returns the motion of a cell large enough to be shared as any other patch.
   Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
     Motion motion;
     motion.id = cells[i].id;
@@ -144,7 +144,7 @@ struct Scheduler::Errand {
   }
 };
 
-/// One step of items of one kind.
+/// A step of all motions of one kind (Motions or Cells).
 template <class Items>
 class Scheduler::Step {
  public:
@@ -234,7 +234,8 @@ class Scheduler::Step {
     task.end = DeadlineMonitor::wall_now();
   }
 
-  /// Bristles that the step may visit, with what a patch costs beside them. 0 = nothing is to be done.
+  /// Returns the bristles that the step may visit, plus the fixed cost of a patch in bristles; 0 = nothing to
+  /// do.
   std::uint64_t cost_of(std::size_t i) const noexcept {
     const std::uint32_t slot = slot_of(items_.id(i));
     if (slot >= s.pool.capacity()) return 0;
@@ -258,7 +259,8 @@ class Scheduler::Step {
     return cost;
   }
 
-  /// A large patch goes by ranges of blocks. False: there is no room for its tasks, or none are needed.
+  /// Splits a large patch into ranges of blocks. Returns false where there is no room for its tasks, or none
+  /// are needed.
   bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count, Status& status) noexcept {
     if (pieces <= 1 || s.split_count_ >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
       return false;
@@ -288,7 +290,7 @@ class Scheduler::Step {
     return true;
   }
 
-  /// The response of a patch whose ranges are done.
+  /// Writes the response of a patch whose ranges are all done.
   void finish_split(const Split& split, StepReport& report) noexcept {
     Patch& p = *split.patch;
     Totals totals{};
@@ -339,7 +341,7 @@ class Scheduler::Step {
     s.note_held(start, own_end);
     s.retreat_.judge(s.worked_, s.waited_);
     for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
-    // Where all that could have been shared holds still, the calling thread did what there was.
+    // Where every shareable patch held still, the calling thread did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }

@@ -19,8 +19,8 @@ class Scheduler {
   Workers workers;
   PatchPool pool;
 
-  /// A step of all that is given, in any order; both threads and pieces leave every bit as it is. `dt_s` is
-  /// good, and no patch is both among the cells and among the motions. Cells are named once.
+  /// Steps all motions and cells, in any order; threads and pieces do not change a bit. `dt_s` is valid, no
+  /// patch is both among the cells and among the motions, and cells are named once.
   StepReport step(double dt_s, Span<CellMotion> cells, Span<const Motion> in, Span<Response> out) noexcept;
 
   std::uint64_t step_number() const noexcept { return step_number_; }

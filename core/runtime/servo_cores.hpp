@@ -36,8 +36,8 @@ class ServoCore {
   ServoCore(const ServoCore&) = delete;
   ServoCore& operator=(const ServoCore&) = delete;
 
-  /// Binds the calling worker to its cores, if it is not. False when there is none left for it or the system
-  /// refuses: once for each worker.
+  /// Binds the calling worker to its cores, if it is not yet. Returns false where none is left for it or the
+  /// system refuses, once for each worker.
   bool keep_worker_off() const noexcept;
 
  private:

@@ -48,13 +48,13 @@ inline Sharing chosen_sharing() noexcept {
 /// it gains.
 class Retreat {
  public:
-  /// Asked once for each step that is worth sharing.
+  /// Whether the pause is over. Call it once for each step that is worth sharing.
   bool is_over() noexcept {
     if (steps_alone_ == 0) return true;
     --steps_alone_;
     return false;
   }
-  /// After a shared step: how long the caller worked and then waited for others, s.
+  /// Records a shared step: how long the caller worked and then waited for others, s.
   void judge(double worked, double waited) noexcept {
     if (waited > worked + grace) {
       steps_alone_ = length_;

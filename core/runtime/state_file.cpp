@@ -59,7 +59,8 @@ class Temporary {
   }
 
  private:
-  /// A process that was killed may have left a file behind, and the next one may have its number.
+  /// Skips names that exist: a killed process may have left such a file, and the next process may get its
+  /// number.
   File open_beside(const std::string& path) {
     static std::atomic<unsigned> count{0};
     while (true) {
@@ -95,7 +96,7 @@ void write_state_file(const std::string& path, Span<const std::byte> state, Span
   const bool written =
       file.write({head, head_size}) && file.write(state) && file.write(extra) && file.flush();
   if (!written || !file.close() || !temporary.rename_to(path)) fail_system(path, "cannot be written");
-  // Else a power cut could bring the old name back.
+  // Without this a power cut could restore the old name.
   if (!flush_folder_of(path)) fail_system(path, "was written, but its folder could not be flushed");
 }
 

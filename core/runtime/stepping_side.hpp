@@ -43,7 +43,7 @@ class SteppingSide {
 };
 #endif
 
-/// For the length of one call.
+/// Marks the side of a batch as busy for the duration of one call.
 class SteppingCall {
  public:
   explicit SteppingCall(SteppingSide& side) noexcept : side_(side) { side_.enter(); }

@@ -41,7 +41,7 @@ void TimeHistogram::record(double time_s) noexcept {
   if (!(time_s >= 0.0)) time_s = 0.0;  // a clock that went back, or NaN
   sum_s_.add(time_s);
   if (time_s > max_s_.get()) max_s_.set(time_s);
-  // Above 2^36 ns (69 s) all falls into the last bucket, whose percentile is the maximum.
+  // Times above 2^36 ns (69 s) fall into the last bucket, whose percentile is the maximum.
   const double ns = time_s * 1e9 + 0.5;
   detail::SharedNumber<std::uint32_t>& cell =
       cells_[ns < 0x1p36 ? bucket_of(static_cast<std::uint64_t>(ns)) : last];

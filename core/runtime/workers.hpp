@@ -19,7 +19,7 @@ class Workers {
   /// Calls task(context, i) once for each i in [0, tasks), on any thread; returns when all are done.
   /// The caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).
   void run(int tasks, void (*task)(void* context, int index), void* context) noexcept;
-  /// Spends the scheduler's allocations and wakes its threads.
+  /// Makes the scheduler's allocations now and wakes its threads.
   void warm_up() noexcept;
 
  private:

@@ -124,7 +124,8 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     return;
   }
   impl_->share_out(tasks);
-  // Made before the fork and read by reference, by index: what a worker reads in our code was written before.
+  // The body is made before the fork and read by reference and index: workers then read only memory of ours
+  // that was written before.
   const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
     const int index = tbb::this_task_arena::current_thread_index();
@@ -144,7 +145,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
 
 void Workers::warm_up() noexcept {
   if (!impl_) return;
-  // Measured: 34 allocations in the first 100 loops, then none.
+  // oneTBB makes 34 allocations in the first 100 loops (measured), then none.
   std::atomic<int> done{0};
   const auto spin = [](void* counter, int) {
     static_cast<std::atomic<int>*>(counter)->fetch_add(1, std::memory_order_relaxed);

@@ -1,4 +1,5 @@
-// The time of an infinite brush whose bristles age.
+// The clock of an infinite brush whose bristles age: births of cohorts count from a base that follows the
+// patch.
 #include <algorithm>
 
 #include "core/patches/cohorts/cohorts.hpp"
@@ -6,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Births count from no farther back, in units of the ageing time, once something snaps: so that the ages of
-/// those born last keep 32 bits.
+/// Farthest that the base of births lies back when something snaps, in ageing times: the ages of the newest
+/// cohorts then keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }

@@ -87,7 +87,8 @@ inline double entry(const double* rows, std::uint32_t i, CohortColumn column) no
   return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
 }
 double mass_of(const double* rows, std::uint32_t i) noexcept;
-/// u of a cohort of whole mass m: floor(u S) is m again, half a unit from the next.
+/// Returns u for a cohort whose mass is the whole number m: floor(u S) gives m again, and lies half a unit
+/// from the next number.
 inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
 
 /// Where the patch is, from the base of its cohorts' places.
@@ -99,9 +100,9 @@ inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
 
 /// Births of a patch's cohorts and the time from their base; all 0 where the material does not age.
 CohortTimes times_of(const Patch& p) noexcept;
-/// Births count from now on: there is no cohort, or their births are to be set.
+/// Sets the base of births to the present time: for a patch without cohorts, or whose births are set next.
 void begin_time(const Patch& p) noexcept;
-/// Births count from near now again.
+/// Moves the base of births close to the present time. The births themselves stay.
 void follow_time(const Patch& p) noexcept;
 double find_oldest(const Cohorts& r) noexcept;
 /// g of cohort i, 1 where the material does not age.
@@ -116,15 +117,17 @@ void clear_cohorts(Cohorts& r) noexcept;
 /// not age.
 void remove_empty(CohortState& s, double* rows, double* births) noexcept;
 void remove_empty(Cohorts& r) noexcept;
-/// Sum of mass x place, over the cohorts one by one.
+/// Recomputes the sums of mass x place of a state from its cohorts.
 void find_moment(CohortState& s, const double* rows) noexcept;
-/// Sum of mass x |z|^2, with the spread of places that cohorts owe.
+/// Returns the sum of mass x |z|^2, including the spread of places that is not yet restored
+/// (CohortState::spread).
 double cohort_squares(const Patch& p) noexcept;
 /// Energy of a unit of mass x length^2, J.
 double joules_per_unit(const Patch& p) noexcept;
 /// Sum of deflections in the shared part's units, rounded.
 Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
-/// The shared part's count, sums and unit of force after cohorts, load or material changed outside a step.
+/// Updates count, sums and unit of force of the shared part after cohorts, load or material changed outside a
+/// step.
 void note_cohorts(Patch& p) noexcept;
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 
@@ -137,8 +140,8 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
 /// Whether a move is so long that the state after it depends on its end alone. `forget`: the path that this
 /// takes.
 bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
-/// Whether such a move takes its pieces before slide_far, which with shared renewal knows no sums of the
-/// path.
+/// Whether a forgetful move is stepped in pieces before slide_far(): with shared renewal slide_far() gives
+/// the end, but not the sums along the path.
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;
 /// Snaps of a bristle per scaled length of steady sliding at the speed of a move.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
@@ -155,7 +158,6 @@ void save_cohorts(const Patch& p, ByteWriter& write) noexcept;
 const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Throws bristle::Error.
 /// Whether an infinite brush can have this material.
 bool allows_cohorts(const Material& material) noexcept;
 

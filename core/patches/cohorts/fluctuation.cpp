@@ -33,8 +33,8 @@ void set_fluctuation(Cohorts& r) noexcept {
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept {
   const double before = squares_at(s, rows, move.to);
-  // One cohort after the other: of the bristles that are left it gets each by its share of the mean mass that
-  // is left.
+  // Takes one cohort after the other: each bristle not yet assigned joins it with the probability mean mass
+  // of this cohort / mean mass of all cohorts left.
   double left = s.mass;
   double mean_left = s.mass;
   const std::uint64_t pass = s.draws++;
@@ -68,8 +68,8 @@ void draw_cut(Cohorts& r, double* kept) noexcept {
     variance += lost > 0.0 ? kept[i] * (lost / mass) : 0.0;
   }
   if (variance == 0.0) return;
-  // Conditions independent numbers on a sum equal to the mean: each gives up its share of the excess, by its
-  // variance. A share that a cohort cannot take goes to the next one that can.
+  // Corrects independent draws so that their sum is the mean: each takes a part of the excess in proportion
+  // to its variance. The part that a cohort cannot take goes to the next.
   const double share = excess / variance;
   double owed = 0.0;
   for (int turn = 0; turn < 2; ++turn)

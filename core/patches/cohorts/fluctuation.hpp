@@ -19,11 +19,12 @@ void set_fluctuation(Cohorts& r) noexcept;
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 
-/// Steady sliding over a path that is carried: its mean force, not the one that happens to be.
+/// Returns the mean deflection of steady sliding, with which a carried path is counted in place of the
+/// momentary, noisy one.
 double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept;
 
-/// Cohort i of this mass has drawn fresh lengths of a new law. Returns the mass that is stronger than it is
-/// bent; `mean_kept` is its mean.
+/// Draws the mass of cohort i that survives a change of the law: bristles whose fresh length exceeds their
+/// deflection. `mass`: of the cohort; `mean_kept`: the expected result.
 double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noexcept;
 
 /// Draws the cuts of a falling load: `kept` is the mean mass that each cohort keeps. Which bristles of a

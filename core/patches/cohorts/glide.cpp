@@ -14,14 +14,14 @@ constexpr double long_bend = 1.0 / 32;  // the same for a step that outlasts all
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// The arc that a patch is on, as its cohorts see it.
+/// Arc of the path along which the cohorts of a patch were bent.
 struct Arc {
   double tangent[2];
   double curve;
 };
 
-/// A path of chords: what the arc through their middles has to be turned by so that the mean deflection is
-/// that of the chords (Euler and Maclaurin; COHORTS.md). `chord_share`: Glide's.
+/// Finds the arc that gives the mean deflection of a path of chords: the arc through the chords' middles,
+/// turned by a small angle (Euler-Maclaurin; COHORTS.md). `chord_share`: Glide::chord_share.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
@@ -43,7 +43,7 @@ double squares_at(const Glide& g, const Arc& arc) noexcept {
   return change * (change * g.squares[1] - g.squares[0]);
 }
 
-/// Turns what was seen along `from` into the arc.
+/// Turns and bends a deflection of the rows (relative to Glide::from) to the present arc.
 struct Turned {
   const Glide& g;
   const Arc arc;
@@ -108,7 +108,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     c.known = 1;
     return true;
   }
-  // Behind a long step the path is straight, and nothing tells how it goes on.
+  // A path of steps of at least `long_step` counts as straight: its curvature is not known.
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
@@ -117,7 +117,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   if (distance >= r.node_distance) {
     const double measured = turned / distance;
     const double x = distance * r.per_lag;
-    // Nearly 1 - exp(-x).
+    // Approximates 1 - exp(-x).
     const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
     const double curve = c.curve + (measured - c.curve) * share;
     if (!(std::abs(curve) <= r.highest_curve)) return false;
@@ -205,7 +205,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) r.glide = begun;
   static_cast<Course&>(r.glide) = next;
   for (int axis = 0; axis < 2; ++axis) {
-    // A far step says only how far: the patch and its places stay where they are.
+    // A far step gives only a length, so position and places stay.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
   p.bound.reach = glide_reach;

@@ -32,12 +32,12 @@ struct Glide : Course {
   double squares[2] = {0.0, 0.0};
 };
 
-/// Goes on with a course by a step; false = the path turned too much, and nothing has changed.
+/// Extends a course by a step. Returns false, with nothing changed, where the path turned too much.
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
 void begin_course(const double (&direction)[2], double length, Course& c) noexcept;
 
 /// Whether this mean deflection is that of steady sliding. Under a law with groups or atoms the force swings
-/// as one cohort after the other snaps, and a patch that is carried keeps what it has.
+/// as one cohort after the other snaps, and carrying the patch would keep the momentary force.
 bool is_steady(const Cohorts& r, double along, double across, double curve) noexcept;
 
 /// Takes a step if the patch glides; false = it does not, and nothing has changed.
@@ -46,13 +46,15 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
 Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
 /// Numbers of a glide that follow from its rows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
-/// The shared part's sum of a patch that glides.
+/// Writes the shared part's sum of deflections for a patch that glides.
 void note_glide(Patch& p) noexcept;
 /// Deflection of cohort i, scaled, whether the patch glides or not.
 void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept;
-/// Mean of |z|^2 beyond that of the rows as they stand.
+/// Returns by how much the mean of |z|^2 exceeds that of the stored rows, because the curvature changed since
+/// the glide began.
 double glide_squares(const Cohorts& r) noexcept;
-/// Writes the cohorts of a patch that glides into a state and rows, which hold them as they stood.
+/// Carries a copy of the state and rows of a gliding patch, as stored when the glide began, to its present
+/// cohorts.
 void write_glide(const Patch& p, CohortState& s, double* rows) noexcept;
 /// Writes the glide into the patch's own state and rows, and ends it. Does nothing if the patch does not
 /// glide.

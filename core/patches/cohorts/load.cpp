@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-/// The rank above which `wanted` of the mass lies: Newton on a sum that is linear piece by piece, between
-/// bounds that close in.
+/// Finds the rank above which `wanted` of the mass lies: Newton on a sum that is linear piece by piece,
+/// between bounds that close in.
 double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   double low = 0.0;
   double high = r.mass;
@@ -28,7 +28,8 @@ double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   return cut;
 }
 
-/// Mass that cohort i keeps when all above the rank `cut` leaves; its ranks end at `all` from then on.
+/// Cuts the interval of ranks of cohort i at `cut` and returns the mass left. `all` is the highest rank after
+/// the fall of the load.
 double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcept {
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -46,7 +47,7 @@ double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcep
   return kept;
 }
 
-/// Load falls. What it loses of the sum of mass x |z|^2 is counted in `lost`.
+/// Removes the mass that a falling load does not hold, and adds its sum of mass x |z|^2 to `lost`.
 void shed(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (mass_now == 0.0) {
@@ -97,7 +98,7 @@ void come_near(const Patch& p, Cohorts& r) noexcept {
     if (std::abs(place(p, r, axis)) > far) r.base[axis] = p.position[axis];
 }
 
-/// Load rises: bristles come into contact straight, after all others.
+/// Adds straight bristles with the highest ranks, after a rise of the load.
 void admit(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0) come_near(p, r);
@@ -122,8 +123,8 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 
-/// Scales deflections under a rising load above the highest: the bristles that are there carry it, and no
-/// force changes at rest.
+/// Scales deflections while the load rises above the maximum: the same bristles carry more load, and at rest
+/// no force changes.
 void scale_deflections(Patch& p, double factor) noexcept {
   Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};
@@ -144,7 +145,7 @@ double apply_cohort_load(Patch& p, double normal_load_n) noexcept {
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
   const double share = p.zeta / r.zeta_max();
-  // The maximum itself is no overload, whatever rounding made of it.
+  // Rounding must not make the maximum load itself an overload.
   const double overload = share > 1.0 + 1e-14 ? share : 1.0;
   const double mass = std::floor(std::min(share, 1.0) * full_mass + 0.5);
   const double joules = joules_per_unit(p);

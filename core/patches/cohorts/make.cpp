@@ -183,7 +183,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
   made.law.snap_rate = material->snap_rate;
-  // Renewal takes what one slide leaves behind in the next ones: nothing adds up.
+  // With renewal the next slides forget an error that one slide leaves, so `forget` serves where `follow`
+  // would be needed.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = (renewed ? table.forget : table.follow) + reversed;
   // Means of steady sliding without renewal, which shortens them: good enough to say what is long.

@@ -9,7 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Mass of cohort i that holds. R is `bent` at least. `fresh`: it gets fresh lengths of the law.
+/// Raises the R of cohort i to `bent` and returns the mass that holds this deflection. `fresh`: the cohort
+/// gets fresh lengths of the law first.
 double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) noexcept {
   const double mass = mass_of(r.rows, i);
   if (fresh)
@@ -63,7 +64,7 @@ void slip_all(Patch& p, bool fresh) noexcept {
   r.snap_rest = snaps - std::floor(snaps);
 }
 
-/// Ages go on; where the material did not age before, they begin.
+/// Copies ages. Bristles of a material that did not age start at age 0.
 void take_over_ages(Patch& to, const Cohorts& old) noexcept {
   const Cohorts& r = cohorts(to);
   if (r.ageing == nullptr) return;
@@ -93,7 +94,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   to.overload = from.overload;
   set_pieces(r, old.detail);
 
-  // Places from where the patch is, in the units of the new material.
+  // Counts places from the present position of the patch, in scaled lengths of the new material.
   const std::uint32_t capacity = r.capacity;
   static_cast<CohortState&>(r) = old;
   r.capacity = capacity;

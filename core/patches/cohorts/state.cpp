@@ -71,7 +71,7 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  // A bristle that has aged for ever: of the logarithmic form 1 + 60 beta.
+  // Growth of snap lengths at the largest age: 1 + 60 beta for the logarithmic form.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
   const SurvivalTable& survival = r.material->survival();
@@ -82,7 +82,7 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // Less than its law has would be more mass once it is looked up again.
+    // A stored S below that of the law would give more mass when S is looked up again.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -145,7 +145,7 @@ void clear_cohorts(Cohorts& r) noexcept {
 
 namespace {
 
-/// The last cohort takes the place of cohort i.
+/// Removes cohort i: the last cohort takes its place.
 void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) noexcept {
   const std::uint32_t last = --s.count;
   for (std::uint32_t& open : s.open)

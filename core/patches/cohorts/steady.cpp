@@ -46,7 +46,7 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   law.end = law.table.end;
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
-  // From below: g is concave.
+  // Iterates upwards: g is concave, so no iterate passes the solution.
   for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
     before = law.end;
     law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
@@ -54,8 +54,8 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   return law;
 }
 
-/// The bristles between two ages, at their mean age: exact where the law has corners. `begin` and `end` are
-/// paths; between them g is as good as even.
+/// Makes one cohort of the bristles born between the paths `begin` and `end` ago, at their mean age: exact
+/// where the law has corners. g counts as linear between the two.
 Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   const double first_reach = law.reach_at(begin);
   const double last_reach = std::min(law.reach_at(end), law.table.end);
@@ -71,8 +71,8 @@ Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   return {age, stretch * share, law.reach_at(age), survival_at(law.table, law.reach_at(age))};
 }
 
-/// Cohorts of steady sliding: two for a pair of pieces, at the abscissae of Gauss; one for each where the law
-/// has corners. Returns how many.
+/// Lists the cohorts of steady sliding: two at Gauss points for a pair of pieces, or one for each piece where
+/// the law has corners. Returns their number.
 std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) noexcept {
   const SurvivalTable& table = law.table;
   const double room = 0.75 * r.capacity;
@@ -278,7 +278,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // Ranks are mixed through and through.
+  // The slide has mixed all ranks.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

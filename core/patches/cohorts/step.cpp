@@ -19,7 +19,8 @@ std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
-/// Whether a step goes on with the slide at its speed, and at once: else ages change.
+/// Whether a step continues the slide at its speed and without a rest: otherwise the ages of steady sliding
+/// change.
 bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
   return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
          times.now - ageing.until <= same_speed * duration;
@@ -133,7 +134,8 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
-/// Number of the kernels of a law: with residual or renewal, with ageing.
+/// Returns the index of the kernels for a law with or without residual or renewal, and with or without
+/// ageing.
 int kind_of(const Cohorts& r) noexcept {
   if (r.ageing != nullptr) return 4;
   return r.rubs() ? 2 : 0;
@@ -179,7 +181,8 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
 /// Stores pace and time of a committed step of a patch that ages.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // The carried part takes its time, but the patch stays as old as it was: all are born later.
+  // Time passes while the patch is carried, but its bristles stay as old as they were, so all births move
+  // later.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -270,7 +273,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // A trial may bear more cohorts than that row holds.
+  // A trial may make more newborns than the row of copied cohorts has lanes for.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));

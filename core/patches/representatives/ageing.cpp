@@ -14,7 +14,7 @@ namespace {
 /// renewal equation. It needs a memory only with ageing.
 constexpr double memory_of_aged_exponential = 7.0;
 
-/// Ageing at one speed over scaled lengths.
+/// Returns the ageing of a bristle as a function of its path, in scaled lengths, at one speed.
 WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
@@ -30,7 +30,7 @@ double ways_to_steady(const CompiledMaterial& m) noexcept {
   return fresh * (1.05 + (cv < 0.4 ? 0.0 : 3.0 * m.material.ageing_strength));
 }
 
-/// The jumps of AgedSliding::law.
+/// Fills the jump constants of AgedSliding::law.
 template <class T>
 void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   const CompiledMaterial& m = *r.material;

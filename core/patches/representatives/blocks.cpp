@@ -5,7 +5,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Bristles that the tail block counts for.
+/// Returns the weight of the last, partly filled block, in bristles: a real number.
 template <class T>
 double tail_weight(const Representatives<T>& r) noexcept {
   return static_cast<double>(r.whole - r.full_blocks() * block_size) +

@@ -40,7 +40,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
   const T length = static_cast<T>(corner.length), residual = static_cast<T>(corner.residual);
   const T shift_x = shift[0], shift_y = shift[1];
-  // Copies, which no other pointer reaches: the loop becomes vectors.
+  // Local copies cannot alias other pointers, so the loop becomes vectors.
   T row_x[lane_count], row_y[lane_count], lag_x[lane_count], lag_y[lane_count];
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const T x = zx[k] + shift_x;
@@ -61,8 +61,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
-      // On the way the old part t falls from `bent` to `low`. Integrals of t, and of t times its share; then
-      // what keeping |z| adds along the motion, of second order in the angle.
+      // While the patch is carried, the old part t of the deflection falls from `bent` to `low`. Integrals of
+      // t, and of t times its share; then the addition along the motion from keeping |z|, of second order in
+      // the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
       const T off_x = to_ux + (before_x - ex), off_y = to_uy + (before_y - ey);

@@ -198,9 +198,9 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
   if (r.redraws()) std::copy_n(lengths + from, count, r.delta + to);
 }
 
-/// The first bristle to copy. Bristle i and its copy i + `count` may have stratified lengths close to each
-/// other in share: with lengths of their own but nearly the same they would keep step for long. One bristle
-/// on the difference is another. With the plain seed it is frac(count / golden ratio); with any other the
+/// Returns the first bristle to copy. Bristle i and its copy i + `count` may have stratified lengths close to
+/// each other in share: two lengths that are nearly equal would snap in step for long. Starting one bristle
+/// later changes the difference. With the plain seed it is frac(count / golden ratio); with any other the
 /// shares have as many bits in common as `count` ends in zeros.
 template <class T>
 std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noexcept {

@@ -42,7 +42,7 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// More bristles: the last one's deflection shrinks as its weight grows, so that no force changes; new
+/// Adds bristles: the deflection of the last one shrinks as its weight grows, so that no force changes; new
 /// ones start straight.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
@@ -89,7 +89,7 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) no
   double active = zeta / weight;
   const double all = detail;
   double overload = 1.0;
-  // The maximum itself is no overload, whatever rounding made of zeta / w.
+  // Rounding of zeta / w must not make the maximum load itself an overload.
   if (active > all * (1.0 + 1e-14)) overload = active / all;
   active = std::min(active, all);
   const double whole = std::floor(active);

@@ -45,7 +45,7 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-/// Renewals are counted from snaps: the kernels with energy count them.
+/// Shared renewal needs the number of snaps, which only the kernels with energy count.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
   if (ages) return aged_variant_index(options.axes, redraws ? rule_redraw : rule_keep);
   const bool literal = options.step_rule == StepRule::literal;

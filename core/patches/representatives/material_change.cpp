@@ -45,7 +45,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
     if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
   };
-  // The two lists are one: column by column beside each other.
+  // Pairs the columns of the two records: both list them in the same order.
   const void* columns_of_from[16];
   int count = 0;
   Representatives<T>::columns(
@@ -85,7 +85,7 @@ template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   Representatives<T>& r = representatives<T>(to);
   const Representatives<T>& old = representatives<T>(from);
-  // A patch that was reset since: its bristles are those of its own seed.
+  // After a reset the bristles are those of the seed and key of the reset.
   r.options.key = old.options.key;
   if (r.options.seed != old.options.seed) {
     change_seed(r, old.options.seed);

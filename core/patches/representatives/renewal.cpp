@@ -49,7 +49,7 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
   return hasher.value();
 }
 
-/// Bristles that the piece would carry beyond their length.
+/// Counts the bristles that the piece would carry beyond their length.
 template <class T>
 std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -91,7 +91,7 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
-  // A range for each thread: every one of them passes over all draws.
+  // One range for each thread and no more, because every range passes over all draws.
   const RenewalTotals totals =
       share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
                                [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
@@ -233,7 +233,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   p.bound.reach = -1.0;
 }
 
-/// State and sums after the kernels of a piece.
+/// Updates state and sums after the kernels of a piece.
 template <class T>
 void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -350,7 +350,7 @@ double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Carrying round a corner costs as much as following that.
+  // Carrying the patch round a corner costs as much as following `goes_on`: it pays only for a longer path.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }

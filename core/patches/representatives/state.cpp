@@ -44,7 +44,7 @@ void block_fields(Io& io, AnyBlock& block) noexcept {
   for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
 }
 constexpr std::size_t block_fields_size = 4 * 8;
-/// With the patch's time at the block's last rewrite, where bristles age.
+/// Returns the saved size of a block. Where bristles age it includes the time of the block's last rewrite.
 template <class T>
 std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return block_fields_size + (r.ages() ? 8 : 0);
@@ -63,8 +63,8 @@ Part part_of(const Representatives<T>& r, std::uint32_t b) noexcept {
   return {first, size, r.blocks[b].zero ? 0 : touching};
 }
 
-/// A column as it reads: bristle i out of contact, or in a block that entered together and was not visited
-/// since, is its filler.
+/// Reads a column: bristle i out of contact, or in a block that entered together and was not visited since,
+/// reads as the column's filler.
 template <class T>
 struct Reading {
   const Representatives<T>& r;
@@ -99,8 +99,7 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Contact that the load does not explain would be forces without it, or forces and energies beyond all
-/// numbers.
+/// Refuses a contact that the load does not explain: it would give forces without load, or infinite ones.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
@@ -308,7 +307,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
           entry(number);
           const auto x = static_cast<double>(number);
           if (rule.filler == Filler::first_length && !within(x, shortest, longest)) fault = "a snap length";
-          // A bristle that was renewed within a step has its age counted from before that.
+          // A bristle renewed mid-step stores a negative age, which offsets the time before its renewal.
           if (rule.filler == Filler::age && !within(x, -oldest_bristle, oldest_bristle)) fault = "an age";
           if (rule.filler == Filler::zero &&
               (!within(x, -farthest, farthest) || !within(x + moved[axis], -longest, longest)))

@@ -20,7 +20,8 @@ double energy_unit(double length, double longest, bool literal) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// The state too: equal steps must not repeat themselves, nor patches one another.
+/// Includes the state, so that equal steps draw different phases, and so do equal patches in different
+/// states.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -78,7 +79,8 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = m.residual;
   if (a.snaps_all) {
-    // Redraw that ends in law needs no remainder: float holds the step as long as its square.
+    // Redraw by the stationary law needs no remainder of the path, so float serves as long as the square of
+    // the step fits.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
   } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {

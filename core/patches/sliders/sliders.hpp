@@ -89,7 +89,8 @@ double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
 /// from the patch's place.
 template <class T, class Change>
 void rewrite_all(Patch& p, Change&& change) noexcept;
-/// The shared part's sums, unit and contact after columns, load or material changed outside a step.
+/// Updates sums, unit of force and contact of the shared part after columns, load or material changed outside
+/// a step.
 template <class T>
 void note_sliders(Patch& p) noexcept;
 template <class T>
@@ -123,10 +124,10 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
 template <class T>
 void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// The strata in use, from all of them.
+/// Fills the strata in use from all n strata of the material.
 template <class T>
 void fill_strata(Sliders<T>& r) noexcept;
-/// Out of contact: straight.
+/// Straightens every bristle, for a patch out of contact.
 template <class T>
 void straighten(Patch& p) noexcept;
 

@@ -39,7 +39,7 @@ double limit_now(const Patch& p, std::uint32_t i) noexcept {
   return limit * p.material().material.ageing_factor(now - r.since[i]);
 }
 
-/// A limit that fell takes the deflection back: the bristle slides where it is.
+/// Reduces deflections to limits that have fallen: such a bristle slides where it is.
 template <class T>
 void take_back(Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -54,7 +54,7 @@ void take_back(Patch& p) noexcept {
   });
 }
 
-/// The stiffness becomes that of this many bristles, forces stay.
+/// Sets the stiffness to that of `zeta` bristles without changing any force.
 template <class T>
 void change_stiffness(Patch& p, double zeta) noexcept {
   Sliders<T>& r = sliders<T>(p);
@@ -74,7 +74,7 @@ double soften(Patch& p, double dissipated) noexcept {
   if (!(stored > 0.0)) return 0.0;
   const double least = limit_share<T>(p);
   const double wanted = stored / (stored + dissipated);
-  // Close to the load's own stiffness it is that.
+  // A stiffness within rounding of the load's own becomes it, which ends the softening.
   const bool ends = wanted <= least * (1.0 + 1e-9);
   change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
   note_sliders<T>(p);
@@ -205,7 +205,7 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
     if (!a.commit) return;
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b) reach = std::min(reach, r.blocks[b].reach);
-    // A position that is rounded to a float, there and here.
+    // Kernel and bound each round a position to float.
     p.bound = {{p.position[0], p.position[1]}, std::max(reach * (1.0 - 1e-6), 0.0)};
     return;
   }
@@ -226,7 +226,7 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
   if (r.stiff_zeta > p.zeta) {
     const double unit = p.newtons_per_unit;
     sums.dissipated -= soften<T>(p, sums.dissipated);
-    // In the new unit; the end as the next step at rest finds it.
+    // Converts the sums to the new unit of force, with the end that the next step at rest finds.
     for (int axis = 0; axis < p.axes; ++axis) {
       sums.end[axis] = static_cast<double>(p.part_sum[axis]);
       sums.twice_mean[axis] = sums.twice_mean[axis] * (unit / p.newtons_per_unit);

@@ -28,7 +28,7 @@ class File {
  public:
   /// A new file to write. An open file of that name makes it fail with EEXIST.
   static File create(const std::string& path) noexcept;
-  /// Does not wait for a pipe's other end.
+  /// Opens a file to read. Does not wait for the other end of a pipe.
   static File open_to_read(const std::string& path) noexcept;
 
   ~File() { close(); }
@@ -40,7 +40,7 @@ class File {
   bool write(Span<const std::byte> bytes) noexcept;
   /// False on an error; at an early end `to` is filled in part, and `got` says how far.
   bool read(std::byte* to, std::size_t size, std::size_t& got) noexcept;
-  /// To the disk.
+  /// Flushes the file to the disk.
   bool flush() noexcept;
 
   struct Kind {

@@ -27,7 +27,7 @@ std::wstring wide(const std::string& text) {
   return name;
 }
 
-/// The runtime moves `int` counts: what is larger goes in pieces.
+/// The C runtime takes counts as `int`, so larger blocks go in pieces.
 unsigned piece(std::size_t size) noexcept {
   return static_cast<unsigned>(std::min<std::size_t>(size, 1u << 30));
 }
