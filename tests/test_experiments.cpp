@@ -459,7 +459,7 @@ void check_page(const std::string& name, const std::vector<std::string>& left_ou
   const auto cells = page_cells();
   for (const cli::Phenomenon& p : experiment.phenomena) {
     INFO(name << ": " << p.title);
-    const auto row = cells.find(name + ": " + p.title);
+    const auto row = cells.find(name + ": " + p.title + (p.unit.empty() ? "" : ", " + p.unit));
     REQUIRE(row != cells.end());
     for (std::size_t m = 0; m < models.size(); ++m) {
       if (is_left_out(models[m])) continue;

@@ -78,13 +78,11 @@ Experiment coin_experiment() {
               number_parameter("start", 4.0, "m/s", "v + omega R at the start", 1e-6, 1e3),
               list_parameter("ratios", {0.3, 2.0}, "", "v over omega R at the start", 1e-3, 1e3)},
       {{"coin_ratio", "its motion forgets how it was thrown",
-        "v / (omega R) tends to 0.653 for a uniform disc, whatever the start (Farkas, Bartels, Unger, Wolf, "
-        "PRL "
-        "90, 248302, 2003); by their equations it is 0.55 and 0.69 when a fiftieth of the speed is left of "
-        "0.3 and 2",
+        "v / (omega R) of a uniform disc tends to 0.653 (Farkas, Bartels, Unger, Wolf, PRL 90, 248302, "
+        "2003); by their equations it is 0.55 and 0.69 at a fiftieth of the speed, from 0.3 and 2",
         "largest difference of v / (omega R) from 0.653 at a fiftieth of the start's speed, over the starts",
         "", "below 0.12"},
-       {"stops_at_once", "sliding and spinning end together", "the same",
+       {"stops_at_once", "sliding and spinning end together", "as above",
         "time between the ends (0.2 % of the start's speed), over the time of the motion", "%", "below 1 %"}},
       {"thrown_at", "t[s]", "v[m/s]", "omega_R[m/s]", "ratio"},
       &run};

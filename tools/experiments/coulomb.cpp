@@ -120,10 +120,10 @@ Experiment coulomb_experiment() {
       {{"proportional_to_load", "friction is proportional to load", "Amontons 1699, Coulomb 1785",
         "largest deviation of friction over load from that at the common load", "%", "below 2 %"},
        {"representatives", "the number of simulated bristles does not matter",
-        "no law of nature: what a user of the brush must be able to rely on",
-        "spread of the friction over the numbers, over kinetic friction", "%", "below 2 %"},
+        "none: a requirement of the brush's user",
+        "highest less lowest friction at these numbers, over kinetic friction", "%", "below 2 %"},
        {"area", "the apparent area does not matter", "Amontons 1699; the paper, eqs. 6 to 9",
-        "spread of the friction over areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
+        "highest less lowest friction at areas of 1 to 100, over kinetic friction", "%", "below 2 %"}},
       {"value", "friction[N]", "friction_over_load"},
       &run};
 }

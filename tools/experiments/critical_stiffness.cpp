@@ -277,7 +277,7 @@ Experiment critical_stiffness_experiment() {
         "N/m", "above 0"},
        {"linear_theory", "as linear theory says",
         "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",
-        "critical stiffness by bisection off that of linear theory, worst of the speeds", "%", "below 10 %"}},
+        "error of the stiffness by bisection against linear theory, worst of the speeds", "%", "below 10 %"}},
       {"speed[m/s]", "stiffness[N/m]", "x_over_presliding", "friction_over_kinetic"},
       &run};
 }

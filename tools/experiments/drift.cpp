@@ -161,12 +161,12 @@ Experiment drift_experiment() {
               number_parameter("slope_frequency", 20.0, "Hz", "of the shaking", 0.1, 1e3),
               number_parameter("slope_duration", 2.0, "s", "of the shaking", 0.1, 1e4)},
       {{"hold", "holds under a constant force",
-        "below break-away a contact stays where it is (Courtney-Pratt and Eisner 1957, but for slow creep of "
-        "metals)",
+        "below break-away a contact stays where it is (Courtney-Pratt and Eisner 1957)",
         "speed from the second to the last quarter of the hold", "um/s",
         "below a thousandth of the presliding length a second"},
        {"drift_per_cycle", "no drift under a wavering force",
-        "a force that wavers below break-away moves nothing for good (Dupont et al. 2002; the paper, Fig. 2)",
+        "a force that wavers below break-away moves nothing permanently (Dupont et al. 2002; the paper, Fig. "
+        "2)",
         "mean position in the last cycle less that in the one before", "um",
         "below a thousandth of the presliding length"},
        {"slope", "stays on a slope when shaken",

@@ -118,13 +118,11 @@ Experiment held_corner_experiment() {
               whole_parameter("first_cycles", 10, "cycles before measuring", 0, 1e4),
               whole_parameter("cycles", 10, "cycles measured", 1, 1e5)},
       {{"corner_moment", "it resists with its mean distance from the corner",
-        "Coulomb's law of every element: mu N times the mean distance, 0.7652 of the side of a square",
+        "by Coulomb's law mu N times the mean distance, 0.7652 of the side of a square",
         "steady moment about the corner, over friction times that distance", "", "within 1 % of 1"},
        {"corner_holds", "it does not turn under a wavering moment",
-        "what wavers below break-away moves nothing for good (Dupont et al. 2002); published grids of LuGre "
-        "cells have "
-        "an elasto-plastic switch for that",
-        "way of the plate's edge per cycle, moment between 0.2 and 0.8 of that of sliding", "um",
+        "a force that wavers below break-away moves nothing permanently (Dupont et al. 2002)",
+        "path of the plate's edge per cycle, moment between 0.2 and 0.8 of that of sliding", "um",
         "below a thousandth of the presliding length"}},
       {"t[s]", "moment_over_sliding", "way_of_edge[um]"},
       &run};

@@ -58,29 +58,28 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
 }  // namespace
 
 Experiment limit_surface_experiment() {
-  return {
-      "limit-surface",
-      "a disc that slides and spins steadily, at every ratio of the two",
-      common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) + spin_parameters() +
-          std::vector<Parameter>{
-              number_parameter("radius", 0.02, "m", "of the disc", 1e-6, 10.0),
-              number_parameter("velocity", 0.1, "m/s", "of the disc's fastest point", 1e-9, 1e3),
-              list_parameter("ratios", {0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 5.0}, "",
-                             "velocities of the centre over omega R", 0.0, 1e6),
-              number_parameter("settling", 40.0, "",
-                               "way of the fastest point before measuring, mean snap lengths", 1.0, 1e6),
-              number_parameter("way", 25.0, "", "way of the fastest point measured, mean snap lengths", 1.0,
-                               1e7)},
-      {{"limit_surface", "friction and torque share one limit surface",
-        "force and torque of a sliding, spinning disc lie on one closed surface (Goyal, Ruina, Papadopoulos, "
-        "Wear 143, 1991; in closed form Farkas, Bartels, Unger, Wolf, PRL 90, 2003)",
-        "largest error of force over mu N and of torque over mu N R, over all ratios", "%", "below 1 %"},
-       {"spin_eases", "what spins slides easier",
-        "the same: force in proportion to velocity, F = mu N v / (omega R)",
-        "force at v = 0.1 omega R, over that of the closed form", "", "within 10 % of 1"}},
-      {"v_over_omegaR", "force_over_friction", "aside_over_friction", "torque_over_friction_R",
-       "force_in_theory", "torque_in_theory"},
-      &run};
+  return {"limit-surface",
+          "a disc that slides and spins steadily, at every ratio of the two",
+          common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) + spin_parameters() +
+              std::vector<Parameter>{
+                  number_parameter("radius", 0.02, "m", "of the disc", 1e-6, 10.0),
+                  number_parameter("velocity", 0.1, "m/s", "of the disc's fastest point", 1e-9, 1e3),
+                  list_parameter("ratios", {0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 5.0}, "",
+                                 "velocities of the centre over omega R", 0.0, 1e6),
+                  number_parameter("settling", 40.0, "",
+                                   "way of the fastest point before measuring, mean snap lengths", 1.0, 1e6),
+                  number_parameter("way", 25.0, "", "way of the fastest point measured, mean snap lengths",
+                                   1.0, 1e7)},
+          {{"limit_surface", "friction and torque share one limit surface",
+            "force and torque of a sliding, spinning disc lie on one closed surface (Goyal, Ruina, "
+            "Papadopoulos, Wear 143, 1991; closed form: Farkas, Bartels, Unger, Wolf, PRL 90, 2003)",
+            "largest error of force over mu N and of torque over mu N R, over all ratios", "%", "below 1 %"},
+           {"spin_eases", "what spins slides easier",
+            "its force is proportional to velocity, F = mu N v / (omega R)",
+            "force at v = 0.1 omega R, over that of the closed form", "", "within 10 % of 1"}},
+          {"v_over_omegaR", "force_over_friction", "aside_over_friction", "torque_over_friction_R",
+           "force_in_theory", "torque_in_theory"},
+          &run};
 }
 
 }  // namespace cli

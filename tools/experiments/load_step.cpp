@@ -102,12 +102,12 @@ Experiment load_step_experiment() {
                                    100.0),
                   number_parameter("settling", 60.0, "", "way before the jump, mean snap lengths", 1.0, 1e6),
                   whole_parameter("steps_per_length", 100, "steps in a mean snap length", 10, 1e5)},
-          {{"load_up_sliding", "friction follows a load jump over a way",
-            "in sliding, friction does not jump with the load but follows over micrometres (Prakash 1998; "
-            "Dieterich and Linker 1992, in part)",
+          {{"load_up_sliding", "friction follows a load jump over a path",
+            "sliding friction follows a load jump over micrometres (Prakash 1998; Dieterich and Linker 1992, "
+            "in part)",
             "share of the new friction after a hundredth of a presliding length", "%", "below 10 %"},
            {"load_up_rest", "more load at rest leaves the force as it is",
-            "a load that rises at rest leaves the held force alone: nothing moved (equilibrium)",
+            "a load that rises at rest leaves the held force as it is (equilibrium)",
             "change of the held force, over kinetic friction", "%", "below 1 %"},
            {"load_down_rest", "less load holds less",
             "a contact holds no more than its static friction (Coulomb's law)",

@@ -144,13 +144,11 @@ Experiment presliding_experiment() {
         "area of a loop of 0.7 presliding lengths to either side, over that of rigid Coulomb friction", "%",
         "above 2 %"},
        {"return_point", "inner loops close",
-        "after a loop inside a loop the outer one continues as if it had not been interrupted: memory of "
-        "every open "
-        "reversal (Swevers et al. 2000)",
+        "after an inner loop the outer one continues as if uninterrupted (Swevers et al. 2000)",
         "force missed at the two points of return, over kinetic friction", "%", "below 0.5 %"},
        {"permanent_set", "a permanent displacement after release",
-        "let go near break-away, the block springs back but not all the way (Courtney-Pratt and Eisner 1957)",
-        "displacement left, in presliding lengths", "", "above 0.02, and springs back by 0.01"}},
+        "released near break-away, the block springs back in part (Courtney-Pratt and Eisner 1957)",
+        "displacement left, in presliding lengths", "", "above 0.02, and it springs back by 0.01"}},
       {"x[m]", "friction[N]"},
       &run};
 }

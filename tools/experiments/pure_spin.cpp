@@ -102,17 +102,15 @@ Experiment pure_spin_experiment() {
         "a sticking area of stiffness K resists a turn with K R^2 / 2",
         "first stiffness against a turn over K R^2 / 2", "", "within 3 % of 1, of a contact that bends"},
        {"spin_peak", "a peak of torque at the first turn",
-        "it takes more to start than to go on, in a turn too (Farkas, Dahmen, Wolf, JSTAT 2005: bristles in "
-        "step)",
+        "it takes more to start than to go on, in a turn too (Farkas, Dahmen, Wolf, JSTAT 2005)",
         "highest torque of a first turn over the steady one", "", "above 1.02"},
        {"spin_peak_share", "and less of one than at the first pull",
-        "the rim snaps before the middle: single lengths 1.5 for 2 (Farkas, Dahmen, Wolf, JSTAT 2005, for "
-        "the pull)",
-        "peak over steady torque, over the same of the force of a first pull", "", "below 0.98"},
+        "the rim snaps before the middle: with one snap length 1.5, where a pull gives 2 (Farkas, Dahmen, "
+        "Wolf, JSTAT 2005)",
+        "peak over steady torque, over the ratio of the force of a first pull", "", "below 0.98"},
        {"peak_lost", "no static peak of the force while it spins",
-        "in a contact that slips already there is nothing left to break away (Farkas et al., PRL 90, 2003)",
-        "how far the force of a slow pull on the spinning disc rises above its steady value, over the same "
-        "from rest",
+        "a contact that slips has nothing left to break away (Farkas et al., PRL 90, 2003)",
+        "rise of the force of a slow pull on the spinning disc above its steady value, over that from rest",
         "", "below 0.5, where there is a peak from rest"}},
       {"way_over_presliding", "friction_over_kinetic"},
       &run};

@@ -1,5 +1,7 @@
 // What `bristle experiment` says: tables for people, CSV for plots, JSON for programs, the page
 // EXPERIMENTS.md.
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -40,43 +42,46 @@ const Finding* find(const ExperimentResult& result, const std::string& phenomeno
   return nullptr;
 }
 
-std::string cell(const Finding* finding, const Phenomenon& phenomenon, const char* yes, const char* no) {
+/// Verdict and value; the unit stands in a header.
+std::string cell(const Finding* finding, const char* yes, const char* no) {
   if (!finding) return "not measured";
-  const bool spaced = !phenomenon.unit.empty();
-  return fmt::format("{} {}{}{}", finding->shown ? yes : no, value_text(finding->value), spaced ? " " : "",
-                     phenomenon.unit);
+  return fmt::format("{} {}", finding->shown ? yes : no, value_text(finding->value));
 }
 
-/// Without its unit, which stands in a header.
 Cell found(const ExperimentResult& result, const Phenomenon& phenomenon, const std::string& model) {
   const Finding* finding = find(result, phenomenon.id, model);
-  Phenomenon without_unit = phenomenon;
-  without_unit.unit.clear();
-  return {cell(finding, without_unit, "yes", "no "), !finding         ? CellStyle::plain
-                                                     : finding->shown ? CellStyle::good
-                                                                      : CellStyle::bad};
+  return {cell(finding, "yes", "no "), !finding         ? CellStyle::plain
+                                       : finding->shown ? CellStyle::good
+                                                        : CellStyle::bad};
 }
 
-// Models with the same verdict and reason, together.
+// One line for the models that share a verdict and a reason; the largest group comes last, as "all others".
 std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
                     const std::vector<std::string>& models) {
-  std::vector<std::pair<std::string, std::string>> groups;  // reason, models
+  struct Group {
+    std::string reason, models;
+    std::size_t size = 0;
+  };
+  std::vector<Group> groups;
   for (const std::string& model : models) {
     const Finding* f = find(result, phenomenon.id, model);
     if (!f) continue;
     std::string reason = reason_of(phenomenon.id, model, f->shown);
-    if (reason.empty()) reason = "differs from the outcome with default parameters: no reason is given";
-    reason = (f->shown ? "shown: " : "not shown: ") + reason;
+    if (reason.empty()) reason = "differs from the outcome with default parameters";
+    reason = (f->shown ? "yes: " : "no: ") + reason;
     auto group = groups.begin();
-    while (group != groups.end() && group->first != reason) ++group;
-    if (group == groups.end()) {
-      groups.emplace_back(reason, model_title(model));
-    } else {
-      group->second += "; " + model_title(model);
-    }
+    while (group != groups.end() && group->reason != reason) ++group;
+    if (group == groups.end()) group = groups.insert(group, {reason, "", 0});
+    group->models += (group->size++ > 0 ? "; " : "") + model_title(model);
+  }
+  const auto largest = std::max_element(groups.begin(), groups.end(),
+                                        [](const Group& a, const Group& b) { return a.size < b.size; });
+  if (largest != groups.end() && largest->size > 2) {
+    largest->models = groups.size() > 1 ? "all others" : "all";
+    std::rotate(largest, largest + 1, groups.end());
   }
   std::string text;
-  for (const auto& [reason, who] : groups) text += fmt::format("  - *{}*: {}.\n", who, reason);
+  for (const Group& group : groups) text += fmt::format("  - *{}*, {}.\n", group.models, group.reason);
   return text;
 }
 
@@ -98,20 +103,16 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   if (cost.empty()) return "";
   const Conditions c = conditions();
   std::string text = fmt::format(
-      "\n## Cost\n\nCPU time of one step of one contact, two axes, force at the end of the step and mean "
-      "over "
-      "it, every "
-      "model in the same\ninterleaved run; median and quartiles over rounds. Presliding: 0.003 mean snap "
-      "lengths a "
-      "step; sliding: 1. The brush has 900\nbristles in single precision, the infinite brush a resolution of "
-      "8 in double precision. {}; {}; commit {}.\n\n| model | "
-      "presliding, "
-      "ns | quartiles | sliding, ns | quartiles |\n|---|---|---|---|---|\n",
+      "\n## Cost\n\nCPU time of one step of one contact, two axes, force at the end and mean, all models "
+      "interleaved: median (quartiles), ns.\nPresliding: steps of 0.003 mean snap lengths; sliding: 1. "
+      "Brush: "
+      "900 bristles, single precision; infinite brush: 8 pieces.\n{}; {}; commit {}.\n\n"
+      "| model | presliding | sliding |\n|---|---|---|\n",
       c.cpu, c.flags, c.commit);
   for (const std::string& model : models) {
     text += fmt::format("| {} |", model_title(model));
     for (const CostRow& row : cost) {
-      if (row.model == model) text += fmt::format(" {:.0f} | {:.0f} to {:.0f} |", row.ns, row.low, row.high);
+      if (row.model == model) text += fmt::format(" {:.0f} ({:.0f}-{:.0f}) |", row.ns, row.low, row.high);
     }
     text += '\n';
   }
@@ -254,22 +255,20 @@ std::string experiment_page(const std::vector<ExperimentReport>& reports, const 
                             const std::vector<std::string>& models) {
   std::string text =
       "# The classic friction experiments\n\n"
-      "Written by `bristle experiment all --markdown tools/EXPERIMENTS.md`; not edited by hand. Every cell "
-      "is measured "
-      "by\n`bristle experiment NAME` with its default parameters: **yes** where the number meets the "
-      "criterion, **no** "
-      "where it does\nnot. Criteria, sources and reasons follow below the table; what the models are is in "
-      "`tools/rivals/README.md`, the brush in\n`core/MODEL.md`.\n\n## The table\n\n| experiment | phenomenon "
-      "|";
+      "Written by `bristle experiment all --markdown tools/EXPERIMENTS.md`; not edited by hand. Each cell is "
+      "measured by\n`bristle experiment NAME` with its default parameters: **yes** where the number meets "
+      "the criterion given below the table.\nModels: [rivals](rivals/README.md), "
+      "[brush](../core/MODEL.md).\n\n## The table\n\n| experiment | phenomenon |";
   for (const std::string& model : models) text += fmt::format(" {} |", model_title(model));
   text += "\n|---|---|";
   for (std::size_t i = 0; i < models.size(); ++i) text += "---|";
   text += '\n';
   for (const ExperimentReport& report : reports) {
     for (const Phenomenon& p : report.experiment->phenomena) {
-      text += fmt::format("| {} | {} |", report.experiment->name, p.title);
+      text +=
+          fmt::format("| {} | {}{} |", report.experiment->name, p.title, p.unit.empty() ? "" : ", " + p.unit);
       for (const std::string& model : models) {
-        text += fmt::format(" {} |", cell(find(report.result, p.id, model), p, "**yes**", "**no**"));
+        text += cell(find(report.result, p.id, model), "**yes**", "**no**") + "|";
       }
       text += '\n';
     }
@@ -280,8 +279,10 @@ std::string experiment_page(const std::vector<ExperimentReport>& reports, const 
     text += fmt::format("\n### {}\n\n{}: `bristle experiment {}`.\n\n", report.experiment->name,
                         report.experiment->title, report.experiment->name);
     for (const Phenomenon& p : report.experiment->phenomena) {
-      text += fmt::format("- **{}.** Literature: {}. Measured: {}{}. Shown when {}.\n", p.title, p.literature,
-                          p.measured, p.unit.empty() ? "" : ", " + p.unit, p.passes);
+      std::string literature = p.literature;
+      literature[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(literature[0])));
+      text += fmt::format("- **{}.** {}. Measured: {}{}; yes: {}.\n", p.title, literature, p.measured,
+                          p.unit.empty() ? "" : ", " + p.unit, p.passes);
       text += reasons(report.result, p, models);
     }
   }

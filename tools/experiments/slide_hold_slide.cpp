@@ -119,7 +119,7 @@ Experiment slide_hold_slide_experiment() {
         "slope of the peak over the logarithm of the hold, per e-fold, over kinetic friction", "%",
         "above 0.5 %, and no peak farther from the line than a fifth of the whole rise"},
        {"hold_relaxation", "the force relaxes while it is held",
-        "held at rest, the force falls with the logarithm of the time, for contacts creep (Dieterich 1972; "
+        "held at rest, the force falls with the logarithm of time: contacts creep (Dieterich 1972; "
         "Marone 1998)",
         "friction a ten-thousandth into the hold less that at its end, longest hold, over kinetic friction",
         "%", "above 1 %"}},

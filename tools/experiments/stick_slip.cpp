@@ -62,12 +62,12 @@ Experiment stick_slip_experiment() {
             "a mass pulled slowly by a soft spring keeps sticking and slipping (Rabinowicz 1958; Canudas "
             "de Wit et al. 1995)",
             "swing of the spring force after settling, over kinetic friction", "%",
-            "above 10 %, and slower than a fiftieth of the pull for a tenth of the time"},
+            "above 10 %, and it is slower than a fiftieth of the pull for a tenth of the time"},
            {"stick_slip_dry", "keeps sticking and slipping, without lubricant",
             "a mass pulled slowly by a soft spring keeps sticking and slipping (Rabinowicz 1958; Canudas "
             "de Wit et al. 1995)",
             "swing of the spring force after settling, over kinetic friction", "%",
-            "above 10 %, and slower than a fiftieth of the pull for a tenth of the time"}},
+            "above 10 %, and it is slower than a fiftieth of the pull for a tenth of the time"}},
           {"t[s]", "spring[N]", "x[m]", "v[m/s]"},
           &run};
 }

@@ -49,26 +49,25 @@ void run(const ExperimentInput& input, const std::string& model, ExperimentResul
 }  // namespace
 
 Experiment turn_experiment() {
-  return {
-      "turn",
-      "steady sliding, then a new direction in the plane",
-      common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) +
-          std::vector<Parameter>{
-              number_parameter("velocity", 1e-4, "m/s", "of the sliding", 1e-9, 1e3),
-              list_parameter("turns", {90.0, 180.0}, "deg", "new directions; 90 and 180 are judged", 1.0,
-                             180.0),
-              number_parameter("settling", 60.0, "", "way before the turn, mean snap lengths", 1.0, 1e6),
-              number_parameter("way", 4.0, "", "way after it, mean snap lengths", 0.1, 1e4),
-              whole_parameter("steps_per_length", 50, "steps in a mean snap length", 10, 1e5)},
-      {{"turn", "friction turns over a way",
-        "after a turn the friction vector comes round over the presliding length (measured in the plane by "
-        "Xia 2003)",
-        "way in which the sideways force halves after 90 degrees, in presliding lengths", "", "0.05 to 3"},
-       {"reversal", "friction reverses over a way",
-        "after a reversal friction changes its sign over the presliding length (Dahl 1968)",
-        "way to zero force after 180 degrees, in presliding lengths", "", "0.05 to 3"}},
-      {"turn[deg]", "y_over_presliding", "along_over_kinetic", "aside_over_kinetic"},
-      &run};
+  return {"turn",
+          "steady sliding, then a new direction in the plane",
+          common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) +
+              std::vector<Parameter>{
+                  number_parameter("velocity", 1e-4, "m/s", "of the sliding", 1e-9, 1e3),
+                  list_parameter("turns", {90.0, 180.0}, "deg", "new directions; 90 and 180 are judged", 1.0,
+                                 180.0),
+                  number_parameter("settling", 60.0, "", "way before the turn, mean snap lengths", 1.0, 1e6),
+                  number_parameter("way", 4.0, "", "way after it, mean snap lengths", 0.1, 1e4),
+                  whole_parameter("steps_per_length", 50, "steps in a mean snap length", 10, 1e5)},
+          {{"turn", "friction turns over a path",
+            "after a turn the friction vector turns over the presliding length (Xia 2003)",
+            "path over which the sideways force halves after a turn of 90 degrees, in presliding lengths", "",
+            "0.05 to 3"},
+           {"reversal", "friction reverses over a path",
+            "after a reversal friction changes its sign over the presliding length (Dahl 1968)",
+            "path to zero force after a turn of 180 degrees, in presliding lengths", "", "0.05 to 3"}},
+          {"turn[deg]", "y_over_presliding", "along_over_kinetic", "aside_over_kinetic"},
+          &run};
 }
 
 }  // namespace cli

@@ -115,20 +115,19 @@ Experiment velocity_step_experiment() {
               number_parameter("steps_per_length", 50.0, "", "steps in a presliding length", 4.0, 1e5)},
       {{"direct_effect", "a step up in speed first raises friction",
         "friction grows at once with the logarithm of the speed (Dieterich 1979; Ruina 1983)",
-        "highest friction after the step less that before, per e-fold of speed, over kinetic friction, least "
-        "of the speeds",
+        "highest friction after the step less that before it, per e-fold of speed, over kinetic friction, "
+        "the least of all speeds",
         "%", "above 0.5 %, and at no speed twice as much"},
        {"speed_fall", "and then lowers it, from slow speeds on",
-        "rock, paper, polymers and metals slide with less friction the faster they slide, with its logarithm "
+        "friction of rock, paper, polymers and metals falls with the logarithm of speed "
         "(Dieterich 1979; Heslot et al. 1994)",
         "friction before the step less that long after, per e-fold of speed, over kinetic friction, least of "
         "the speeds",
         "%", "above 0.5 %"},
-       {"evolution_way", "over a way, whatever the speed",
-        "friction comes to the new level over a way that does not depend on the speed (Rabinowicz 1951; "
+       {"evolution_way", "over a path, whatever the speed",
+        "friction reaches its new level over a path that does not depend on the speed (Rabinowicz 1951; "
         "Dieterich 1979)",
-        "way from the highest friction after the step until 1/e of the fall is left, presliding lengths, "
-        "shortest of the speeds",
+        "path from the highest friction after the step until 1/e of the fall is left, shortest of the speeds",
         "", "0.05 to 5, and at no speed 1.5 times as long"}},
       {"speed[m/s]", "x_over_presliding", "friction_over_kinetic", "before_over_kinetic"},
       &run,
