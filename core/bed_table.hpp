@@ -35,7 +35,7 @@ enum BedColumn : std::uint32_t {
   bed_state_columns = bed_own
 };
 
-/// Where the number of bristle i in a column stands.
+/// Returns the place of the number of bristle i in a column.
 constexpr std::size_t bed_place(BedColumn c, std::size_t i) noexcept {
   return ((i / lane_count) * bed_columns + c) * lane_count + i % lane_count;
 }

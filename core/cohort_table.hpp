@@ -147,8 +147,8 @@ struct CohortKernels {
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 
-/// A patch that fluctuates as n bristles do: what leaves a cohort is drawn, bristle by bristle. One table for
-/// every instruction set: the draws are scalar, and with them the pass; the bits are the same by themselves.
+/// Draws for a patch that fluctuates as n bristles do: the mass that leaves a cohort is drawn, bristle by
+/// bristle. One table serves every instruction set: draws and their pass are scalar, so the bits are equal.
 struct CohortNoise {
   /// As CohortKernels::move.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);

@@ -9,7 +9,7 @@
 
 namespace bristle::detail {
 
-/// Variants of a step: bits of the index.
+/// Bits of the index of a variant of a step.
 enum JointVariant : std::uint32_t {
   joint_loaded = 1,  ///< friction depends on a torque
   joint_drops = 2,   ///< there is a static part

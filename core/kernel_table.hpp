@@ -201,7 +201,7 @@ struct SlideView {
 
 enum Rule : std::int32_t { rule_keep, rule_redraw, rule_literal_keep, rule_literal_redraw };
 
-/// Index of a step kernel: features are taken out by choosing another instance.
+/// Returns the index of a step kernel: each set of features has an instance of its own.
 constexpr int variant_index(int axes, Rule rule, bool mean, bool energy, bool residual) {
   return (axes - 1) | (rule << 1) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
 }
@@ -216,8 +216,8 @@ struct KernelSet {
                         Totals&);
   Step step[variant_count];  ///< null where this build has no such variant
 
-  /// Bristles of the blocks [first, last) that are beyond their snap length at the end of the step. By axes -
-  /// 1 and redraw, as `renew`.
+  /// Counts the bristles of the blocks [first, last) that are beyond their snap length at the end of the
+  /// step. By axes - 1 and redraw, as `renew`.
   using Foresee = std::uint64_t (*)(const PatchView<T>&, const Advance&, std::uint32_t first,
                                     std::uint32_t last);
   Foresee foresee[2][2];

@@ -259,7 +259,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Relative pressure where `inside` is 1 at the centre of the contact and 0 at its edge.
+/// Returns the relative pressure of a profile where `inside` is 1 at the centre of the contact and 0 at its
+/// edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
   if (profile == BedProfile::uniform) return V(1.0f);

@@ -82,9 +82,10 @@ inline double age_at(const CohortTimes& t, double factor) {
   return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
 }
 
-/// Path left at the end of a piece since a bristle of length delta snapped, |z - gap e| = l_r + delta g(age -
-/// gap / v), with g straight near the end: the error is of second order, for g is concave and the piece
-/// short. z is the deflection that there would be at the end: its square, and its part along the motion.
+/// Returns the path left at the end of a piece after a bristle of length delta snapped, |z - gap e| = l_r +
+/// delta g(age - gap / v), with g straight near the end: the error is of second order, for g is concave and
+/// the piece short. z is the deflection that there would be at the end: its square, and its part along the
+/// motion.
 template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {

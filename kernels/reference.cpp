@@ -34,7 +34,7 @@ struct AfterSnaps {
   T variance = 0;    ///< of the squares left out by jumps
 };
 
-/// Keep: n = 1 + floor(R / delta) snaps, the rest is bent.
+/// Keep: n = 1 + floor(R / delta) snaps; the path left bends the bristle.
 template <class T>
 AfterSnaps<T> after_keep(T rest, T delta) {
   AfterSnaps<T> after;
@@ -69,7 +69,8 @@ T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& m
   return way;
 }
 
-/// Redraw: a fresh length after each snap; far from the first snap, in law.
+/// Redraw: samples a fresh length after each snap; on a long path takes the end from its distribution (a
+/// jump).
 template <class T, bool ages>
 AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T& delta,
                            std::uint32_t& state) {

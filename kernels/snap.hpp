@@ -104,7 +104,7 @@ struct BlockMotion {
     }
   }
 
-  /// `partial`: bristles of weight 0 do not snap.
+  /// Finds the first pass of the bristles at i. `partial`: bristles of weight 0 do not snap.
   template <bool partial>
   FirstPass<T> first_pass(std::uint32_t i, Lanes<T> weight) const {
     const Lanes<T> start_x = load(zx + i) + p0x;

@@ -6,9 +6,9 @@
 
 namespace bristle::detail {
 
-/// A law for the aged lengths, in units of law.mean(). Uniform and table: a table. Normal and lognormal: the
-/// same family with their mean and coefficient of variation; its peak is off by up to 2e-3 and 3e-4.
-/// Exponential: the mean alone.
+/// Returns a law for the aged lengths, in units of law.mean(). Uniform and table give a table. Normal and
+/// lognormal give a law of the same family with the mean and cv of the aged lengths, whose peak has an error
+/// of up to 2e-3 and 3e-4. Exponential gives the mean alone.
 SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing);
 
 /// Highest mean deflection beyond the residual, in units of law.mean(), at first loading at this speed of

@@ -35,15 +35,17 @@ struct CompiledMaterial {
   mutable std::vector<double> table, biased_table;
   std::vector<double> spread;  ///< with ageing: snap lengths at the shares `spread_share`, scaled
 
-  /// Makes the tables from which representatives with redraw sample their lengths. Takes milliseconds, and
-  /// the infinite brush does not need it. Once, on any thread that adds patches.
+  /// Makes the tables from which representatives with redraw sample their lengths; the infinite brush does
+  /// not need them. Takes milliseconds. Acts once, on any thread that adds patches.
   void make_draws() const;
-  /// Survival function for the infinite brush, made at the first call. Any thread that adds patches.
+  /// Returns the survival function for the infinite brush, which the first call makes. For any thread that
+  /// adds patches.
   const SurvivalTable& survival() const;
-  /// Steady sliding under shared renewal, for representatives, made at the first call.
+  /// Returns steady sliding under shared renewal, for representatives, which the first call computes.
   const RenewalLaw& renewal() const;
 
-  /// The law in n strata, for bristles that slide; made at the first call. Any thread that adds patches.
+  /// Returns the law in n strata, for bristles that slide, which the first call makes. For any thread that
+  /// adds patches.
   std::shared_ptr<const Strata> strata(std::uint32_t n) const;
 
   CompiledMaterial() = default;

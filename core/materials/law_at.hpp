@@ -6,13 +6,13 @@
 
 namespace bristle::detail {
 
-/// SnapLength::partial_moment of order 0 and 1, and SnapLength::survival.
+/// Values of a law at one length: SnapLength::partial_moment of order 0 and 1, and SnapLength::survival.
 struct LawAt {
   double mass, first, survival;
 };
 
-/// At each of the lengths (m, above 0, finite), of which there are as many as of `at`: the bits of those
-/// functions. The three of a lognormal law share most of their work.
+/// Fills `at` with the values of the law at each of the lengths (m, above 0, finite; as many as `at` has),
+/// with the bits of those functions. The three values of a lognormal law share most of their work.
 void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at);
 
 }  // namespace bristle::detail

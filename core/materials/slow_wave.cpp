@@ -61,7 +61,8 @@ struct Candidate {
   Complex s;
 };
 
-/// Newton's first step towards a root from each frequency at which p(s) comes near to 1, slowest decay first.
+/// Lists candidates for roots: Newton's first step from each frequency at which p(s) comes near to 1, slowest
+/// decay first.
 std::vector<Candidate> find_candidates(const std::vector<SurvivalCell>& cells, double mean) {
   constexpr int most_steps = 8192;
   const double step = std::min(0.05 / mean, 0.3 / cells.back().start), first = 2.0 / mean;

@@ -13,13 +13,12 @@ struct SlowWave {
   double decay, frequency;
 };
 
-/// Bristles that began to slide together snap in step, and each draws a fresh length: the rate of snaps obeys
-/// the renewal equation. Returns its wave that dies last: the root s = -decay + i frequency of p(s) = 1, p
-/// the Laplace transform of the density of lengths, s != 0. The decay is infinite where no wave is seen: then
-/// none outlives the longest bristles.
-///
-/// `cells`: of a survival table (straight in each cell), the last one its end. Looks at wave lengths down to
-/// 1/24 of the mean, at least.
+/// Finds the wave of the snap rate that decays most slowly. Bristles that began to slide together snap in
+/// step, and each draws a fresh length, so the rate obeys the renewal equation; its waves are the roots s =
+/// -decay + i frequency of p(s) = 1, s != 0, where p is the Laplace transform of the density of lengths. The
+/// decay is infinite where no wave is seen: then none outlives the longest bristles.  `cells`: of a survival
+/// table (straight in each cell), the last one its end. Looks at wave lengths down to 1/24 of the mean, at
+/// least.
 SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean);
 
 }  // namespace bristle::detail

@@ -19,7 +19,8 @@ namespace {
 
 using Node = AgedNode;
 
-/// Gauss's rule of eight points on `low` to `high`; `density` of the bristles over the length.
+/// Adds the nodes of Gauss's rule of eight points on `low` to `high`; `density` of the bristles over the
+/// length.
 template <class Density>
 void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
   constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
@@ -123,7 +124,7 @@ struct LogValue {
   double value, slope;
 };
 
-/// log(E[exp(-growth d)]).
+/// Computes log(E[exp(-growth d)]) and its derivative.
 LogValue log_transform(Span<const Node> nodes, double growth) {
   double lost = 0.0, moment = 0.0;
   for (const Node& node : nodes) {
@@ -134,7 +135,7 @@ LogValue log_transform(Span<const Node> nodes, double growth) {
   return {log1p(-lost), -moment / (1.0 - lost)};
 }
 
-/// log(E[1 / (exp(growth d) - 1)]).
+/// Computes log(E[1 / (exp(growth d) - 1)]) and its derivative.
 LogValue log_revolutions(Span<const Node> nodes, double growth) {
   double sum = 0.0, slope = 0.0;
   for (const Node& node : nodes) {

@@ -24,7 +24,7 @@ struct WayAgeing {
   double slope(double way) const noexcept;
 };
 
-/// Ageing of a material in sliding at a speed (Material::kinetic_coefficient).
+/// Returns the ageing of a material in sliding at a speed (Material::kinetic_coefficient).
 WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 
 /// The deflection beyond the residual at which a bristle that was drawn this length snaps: l = length g(l).
@@ -48,7 +48,8 @@ struct SteadySliding {
   double drawn;       ///< mean snap length, as drawn, of the bristles in contact
 };
 
-/// `shared_renewal` >= 0. Some ten microseconds, with ageing some thirty; more for long tables.
+/// Computes steady sliding for `shared_renewal` >= 0. Takes some 10 us, with ageing some 30 us; more for long
+/// tables.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
 /// As above, for a law given by its nodes, and the mean length at which they snap, in their unit of length.

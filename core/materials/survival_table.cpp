@@ -80,7 +80,7 @@ double find_forgetting_path(const SurvivalTable& table, double waves, double lit
   return std::max(tail + waves, 2.0 * tail);
 }
 
-/// S at the nodes from 0 on. The last entry is 0, for the first node beyond the longest length.
+/// Returns S at the nodes from 0 on. The last entry is 0, for the first node beyond the longest length.
 std::vector<double> survival_at_nodes(const SnapLength& law, double metres, double longest) {
   std::vector<double> lengths;
   while (node(lengths.size() + 1) < longest) lengths.push_back(node(lengths.size() + 1) * metres);

@@ -63,7 +63,7 @@ double tail_of_inverse_squares(double n) noexcept {
     n += 1.0;
     sum += 1.0 / (n * n);
   }
-  // Euler-Maclaurin at the half-integer; the first term left out is 1e-17.
+  // Euler-Maclaurin expansion at n + 1/2; the first term left out is 1e-17.
   const double w = 1.0 / (n + 0.5);
   const double w2 = w * w;
   return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));
@@ -94,7 +94,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
 
-/// Interval outside which the smooth laws hold less than 1e-18 of their first moment.
+/// Finds the interval outside which the smooth laws have less than 1e-18 of their first moment.
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
@@ -252,15 +252,15 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights of the integral over a law of a function that is linear between nodes, exact over each cell. Times
-/// `factor`; `damping` = exp(-lambda x) at the nodes for a function so damped, or empty.
+/// Weights that give the integral over a law of a function linear between nodes, exact over each cell, times
+/// `factor`. `damping`: exp(-lambda x) at the nodes, for a function damped by it, or empty.
 struct RenewalKernel {
   std::vector<double> weight;  ///< all that node j gives
   std::vector<double> far;     ///< what cell j = [node j, node j + 1] gives at its far end
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< of the nodes that give anything
-  /// Too many bristles snap within the first cell for the equation to be solved on this grid.
+  /// Whether too many bristles snap within the first cell for the equation to be solved on this grid.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
 
@@ -295,7 +295,7 @@ struct Source {
   std::vector<double> left, jump;
 };
 
-/// The renewal equation with f linear between nodes. Error O(step^2).
+/// Solves the renewal equation with f linear between nodes. Error O(step^2).
 VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
   const std::size_t n = kernel.weight.size() - 1;
   VirginGrid grid;
@@ -347,7 +347,7 @@ struct RenewalProblem {
   Source deflections, bristles;
 };
 
-/// x S(x), and S(x).
+/// Poses the equations of redraw, with the sources x S(x) (deflections) and S(x) (bristles).
 RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
   const std::size_t n = law.last();
   RenewalProblem problem;
@@ -375,7 +375,7 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   return problem;
 }
 
-/// Two grids, extrapolated: error O(step^4) where f is smooth. Turns the finer one into the result.
+/// Extrapolates from two grids: error O(step^4) where f is smooth. Turns the finer one into the result.
 void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   const auto extrapolate = [](const std::vector<double>& rough, std::vector<double>& good) {
     double before = 0.0;
@@ -390,7 +390,7 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// The curve of redraw without shared renewal on the nodes of a grid of an even number of cells.
+/// Solves for the curve of redraw without shared renewal on the nodes of a grid with an even number of cells.
 VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
                                      int cells) {
   const auto solve = [](const LawOnGrid& law) {
@@ -508,7 +508,8 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   return std::max(peak, maximum_between(f, low, high, iterations));
 }
 
-/// Peak of the curve on which nothing has snapped twice, and where it lies: the peak of narrow laws.
+/// Finds the peak of the curve as long as no bristle has snapped twice, and its place: the peak of narrow
+/// laws.
 void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
   const SnapLength& law = unit.law;
   peak = place = 0.0;
@@ -574,7 +575,8 @@ double keep_peak(const SnapLength& law) {
   return maximum_over(f, points, iterations);
 }
 
-/// Largest value on a grid. Where f is smooth the parabola through the best three nodes.
+/// Returns the largest value on a grid; where f is smooth, the top of the parabola through the best three
+/// nodes.
 double grid_peak(const VirginGrid& grid, bool smooth) {
   double peak = 0.0;
   std::size_t best = 0;
@@ -624,7 +626,7 @@ double paper_peak(const SnapLength& law, SnapRule rule) {
 // ---------------------------------------------------------------------------------------------------
 // shared renewal
 
-/// exp(-growth x) at the nodes.
+/// Returns exp(-growth x) at the nodes.
 std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   std::vector<double> damping(static_cast<std::size_t>(cells) + 1);
   for (std::size_t i = 0; i < damping.size(); ++i) damping[i] = exp(-growth * step * static_cast<double>(i));

@@ -37,9 +37,9 @@ struct ContactModel {
   /// the step is committed.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a travel that leaves Patch::bound, of a patch of two axes that neither damps nor ages, for the
-  /// end force alone, if that needs no step of its bristles. Bound::glide: the state is what `advance` would
-  /// leave, and the sums are filled. Null: never.
+  /// Answers a travel that leaves Patch::bound where no bristle has to be stepped for it. Called for patches
+  /// of two axes that neither damp nor age, for the end force alone. Bound::glide: the state is what
+  /// `advance` would leave, and the sums are filled. Null: the model never can.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   const SharedStep* shared = nullptr;  ///< null: one thread takes all of a step
 
@@ -71,15 +71,15 @@ struct ContactModel {
   /// Checks bytes against the contact in the shared part. Returns null, or the name of a value that no patch
   /// can have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
-  /// `from` was found without fault; the shared part is restored already.
+  /// Restores the state from bytes in which find_fault found nothing. The shared part is restored already.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 
 /// Ranges that a task takes at once are cut at multiples of this: bounds are kept by group of blocks.
 constexpr std::uint32_t blocks_per_range = blocks_per_group;
 
-/// A patch out of contact, with its columns filled; the caller owns the record (see release). `weight` 0 =
-/// from the material and options. For the thread that adds patches. Throws bristle::Error.
+/// Makes a patch out of contact, with its columns filled; the caller owns the record (see release). `weight`
+/// 0 = from the material and options. For the thread that adds patches. Throws bristle::Error.
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 

@@ -14,7 +14,7 @@ struct Crew {
   std::uint32_t pieces;  ///< as many ranges serve well: enough to even out threads, none too small
 };
 
-/// Adds the totals that threads counted apart.
+/// Adds the total of one thread to the sum over all threads.
 inline void add_totals(std::uint64_t& sum, std::uint64_t part) noexcept { sum += part; }
 
 /// Calls work(first, last, totals) for ranges that together are [0, count) and begin at multiples of `step`:

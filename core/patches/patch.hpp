@@ -102,8 +102,8 @@ struct alignas(64) Patch {
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);
 
-/// The patch's own time, s: since it was made, with what it had aged before it was restored. During a step,
-/// the time at which it begins.
+/// Returns the patch's own time, s: the time since it was made, plus its age when it was restored. During a
+/// step this is the time at its start.
 inline double time_of(const Patch& p) noexcept {
   const PatchRecord& r = *p.record;
   return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
@@ -133,14 +133,14 @@ inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);
 }
-/// Count times fixed-point displacement, rounded: a function of state alone.
+/// Returns count times a fixed-point displacement, rounded: a function of state alone.
 inline Int128 weighted(double count, std::int64_t fixed) noexcept {
   const double x = count * static_cast<double>(fixed);
   if (std::abs(x) < 9e18) return std::llrint(x);
   return static_cast<Int128>(x);  // whole at this size
 }
 
-/// Sum of deflections at the patch's position along one axis, scaled.
+/// Returns the sum of deflections at the patch's position along one axis, scaled.
 inline double deflection_sum(const Patch& p, int axis) noexcept {
   Int128 sum = p.sum[axis];
   if (p.part > 0.0)

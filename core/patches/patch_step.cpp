@@ -124,7 +124,8 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // Limited as the clock is: bristles that aged by more would be younger in the next step.
+    // At most longest_time, as for the clock: bristles that aged by more in a step would be younger in the
+    // next one.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();

@@ -72,7 +72,8 @@ std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const 
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Whether this motion under the present load may change more than try_step can leave alone.
+/// Whether a trial of this motion under the present load would change bristles, so that it needs a copy of
+/// the patch.
 bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 
 /// Copies holding times to a patch with another material: its bristles keep their age.

@@ -34,7 +34,7 @@ Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_
   return record;
 }
 
-/// Where the columns of a record begin.
+/// Returns the memory behind a record, where its columns begin.
 template <class Record>
 std::byte* column_memory(Record* record) noexcept {
   return reinterpret_cast<std::byte*>(record) + aligned(sizeof(Record));

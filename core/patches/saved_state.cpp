@@ -38,7 +38,7 @@ void contact_fields(Io& io, Contact& c) noexcept {
 }
 constexpr std::size_t contact_size = 8 * 8;
 
-/// PatchRecord::remainder.
+/// Lists PatchRecord::remainder, for reading and writing.
 template <class Io, class Remainder>
 void remainder_fields(Io& io, Remainder& remainder) noexcept {
   io(remainder[0]);

@@ -40,7 +40,8 @@ SavedBatch open_batch(Span<const std::byte> state);
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;
-/// Size of a saved patch: a function of its options and material alone, so a large enough buffer remains so.
+/// Returns the size of a saved patch: a function of its options and material alone, so a large enough buffer
+/// remains so.
 std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;
@@ -51,7 +52,7 @@ const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
 /// that find_fault_of() refuses in bytes: mass and order of cohorts, counts, bounds of bristles, blocks and
 /// sums. `room`: saved_size_of(patch) bytes.
 const char* find_present_fault(const Patch& patch, std::byte* room) noexcept;
-/// `from` was found without fault.
+/// Restores a patch from bytes in which find_fault_of() found nothing.
 void restore_patch(Patch& patch, const std::byte* from) noexcept;
 
 }  // namespace bristle::detail

@@ -50,11 +50,12 @@ enum class Bound : unsigned char {
   glide,  ///< a steady slide goes on
 };
 
-/// Values of Patch::bound.reach of a patch of which something may snap: nothing more is known, or it glides.
+/// Values of Patch::bound.reach where something may snap: nothing more is known (no_reach), or the patch
+/// glides (glide_reach).
 constexpr double no_reach = -1.0;
 constexpr double glide_reach = -2.0;
 
-/// Length and direction of a travel that is not far.
+/// Computes length and direction of a travel that is not far.
 inline void find_direction(Travel& t) noexcept {
   if (t.snaps_all) return;
   double moved[2];
@@ -64,7 +65,7 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
-/// hold(), for outputs with or without the mean.
+/// As hold(), for outputs with or without the mean.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
   for (int axis = 0; axis < 2; ++axis) {  // so that the loop is unrolled

@@ -45,7 +45,7 @@ struct BatchAccess {
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
-  // The functions of batch_recipe.hpp.
+  // Implement the functions of batch_recipe.hpp.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
   static BatchRecipe recipe(const PatchBatch& batch);
   static void fill(PatchBatch& empty, const BatchRecipe& recipe);

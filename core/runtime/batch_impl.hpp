@@ -35,7 +35,7 @@ struct PatchBatch::Impl {
   std::size_t scratch_bytes = 0;
   bool publishes_later = false;  ///< commands are published when BatchAccess::Changes ends
 
-  // All throw std::bad_alloc.
+  // These functions of the adding side throw std::bad_alloc.
   Record& record_of(PatchId id);  ///< throws Error where there is no such patch
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);

@@ -11,7 +11,8 @@
 
 namespace bristle::detail {
 
-/// The kernels that `wanted` names, or BRISTLE_ISA, or else the best that this machine runs. Throws Error.
+/// Returns the kernels that `wanted` names, or else BRISTLE_ISA, or else the best that this machine runs.
+/// Throws Error.
 inline const KernelTable& choose_kernels(const char* wanted) {
   int count = 0;
   const KernelEntry* entries = kernel_entries(&count);

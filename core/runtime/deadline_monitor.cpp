@@ -157,7 +157,7 @@ void DeadlineMonitor::refresh_events() noexcept {
 void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline(), period()); }
 
 std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
-  // Read in this order, a tick that is recorded meanwhile cannot make it negative; a reset can.
+  // With this order of reading, a tick recorded meanwhile cannot make the result negative; a reset can.
   const std::uint64_t ours = misses_ours(), all = misses();
   return all > ours ? all - ours : 0;
 }

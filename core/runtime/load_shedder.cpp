@@ -90,7 +90,7 @@ struct LoadShedder::Impl {
       entry_of_slot.find(static_cast<std::uint32_t>(entries[i].id.value))->second = i;
   }
 
-  /// The entry in the slot of `id`, if there is one.
+  /// Erases the entry in the slot of `id`, if there is one.
   void erase(PatchId id) noexcept {
     const auto found = entry_of_slot.find(static_cast<std::uint32_t>(id.value));
     if (found == entry_of_slot.end()) return;

@@ -13,7 +13,8 @@
 
 namespace bristle::detail {
 
-// PatchId: slot and generation. A slot has a generation of its own for each patch that it holds, from 1 on.
+// Returns the slot of an id. A PatchId is slot and generation; a slot has a generation of its own for each
+// patch that it holds, from 1 on.
 constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
 constexpr std::uint32_t generation_of(PatchId id) noexcept {
   return static_cast<std::uint32_t>(id.value >> 32);
@@ -88,7 +89,7 @@ class PatchPool {
     const int chunk = chunk_of(slot);
     return chunks_[static_cast<std::size_t>(chunk)]->notes[slot - first_of(chunk)];
   }
-  /// Null where there is no such patch.
+  /// Returns the patch of an id; null where there is none.
   Patch* find(PatchId id) const noexcept {
     const std::uint32_t slot = slot_of(id);  // of PatchId{}: the largest number, never a slot
     if (slot >= capacity_) return nullptr;
@@ -143,7 +144,7 @@ class SlotList {
     free_.reserve(generations_.capacity());
     free_.assign(free_slots.begin(), free_slots.end());
   }
-  /// For tests: as if the slot had held this many patches.
+  /// For tests: sets the generation, as if the slot had held this many patches.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;
   }

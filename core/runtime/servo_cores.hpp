@@ -12,8 +12,8 @@
 
 namespace bristle::detail {
 
-/// `cores` less those on which a batch's stepping thread runs, or, if none is left, less `own` alone. Empty
-/// where that leaves none either.
+/// Returns `cores` less the cores of stepping threads or, if none is left, less `own` alone. Empty where that
+/// leaves none either.
 inline cpu_set_t worker_cores(const cpu_set_t& cores, const cpu_set_t& servo_cores, int own) noexcept {
   cpu_set_t left;
   CPU_XOR(&left, &cores, &servo_cores);
@@ -24,8 +24,9 @@ inline cpu_set_t worker_cores(const cpu_set_t& cores, const cpu_set_t& servo_cor
   return left;
 }
 
-/// The cores of the calling thread, or of the process as it was when the library was loaded if the thread is
-/// bound to one core: that is a servo thread's own, not what the host allows the process.
+/// Returns the cores of the calling thread. If that thread is bound to one core, returns those that the
+/// process had when the library was loaded: a single core is a servo thread's own, not all that the host
+/// allows.
 cpu_set_t process_cores() noexcept;
 
 /// The servo core of a batch, for as long as the batch lives.

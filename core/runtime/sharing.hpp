@@ -24,7 +24,7 @@ struct Sharing {
   std::uint64_t patch_overhead = 280;
 };
 
-/// The values above, or what BRISTLE_SHARING says: "parallel_from,smallest_piece,patch_overhead", for
+/// Returns the values above, or those in BRISTLE_SHARING ("parallel_from,smallest_piece,patch_overhead"), for
 /// measuring. Anything else in it is ignored. Bits do not depend on it.
 inline Sharing chosen_sharing() noexcept {
   Sharing sharing;
@@ -42,10 +42,9 @@ inline Sharing chosen_sharing() noexcept {
   return {from, from, 0.0, piece, patch};
 }
 
-/// Steps that the caller makes alone after workers have held it up. A worker that the system takes off its
-/// core in the midst of a piece keeps the caller waiting until it is back, up to tens of milliseconds; nobody
-/// can do that piece for it. Where this happens, cores are wanted by others, and sharing would lose more than
-/// it gains.
+/// Pause of sharing after workers have held the caller up. A worker that the system takes off its core within
+/// a piece keeps the caller waiting until it is back, up to tens of milliseconds; nobody can do that piece
+/// for it. Where this happens, cores are wanted by others, and sharing would lose more than it gains.
 class Retreat {
  public:
   /// Whether the pause is over. Call it once for each step that is worth sharing.

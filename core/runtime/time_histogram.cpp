@@ -12,8 +12,8 @@ namespace {
 constexpr int mantissa_bits = 6;  // 64 buckets per octave
 constexpr int last = TimeHistogram::buckets - 1;
 
-// Bucket 0 holds 0 ns; below 2^6 ns every nanosecond has a bucket of its own, spread over the octaves
-// as if it had all mantissa bits, so that one formula serves.
+// Returns the bucket of a time. Bucket 0 holds 0 ns; below 2^6 ns every nanosecond has a bucket of its own,
+// numbered as if it had all mantissa bits, so that one formula serves.
 int bucket_of(std::uint64_t ns) noexcept {
   if (ns == 0) return 0;
   int octave = 0;

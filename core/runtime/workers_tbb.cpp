@@ -98,7 +98,8 @@ struct Workers::Impl {
       shares[static_cast<std::size_t>(k)].fill(static_cast<int>(tasks * k / n),
                                                static_cast<int>(tasks * (k + 1) / n));
   }
-  /// The next task of the thread in this slot: its own, then what others have not begun. -1: none is left.
+  /// Returns the next task for the thread in this slot: one of its own, then one that others have not begun;
+  /// -1 if none is left.
   int next_task(std::size_t slot) noexcept {
     for (std::size_t k = 0; k < shares.size(); ++k) {
       const int task = shares[(slot + k) % shares.size()].take(k == 0);

@@ -93,12 +93,12 @@ class ContactFrame {
   using Wrench = Eigen::Matrix<double, 6, 1, Eigen::DontAlign>;
   using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
-  /// Normal z, axes x and y.
+  /// Makes a frame with the normal z and the axes x and y.
   ContactFrame() noexcept = default;
   /// Any axes about `normal`, which need not have length 1; always the same for the same normal. A normal
   /// that is zero or not finite gives z.
   explicit ContactFrame(const Eigen::Vector3d& normal) noexcept { begin(normal, least_axis(normal)); }
-  /// The first axis as near to `along` as the normal allows.
+  /// Makes a frame about `normal` whose first axis is as near to `along` as the normal allows.
   ContactFrame(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept { begin(normal, along); }
 
   /// Right-handed unit vectors: displacement[0] runs along, displacement[1] aside.

@@ -378,7 +378,8 @@ class MidpointSolver {
     set_displacements<Dof>(dt_s_, u, contacts_, motions_);
   }
 
-  // Friction at the midpoint velocity u, into trial_force; bounds on its slope, into stiffness and damping.
+  // Computes friction at the midpoint velocity u, into trial_force, and bounds on its slope, into stiffness
+  // and damping.
   Vector friction(const Vector& u) noexcept {
     move_contacts(u);
     Vector sum = Vector::Zero();
@@ -421,7 +422,8 @@ class MidpointSolver {
     return best;
   }
 
-  // One contact of one axis: a body of one velocity, that of the contact, with the mass seen there.
+  // Solves for one contact of one axis, as for a body of one velocity, that of the contact, with the mass
+  // seen there.
   double solve_along_contact(Vector& u) noexcept {
     BodyContact<Dof>& c = contacts_[0];
     const Vector along = c.jacobian.row(0).transpose();
@@ -499,7 +501,7 @@ class MidpointSolver {
     return its_norm;
   }
 
-  // The velocity that bristles at their bounds of the slope would leave.
+  // Returns the velocity that would result if every bristle had the upper bound of its slope.
   Vector held_velocity() noexcept {
     bound_slopes(1.0);
     Vector pull = Vector::Zero();

@@ -204,7 +204,7 @@ class HapticPoint {
       damper.setZero();
       return;
     }
-    // |elastic + s damper| = room, 0 <= s < 1: the larger root of a quadratic.
+    // Solves |elastic + s damper| = room for 0 <= s < 1: the larger root of a quadratic.
     const double a = damper.squaredNorm(), b = elastic.dot(damper), c = size * size - room * room;
     damper *= (std::sqrt(b * b - a * c) - b) / a;
   }

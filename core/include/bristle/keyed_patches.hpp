@@ -66,7 +66,7 @@ class BRISTLE_API KeyedPatches {
   /// bristle::Error. Give each contact its size by ExtendedPatches::set_scale after find_or_add.
   KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                const Outline& outline, const KeyedOptions& options = {});
-  /// Removes them.
+  /// Removes the patches of the pool from the batch.
   ~KeyedPatches();
   KeyedPatches(KeyedPatches&&) noexcept;
   KeyedPatches& operator=(KeyedPatches&&) noexcept;
@@ -106,7 +106,7 @@ class BRISTLE_API KeyedPatches {
   std::uint32_t size() const noexcept;      ///< current contacts
   std::uint32_t capacity() const noexcept;  ///< patches
   std::uint64_t refused() const noexcept;   ///< new keys that got no patch, so far
-  /// Seed of a contact's patch.
+  /// Returns the seed of a contact's patch.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 
   struct Impl;

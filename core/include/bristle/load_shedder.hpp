@@ -52,7 +52,7 @@ struct LoadShedderOptions {
   }
 };
 
-/// Bristles left out at present.
+/// Report on bristles left out at present, and their effect.
 struct ShedReport {
   std::uint32_t patches = 0;     ///< patches with fewer representatives than they have
   std::uint64_t bristles = 0;    ///< representatives left out

@@ -110,19 +110,19 @@ struct Coefficients {
     kinetic = value;
     return *this;
   }
-  /// The spread follows from it.
+  /// Sets the peak; the spread of the snap lengths follows from it.
   Coefficients& with_peak(double value) {
     peak = value;
     spread = 0.0;
     return *this;
   }
-  /// The peak follows from it.
+  /// Sets the spread of the snap lengths; the peak follows from it.
   Coefficients& with_spread(double value) {
     spread = value;
     peak = 0.0;
     return *this;
   }
-  /// SnapRule::slide: the peak follows from it.
+  /// Sets the drop, for SnapRule::slide; the peak follows from it.
   Coefficients& with_drop(double value) {
     drop = value;
     peak = 0.0;

@@ -157,7 +157,7 @@ class BRISTLE_API PatchBatch {
   /// bristles written.
   std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
 
-  /// Bytes that save_state writes now.
+  /// Returns the number of bytes that save_state writes now.
   std::size_t state_size() const noexcept;
   /// Writes the state of all patches; returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;

@@ -21,7 +21,7 @@ class BRISTLE_API SnapLength {
   /// Largest number of values that `table` accepts.
   static constexpr int max_table_size = 257;
 
-  /// Every bristle snaps at `length_m`.
+  /// Law with a single length: every bristle snaps at `length_m`.
   static SnapLength single(double length_m);
   /// Uniform on [min_m, max_m], min_m >= 0.
   static SnapLength uniform(double min_m, double max_m);
@@ -30,7 +30,7 @@ class BRISTLE_API SnapLength {
   static SnapLength normal(double mean_m, double deviation_m);
   /// Lognormal with the given mean and coefficient of variation, 0 <= cv <= 3.
   static SnapLength lognormal(double mean_m, double cv);
-  /// Exponential.
+  /// Exponential law with this mean, m.
   static SnapLength exponential(double mean_m);
   /// Quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending, linear in between; 2 to 257 of them.
   static SnapLength table(Span<const double> quantiles_m);

@@ -66,7 +66,7 @@ struct Cohorts : PatchRecord, CohortState {
   std::uint32_t used_numbers() const noexcept {
     return (count + cohort_lanes - 1) / cohort_lanes * cohort_row;
   }
-  /// Cache lines of the record and of the rows in use.
+  /// Returns the number of cache lines of the record and of the rows in use.
   std::uint8_t fetched_lines() const noexcept {
     const std::uint32_t lines = static_cast<std::uint32_t>(sizeof(Cohorts) / 64 + 1) + used_numbers() / 8;
     return static_cast<std::uint8_t>(lines < 64 ? lines : 64);
@@ -91,14 +91,15 @@ double mass_of(const double* rows, std::uint32_t i) noexcept;
 /// from the next number.
 inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
 
-/// Where the patch is, from the base of its cohorts' places.
+/// Returns the position of the patch relative to the base of its cohorts' places.
 inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
   return to_lengths(difference(p.position[axis], s.base[axis]));
 }
 
 // -------------------------------------------------------------------------------------- time (ageing.cpp)
 
-/// Births of a patch's cohorts and the time from their base; all 0 where the material does not age.
+/// Returns the births of a patch's cohorts and the time since their base; all 0 where the material does not
+/// age.
 CohortTimes times_of(const Patch& p) noexcept;
 /// Sets the base of births to the present time: for a patch without cohorts, or whose births are set next.
 void begin_time(const Patch& p) noexcept;
@@ -124,7 +125,7 @@ void find_moment(CohortState& s, const double* rows) noexcept;
 double cohort_squares(const Patch& p) noexcept;
 /// Energy of a unit of mass x length^2, J.
 double joules_per_unit(const Patch& p) noexcept;
-/// Sum of deflections in the shared part's units, rounded.
+/// Returns the sum of deflections in units of the shared part, rounded.
 Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
 /// Updates count, sums and unit of force of the shared part after cohorts, load or material changed outside a
 /// step.

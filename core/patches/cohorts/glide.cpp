@@ -31,7 +31,7 @@ Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
           c.curve};
 }
 
-/// Mean deflection of the bristles at a place of the path.
+/// Finds the mean deflection of the bristles at a place of the path.
 void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
   const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
   z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
@@ -183,7 +183,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   double twice_mean[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
-    // A long step has the force of its end along most of its path.
+    // Along most of a long step the force is that of its end, so the mean is taken there alone.
     const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
     twice_mean[axis] = before + sums.end[axis];
     if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];

@@ -44,11 +44,11 @@ bool is_steady(const Cohorts& r, double along, double across, double curve) noex
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
 /// ContactModel::renew_bound: goes on with a glide, or finds that nothing snaps.
 Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
-/// Numbers of a glide that follow from its rows.
+/// Computes the numbers of a glide that follow from its rows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
 /// Writes the shared part's sum of deflections for a patch that glides.
 void note_glide(Patch& p) noexcept;
-/// Deflection of cohort i, scaled, whether the patch glides or not.
+/// Finds the deflection of cohort i, scaled, whether the patch glides or not.
 void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept;
 /// Returns by how much the mean of |z|^2 exceeds that of the stored rows, because the curvature changed since
 /// the glide began.

@@ -23,8 +23,8 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
   return mass;
 }
 
-/// Bristles bent beyond their length slip at once, each along its own deflection, to straight or to what the
-/// law's residual leaves. They become one cohort. `fresh`: every cohort gets fresh lengths of the new law.
+/// Makes bristles bent beyond their length slip at once, each along its own deflection, to straight or to the
+/// residual of the law. They become one cohort. `fresh`: every cohort gets fresh lengths of the new law.
 void slip_all(Patch& p, bool fresh) noexcept {
   Cohorts& r = cohorts(p);
   const CohortTimes times = times_of(p);

@@ -54,7 +54,7 @@ void ageing_fields(Io& io, CohortAgeing& a) noexcept {
 }
 constexpr std::size_t ageing_fields_size = 5 * 8;
 
-/// Bytes of ageing: none where the material does not age.
+/// Returns the size of the saved ageing, 0 where the material does not age.
 std::size_t saved_ageing_size(const Cohorts& r) noexcept {
   return r.ageing == nullptr ? 0 : ageing_fields_size + std::size_t{r.capacity} * sizeof(double);
 }

@@ -14,7 +14,7 @@ constexpr double straight = 0x1p-12;    // sine of the angle within which a slid
 constexpr double longest_step = 1e16;   // s: no clock runs farther
 constexpr double same_speed = 0x1p-8;   // share by which the speed of a slide may differ, with ageing
 
-/// Middle of a step. A ball about it contains both ends, so a tremor stays within one bound.
+/// Returns the middle of a step. A ball about it contains both ends, so a tremor stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
@@ -211,7 +211,7 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
-/// The step, on cohorts that are the patch's own or a copy.
+/// Advances the patch by a step, on its own cohorts or on a copy of them.
 void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
              StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);

@@ -123,8 +123,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // No shorter step jumps, whatever the speed of the moments: ageing lengthens and spreads the paths from
-  // snap to snap.
+  // Steps below jumps_from() never jump, whatever the moments at their speed: ageing lengthens and spreads
+  // the paths from snap to snap.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

@@ -172,7 +172,7 @@ void fit_to_length(const Representatives<T>& r, std::uint32_t from, std::uint32_
   if (r.zy != nullptr) r.zy[to] = static_cast<T>(y * factor);
 }
 
-/// Bristles [to, to + count) copy those from `from` on, of one block.
+/// Copies the bristles from `from` on, of one block, to [to, to + count).
 template <class T>
 void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32_t count) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -210,7 +210,7 @@ std::uint32_t first_copied(const Representatives<T>& r, std::uint32_t count) noe
   return std::abs(share - std::floor(share + 0.5)) < 0.19 ? 1 : 0;
 }
 
-/// Bristles [first, in_contact) copy those before them, in turn.
+/// Makes the bristles [first, in_contact) copies of those before them, in turn.
 template <class T>
 void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -224,7 +224,7 @@ void copy_bristles(const Patch& p, std::uint32_t first) noexcept {
   }
 }
 
-/// Weighted sum of bristles [from, in_contact).
+/// Adds up the weighted deflections of the bristles [from, in_contact).
 template <class T>
 void add_bristles(const Representatives<T>& r, std::uint32_t from, double (&sums)[2]) noexcept {
   const T* const columns[2] = {r.zx, r.zy};

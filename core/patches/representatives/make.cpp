@@ -37,7 +37,7 @@ constexpr ContactModel representatives_model = {
     .find_fault = &find_fault<T>,
     .restore = &restore<T>};
 
-/// Shortest first snap length of block b, scaled, rounded down.
+/// Returns the shortest first snap length of block b, scaled, rounded down.
 template <class T>
 float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   const std::uint32_t end = std::min((b + 1) * block_size, r.bristles);
@@ -55,7 +55,7 @@ int find_variant(const PatchOptions& options, bool redraws, bool residual, bool 
                        literal || renews || has(options.outputs, Outputs::energy), residual);
 }
 
-/// Out of contact: every bristle straight, none of them counted.
+/// Takes the patch out of contact: every bristle straight, none of them counted.
 template <class T>
 void leave_contact(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -112,7 +112,8 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   return p;
 }
 
-/// Names of the variants: axes, rule, mean, energy, precision, step rule, residual, renewal, ageing.
+/// Returns the names of the kernel variants: axes, rule, mean, energy, precision, step rule, residual,
+/// renewal, ageing.
 const std::array<std::string, 512>& kernel_names() {
   static const std::array<std::string, 512> names = [] {
     std::array<std::string, 512> all;

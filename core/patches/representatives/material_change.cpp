@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// State columns of the bristles in contact: lengths in the new material's units; snap lengths stay where the
-/// law does; draws go on.
+/// Copies the state of the bristles in contact: lengths in units of the new material; snap lengths where the
+/// law stays; draw states as they are.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
   const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // power of two
@@ -56,7 +56,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Bristles beyond their new snap length snap at once. The patch does not move: they slip along their own
+/// Snaps the bristles beyond their new snap length. The patch does not move, so they slip along their own
 /// deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {

@@ -48,7 +48,7 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
 }
 
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // SplitMix64, its stream picked by the seed. (Its step is the golden ratio too, but here it is mixed.)
+  // SplitMix64; the seed picks the stream. (Its step is the golden ratio too, but here it is mixed.)
   return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
 }
 

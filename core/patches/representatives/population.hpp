@@ -30,13 +30,13 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
   return least > material.shortest ? least : material.shortest;
 }
 
-/// Q(u_i), scaled, for i = 0 .. size - 1.
+/// Fills the first snap lengths Q(u_i), scaled, for i = 0 .. size - 1.
 void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
                         Span<float> lengths);
 void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
                         Span<double> lengths);
 
-/// First draw state of each bristle: a bijection of its index, keyed by the seed.
+/// Fills the first draw state of each bristle: a bijection of its index, keyed by the seed.
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;
 
 }  // namespace bristle::detail

@@ -247,7 +247,7 @@ void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   walked.visited += t.visited;
 }
 
-/// First block with a young bristle, or the number of blocks in contact.
+/// Returns the first block with a young bristle, or the number of blocks in contact.
 template <class T>
 std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
@@ -262,7 +262,7 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
                            });
 }
 
-/// The blocks of a patch from one on, as a patch of their own. Their record is in `record`.
+/// Makes a patch of the blocks of `p` from `begin` on. Its record is `record`.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -343,8 +343,9 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Length of a step that is followed: the part that is missing to steady sliding, and at least the length
-/// that makes end and start independent. Few bristles are followed until some have snapped.
+/// Returns the part of a step that is followed bristle by bristle: the path that its slide lacks to steady
+/// sliding, and at least the path after which the end does not depend on the start. Few bristles are followed
+/// until some have snapped.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));

@@ -125,7 +125,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   double* since = nullptr;
   AgedSliding* aged = nullptr;  ///< one
 
-  /// Every column, in the order in which it is laid out, saved and hashed.
+  /// Visits every column in the order in which columns are laid out, saved and hashed.
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
     const std::uint32_t rows = r.padded();
@@ -143,7 +143,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// After the columns were placed: with keep the length now is the first one.
+  /// Completes the pointers after the columns were placed: with keep the present length is the first one.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
   }
@@ -186,10 +186,10 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 /// Rewrites block b with its deflections at the patch's present position.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
-/// Block b is out of contact, or all of its bristles are straight.
+/// Initialises block b, which is out of contact or of which all bristles are straight.
 template <class T>
 void enter_block(const Patch& p, std::uint32_t b) noexcept;
-/// Block b into the sum over full blocks (+1), or out of it (-1).
+/// Adds block b to the sum over full blocks (+1), or subtracts it (-1).
 template <class T>
 void book_block(Patch& p, std::uint32_t b, int sign) noexcept;
 /// Sum of weight |z|^2 over the bristles in contact of block b, scaled.
@@ -200,7 +200,7 @@ double all_squares(const Patch& p) noexcept;
 /// Energy of a unit of |z|^2, scaled, J.
 template <class T>
 double joules_per_square(const Patch& p) noexcept;
-/// Bristles [from, to) of one block out of contact: their first snap lengths again.
+/// Resets the bristles [from, to) of one block, which are out of contact, to their first snap lengths.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
 /// Renews the bounds of groups and patch after a block changed outside a step.
@@ -238,7 +238,7 @@ void write_ages(const Patch& p, std::uint32_t b) noexcept;
 /// Deflection at which bristle i snaps, its age being written.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
-/// AgedSliding of a patch that has not slid yet.
+/// Initialises AgedSliding for a patch that has not slid yet.
 template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
 /// Fills the constants of ageing for the kernels of a step.
@@ -249,13 +249,13 @@ double age_per_length(const Material& material, const Advance& advance) noexcept
 /// Mean path from snap to snap in steady sliding without renewal, over that without ageing.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
-/// Steady sliding under shared renewal.
+/// Finds steady sliding under shared renewal at one speed (AgedSliding).
 template <class T>
 void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept;
 
 // ----------------------------------------------------- population, load, step, detail, material, state
 
-/// First snap lengths of the patch's seed, and what blocks know of them.
+/// Fills the first snap lengths of the patch's seed, and the bounds of blocks that depend on them.
 template <class T>
 void fill_first(Representatives<T>& r) noexcept;
 /// Resets the columns: straight bristles, first lengths, no draw made.
@@ -299,9 +299,9 @@ void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
-/// Length of a straight slide that remains after the share `share` of its deflections was disturbed. The
-/// others are as steady as before, within 1e-3 after `forget`; the disturbance decays exponentially with the
-/// path.
+/// Returns the length that a straight slide counts for after the share `share` of its deflections was
+/// disturbed. The others are within 1e-3 of steady sliding after `forget`; the disturbance decays
+/// exponentially with the path.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;

@@ -13,7 +13,7 @@
 namespace bristle::detail {
 namespace {
 
-/// The shared part; what a step touches ends before the strata that stand by.
+/// Makes the shared part. The memory that a step touches ends before the strata that are not in use.
 template <class T>
 Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);
@@ -50,7 +50,7 @@ double stored_energy(const Patch& p) noexcept {
   return 0.5 * joules_per_square<T>(sliders<T>(p)) * sum_of_squares<T>(p);
 }
 
-/// Names of the variants: axes, mean, energy, precision, drop or ageing.
+/// Returns the names of the kernel variants: axes, mean, energy, precision, drop or ageing.
 const std::array<std::string, 32>& slider_names() {
   static const std::array<std::string, 32> names = [] {
     std::array<std::string, 32> all;

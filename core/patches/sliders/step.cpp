@@ -1,4 +1,4 @@
-// A step and a load of bristles that slide.
+// Step, load and change of material for bristles that slide.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -20,13 +20,13 @@ double thread_seconds() noexcept;
 /// Counters of the calling thread so far; zeros where the system does not count it.
 ThreadEvents thread_events() noexcept;
 
-/// A number that no other living process has.
+/// Returns a number that no other living process has.
 unsigned process_number() noexcept;
 
 /// An open file, closed whatever happens. After a failure `errno` says why.
 class File {
  public:
-  /// A new file to write. An open file of that name makes it fail with EEXIST.
+  /// Opens a new file to write. Fails with EEXIST where a file of that name exists.
   static File create(const std::string& path) noexcept;
   /// Opens a file to read. Does not wait for the other end of a pipe.
   static File open_to_read(const std::string& path) noexcept;
@@ -38,7 +38,8 @@ class File {
   bool is_open() const noexcept { return number_ >= 0; }
   bool close() noexcept;
   bool write(Span<const std::byte> bytes) noexcept;
-  /// False on an error; at an early end `to` is filled in part, and `got` says how far.
+  /// Reads `size` bytes. Returns false on an error; at an early end `to` is filled in part, and `got` says
+  /// how far.
   bool read(std::byte* to, std::size_t size, std::size_t& got) noexcept;
   /// Flushes the file to the disk.
   bool flush() noexcept;
@@ -54,7 +55,7 @@ class File {
   int number_;
 };
 
-/// True where something stands at `path` that is no regular file: a device, a pipe, a folder.
+/// Whether `path` names something that is no regular file: a device, a pipe, a folder.
 bool is_occupied(const std::string& path) noexcept;
 
 /// Puts `from` in the place of `to`: at every moment `to` is the old file or the new one, whole.
