@@ -26,7 +26,7 @@ enum BedColumn : std::uint32_t {
   bed_kept,   ///< share of the part in contact that was in contact before: dilutes the deflection
   bed_moved,  ///< share of the step over which the part in contact has been in contact, on average
   bed_along,  ///< rolling: place in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
-  // Constants.
+  // Columns of constants.
   bed_own,    ///< stiffness where all of the cell is in contact
   bed_inner,  ///< squared size at which the cell begins to be in contact; rolling: the row's y
   bed_outer,  ///< squared size from which all of it is; rolling: the row's half length at full load
@@ -48,7 +48,7 @@ struct BedPlaces {
   BedProfile profile;
   float size2;          ///< squared size of the contact, in its size at full load
   float inverse_size2;  ///< its inverse
-  // Rolling:
+  // Data of a rolling bed:
   bool chords;        ///< Whether a row ends on an ellipse; else on `edge`.
   float edge;         ///< half length of all rows in contact
   float rolled;       ///< in half lengths of a row of length 1; signed, forward is +
@@ -75,7 +75,7 @@ struct BedStep {
 /// Sums over a bed, in its units.
 struct BedSums {
   double force[2], torque;  ///< stiffness x deflection at the end
-  // Filled by kernels with all outputs:
+  // Sums that only kernels with all outputs fill:
   double slipping;  ///< stiffness that slid
   double mean[2], mean_torque;
   double energy[2];                                    ///< stiffness x z^2 at the end, by axis

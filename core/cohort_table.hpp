@@ -81,7 +81,7 @@ struct CohortTimes {
 
 constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
-/// State of a patch beside its rows.
+/// State of a patch apart from its rows of cohorts.
 struct CohortState {
   std::int64_t base[2] = {0, 0};     ///< from which places count: whole scaled lengths
   double mass = 0.0;                 ///< of all cohorts, whole units
@@ -107,7 +107,7 @@ struct CohortState {
   double slack = -1.0;
 };
 
-/// A straight move, positions from the base.
+/// A straight move of a patch; positions count from the base of the places.
 struct CohortMove {
   double from[2], to[2];
   double direction[2];

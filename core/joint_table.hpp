@@ -21,11 +21,11 @@ enum JointVariant : std::uint32_t {
 /// Where the columns of 16 joints begin, counted in columns of 16 numbers. What the variant does not use has
 /// none.
 struct JointLayout {
-  // Constants, which blocks of the same materials share.
+  // Constants, which blocks of joints with the same materials share.
   std::uint32_t parameter[joint_parameters] = {};  ///< in place of a Stribeck speed its inverse square, or 0
   std::uint32_t least_decay = 0;  ///< least (speed/stribeck_speed)^2; 80 where that speed is 0
   std::uint32_t constants = 0;    ///< how many
-  // State.
+  // Columns of state.
   std::uint32_t before = 0;     ///< last angle, rad; NaN: none since reset
   std::uint32_t tips = 1;       ///< rad, where each bristle would be straight
   std::uint32_t slid = 0;       ///< 1: slid in the last step and holds its kinetic limit only

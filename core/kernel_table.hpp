@@ -102,7 +102,7 @@ struct PatchView {
   double* since;  ///< of each block: the patch's time at its last rewrite, s
 };
 
-/// Where a step of a patch leads, or a piece of one.
+/// Displacement of a patch in a step or in a piece of one.
 struct Travel {
   std::int64_t from[2], to[2];  ///< patch position, fixed point; equal in a far step
   double direction[2];          ///< unit vector
@@ -114,7 +114,7 @@ struct Travel {
   std::uint32_t commit;         ///< 0: a trial, the state stays as it is
 };
 
-/// One step of one patch, the same for all its blocks.
+/// Constants of one step of one patch, which all its blocks share.
 struct Advance : Travel {
   double residual;              ///< scaled: how far a bristle stays bent when it snaps; 0 without
   double energy_unit;           ///< power of two: fixed-point units per scaled length squared in `squares`
@@ -122,7 +122,7 @@ struct Advance : Travel {
   std::uint32_t in_double;      ///< 1: remainders in double: a long step, or a single snap length
   std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are left out
   std::uint32_t renews_bounds;  ///< 1: also those of blocks in which nothing snaps
-  // Ageing; 0 without.
+  // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< Material::ageing_strength
   double largest_growth;      ///< long steps of redraw: aged over fresh, of the longest snap length

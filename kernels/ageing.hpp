@@ -122,7 +122,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // At the root and beyond it the slope is below 0.33 (AGEING.md): the bound is for lanes that are closed.
+    // At the root and beyond it the slope is below 0.33 (AGEING.md); the bound only protects lanes without a
+    // bristle to step.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);

@@ -18,7 +18,7 @@ inline double wide_share_of(std::uint64_t random) {
   return (static_cast<double>(random >> 12) + 0.5) * 0x1p-52;
 }
 
-/// x^n for a whole n.
+/// Returns x^n for a whole n.
 inline double whole_power(double x, std::uint64_t n) {
   double power = 1.0;
   for (; n > 0; n >>= 1, x *= x)

@@ -63,7 +63,7 @@ inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
   const V rate(t.rate);
   const V scaled = age * rate;
   if (t.saturates != 0) {
-    // exp(-40) is nothing beside 1.
+    // exp(-40) is below the rounding of 1.
     const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
     return {one + strength * (one - weak), strength * weak * rate, one};
   }
@@ -662,7 +662,7 @@ inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double 
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
   const double mass = whole_part(cohort(rows, i, cohort_fresh));
-  // At the law's end S may be a rounding error below 0.
+  // At the longest length S may be negative by a rounding error.
   const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
   cohort(rows, i, cohort_reach) = reach;
   cohort(rows, i, cohort_left) = at.left;

@@ -228,7 +228,7 @@ struct Reference {
   }
 };
 
-/// As Reference, with losses drawn.
+/// As Reference, with losses drawn at random.
 struct DrawnReference : Reference {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,

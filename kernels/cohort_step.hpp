@@ -94,7 +94,7 @@ inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * Vector(0.5))};
 }
 
-/// One vector of cohorts: where its columns begin.
+/// Place of one vector of cohorts in the columns.
 struct VectorPlace {
   double* columns;
   Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
@@ -133,7 +133,7 @@ struct VectorSums {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
   }
 
-  /// ReferenceSums::add, for the cohorts at `place`.
+  /// As ReferenceSums::add(), for the cohorts at `place`.
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
@@ -182,13 +182,13 @@ inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : xsimd::abs(zx);
 }
 
-/// See renewable_path in cohort_reference.cpp.
+/// As renewable_path() in cohort_reference.cpp, for a vector of cohorts.
 inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
   const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
   return divide<double>(path, Vector(length));
 }
 
-/// One vector of cohorts at the end of a piece: see bend in cohort_reference.cpp.
+/// As bend() in cohort_reference.cpp, for a vector of cohorts at the end of a piece.
 template <int axes, bool rubs, bool ages>
 inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                  const CohortMove& a, double length, const double at[2], const CohortTimes& times,
@@ -259,7 +259,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   return true;
 }
 
-/// See renew_share in cohort_reference.cpp.
+/// As renew_share() in cohort_reference.cpp, for a vector of cohorts.
 template <int axes>
 inline void renew_share(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                         const CohortMove& a, double length, const double at[2], double hazard,

@@ -59,7 +59,7 @@ inline V exponential(V y) {
   return series * power_of_two<T>(k);
 }
 
-/// Polynomial with the given coefficients, highest power first.
+/// Evaluates a polynomial with the given coefficients, highest power first.
 template <class T, class V, std::size_t n>
 inline V polynomial(const double (&coefficients)[n], V x) {
   V sum(static_cast<T>(coefficients[0]));

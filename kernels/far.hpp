@@ -189,7 +189,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   if (motion.length > phase_is_lost) r = read_far(row.phase + k) * delta;
 
   V further = more * (delta * delta);
-  // In units of the step length, so that nothing overflows.
+  // Paths are in units of the step length, so that nothing overflows.
   const V part = tau * inverse;
   V integral = part * tau + further * inverse + (r * inverse) * r;
   if constexpr (residual) {

@@ -75,7 +75,7 @@ inline Lanes<float> root(Lanes<float> a) {
 }
 #endif
 
-/// a where a > 0, else +0.
+/// Returns a where a > 0, else +0.
 template <class T>
 inline Lanes<T> positive_part(Lanes<T> a) {
   return xsimd::max(a, Lanes<T>(T(0)));
@@ -123,7 +123,7 @@ inline Lanes<T> from_bits(Bits<T> x) {
   return xsimd::bitwise_cast<Lanes<T>>(x);
 }
 
-/// 2^k for whole k with 2^k normal.
+/// Returns 2^k for whole k with 2^k normal.
 template <class T>
 inline Lanes<T> power_of_two(Lanes<T> k) {
   using B = BitsOf<T>;

@@ -27,7 +27,7 @@ template <class T, class V>
   }
 }
 
-/// Snap length at the share u of the law, scaled.
+/// Returns the snap length at the share u of the law, scaled.
 template <class T, class V>
 inline V length_at(const KernelLaw& law, V share) {
   if (law.kind == law_uniform) return V(static_cast<T>(law.location)) + V(static_cast<T>(law.scale)) * share;

@@ -139,7 +139,7 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // Stationary law: the bristle met is length-biased, its age uniform.
+    // By the stationary law the bristle met is length-biased, and its age uniform.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -186,7 +186,7 @@ template <class T, bool sums, class AnyWalk>
     rest = select_lanes(far, constant(-1.0), rest);
   }
   for (;;) {
-    // k renewals at once, their sum by a Cornish-Fisher expansion to the fourth cumulant.
+    // Takes k renewals at once; their sum follows from a Cornish-Fisher expansion to the fourth cumulant.
     const BundleMask<T> long_way = rest > constant(law.jump_from);
     if (!any_lane(long_way)) break;
     const Bundle<T> m1 = constant(law.mean);

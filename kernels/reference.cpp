@@ -122,7 +122,7 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
       return after;
     }
     if (rest > jump_from) {
-      // k renewals at once: their sum by a Cornish-Fisher expansion to the fourth cumulant.
+      // Takes k renewals at once; their sum follows from a Cornish-Fisher expansion to the fourth cumulant.
       const T deviation = static_cast<T>(law.deviation);
       const T pad = T(4.5) * deviation * root(rest * inverse);
       const T k = whole_part((rest - pad) * inverse);
@@ -416,7 +416,7 @@ struct ForeseeOf {
   }
 };
 
-/// Snap lengths of draw states.
+/// Samples snap lengths from draw states.
 template <class T>
 struct FreshLengths {
   static constexpr bool by_columns = false;

@@ -63,7 +63,7 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
   } else {
     const T ahead = along + length;
     slides = axes == 2 ? ahead * ahead + aside * aside > limit * limit : ahead > limit;
-    // At its limit already, it slides at once.
+    // A bristle already at its limit slides at once.
     const bool at_limit =
         axes == 2 && along >= T(0) && along * along + aside * aside >= limit * limit * (T(1) - 32 * eps);
     if (slides) path = at_limit ? T(0) : least(way_to(limit), length);

@@ -42,13 +42,13 @@ struct Residual<T, true> {
   explicit Residual(Lanes<T> residual) : left(residual) {}
   Lanes<T> length_of(Lanes<T> limit) const { return limit - left; }
   Lanes<T> limit_of(Lanes<T> length) const { return left + length; }
-  /// Twice the energy of a snap, over the stiffness.
+  /// Returns twice the energy of a snap over the stiffness.
   Lanes<T> squares_of(Lanes<T> limit) const { return (limit - left) * (limit + left); }
-  /// Twice the energy of many snaps over the stiffness, from the sums of delta^2 and of delta.
+  /// Returns twice the energy of many snaps over the stiffness, from the sums of delta^2 and of delta.
   Lanes<T> squares_over(Lanes<T> squares, Lanes<T> lengths) const {
     return squares + (left + left) * lengths;
   }
-  /// Twice the integral of the deflection along `path`, from what it is without a residual.
+  /// Returns twice the integral of the deflection along `path`, given its value without a residual.
   Lanes<T> passed_over(Lanes<T> integral, Lanes<T> path) const { return integral + (left + left) * path; }
 };
 
@@ -172,7 +172,7 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
   }
 }
 
-/// Books the first pass.
+/// Adds the sums of the first pass to those of the rows.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 inline void add_pass(const BlockMotion<T, axes, residual>& motion, const FirstPass<T>& pass, Lanes<T> limit,
                      const Weights<T, partial>& weights, RowSums<T>& sums) {

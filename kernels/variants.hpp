@@ -47,7 +47,7 @@ constexpr void fill_renewal(KernelSet<T>& set) {
   set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, Lengths>;
 }
 
-/// `SlideOf` is that of slide_step.hpp or of slide_reference.hpp.
+/// Fills the table of sliding kernels. `SlideOf` is that of slide_step.hpp or of slide_reference.hpp.
 template <class T, int axes>
 constexpr void fill_slide(KernelSet<T>& set) {
   auto& slide = set.slide[axes - 1];

@@ -1,4 +1,4 @@
-// From shape, material and options to the columns of a bed.
+// Makes the columns of a bed from shape, material and options.
 #include <algorithm>
 #include <string>
 

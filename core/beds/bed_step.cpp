@@ -364,7 +364,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
-    // Nothing has changed: the force stands.
+    // Nothing has changed, so the force stays.
   } else if (rolls) {
     if (carried) {  // the load first, at rest
       Piece piece{};

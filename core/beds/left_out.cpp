@@ -1,4 +1,4 @@
-// A build with BRISTLE_MINIMAL has no beds.
+// Stands in for beds in a build with BRISTLE_MINIMAL, which has none.
 #include "bristle/bed.hpp"
 #include "bristle/error.hpp"
 

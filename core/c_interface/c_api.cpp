@@ -465,7 +465,7 @@ const char* refusal_of(const bristle_batch* batch, const void* motions, std::siz
   return nullptr;
 }
 
-/// The caller's motions, in place.
+/// Returns the caller's motions without a copy.
 Span<const Motion> motions_of(const bristle_shedder* shedder, const bristle_batch* batch,
                               const bristle_motion* motions, std::size_t motion_size, std::size_t count) {
   need(shedder, "shedder");

@@ -26,7 +26,7 @@ inline std::string number_text(double value) {
 #endif
 }
 
-/// "<where>: <parameter> = <value>; allowed is <range>".
+/// Makes the text "<where>: <parameter> = <value>; allowed is <range>".
 [[noreturn]] inline void refuse(std::string_view where, std::string_view parameter, double value,
                                 std::string_view range) {
   std::string text(where);

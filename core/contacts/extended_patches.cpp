@@ -87,7 +87,7 @@ struct ExtendedPatch {
   Pose pose;
   Stiffnesses common;           ///< a cache
   bool light_material = false;  ///< nothing damps or ages, and the end force is all that is asked for
-  // The step under way:
+  // Data of the step under way:
   Course course;
   bool light = false;  ///< as is_light() says
 
@@ -335,7 +335,7 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
 constexpr std::uint64_t saved_magic = 0x7478'656c'7473'7262;  // "brstlext"
 constexpr std::size_t saved_head = 3 * 8, saved_pose = 4 * 4 + 5 * 8;
 
-/// Memory of a step, for all cells.
+/// Working memory of a step, for all cells.
 struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
@@ -442,7 +442,7 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// The adding side.
+/// Data of the adding side.
 struct ExtendedPatches::Impl {
   struct Record {
     // Cells in memory of the stepping side's ExtendedPatch, which neither side changes.

@@ -67,7 +67,7 @@ struct KeyedPool {
     std::uint32_t before = none, after = none;
   };
 
-  /// `add` makes one patch in the owner.
+  /// Makes a pool; `add` makes one patch in the owner.
   template <class Add>
   KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
             const KeyedOptions& its_options, Add&& add)

@@ -90,7 +90,7 @@ struct Recurrence {
     }
     return 0.5 * (low + high);
   }
-  /// Christoffel's number: the weight of a node.
+  /// Returns Christoffel's number, the weight of a node.
   double weight(double x) const {
     double before = 0.0, now = 1.0, norm = 1.0, sum = 1.0;
     for (std::size_t k = 0; k + 1 < a.size(); ++k) {

@@ -1,4 +1,4 @@
-// A build with BRISTLE_MINIMAL has no joints.
+// Stands in for joints in a build with BRISTLE_MINIMAL, which has none.
 #include "bristle/error.hpp"
 #include "bristle/joint_friction.hpp"
 

@@ -71,7 +71,7 @@ struct Family {
         return SnapLength::uniform(std::max(mean_m - half, 0.0), mean_m + half);
       }
       case SnapLaw::normal: {
-        // Cutting at 0 raises the mean: ask for less.
+        // Cutting at 0 raises the mean, so the uncut law gets a lower one.
         const double raised = SnapLength::normal(1.0, spread).mean();
         return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
       }

@@ -28,7 +28,7 @@ inline double from_bits(std::uint64_t bits) noexcept {
   return x;
 }
 
-/// 2^k for -1022 <= k <= 1023.
+/// Returns 2^k for -1022 <= k <= 1023.
 inline double power_of_two(int k) noexcept { return from_bits(static_cast<std::uint64_t>(k + 1023) << 52); }
 
 /// (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series (the first term left out is 1e-19).
@@ -101,7 +101,7 @@ inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
   if (u == 0.0 || u == infinity) return log(u);
-  // The rounding of u is undone to first order (Kahan).
+  // Corrects the rounding of u to first order (Kahan).
   return log(u) + (x - (u - 1.0)) / u;
 }
 

@@ -287,7 +287,7 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
   law.square_residual =
       cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-  // At least 3 renewals in a jump that overshoots three times in a million.
+  // Least path from which a jump takes at least 3 renewals and overshoots three times in a million.
   double from = 3.0 * m[1];
   for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
   law.jump_from = from;
@@ -360,7 +360,7 @@ void CompiledMaterial::fill_draws() const {
       law.scale = (second - first) * per_metre;
       law.biased_location = law.location * law.location;
       law.biased_scale = second * per_metre * second * per_metre - law.biased_location;
-      // A draw of exactly 0 would never end.
+      // A snap length of exactly 0 would end no draw.
       law.shortest = std::max(law.location, smallest_share * law.scale);
       break;
     case SnapLaw::normal:

@@ -1,4 +1,4 @@
-// A snap-length law read at many lengths.
+// Reads a snap-length law at many lengths.
 #pragma once
 
 #include "bristle/snap_length.hpp"

@@ -130,7 +130,7 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // The mean of 1 - S over the path.
+  // Averages 1 - S over the path.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

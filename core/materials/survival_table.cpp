@@ -92,7 +92,7 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
   return survival;
 }
 
-/// S at the start of a cell.
+/// Returns S at the start of a cell.
 double survival_from(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
                                  [start](const SurvivalCell& c) { return c.start >= start; });

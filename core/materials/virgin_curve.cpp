@@ -44,7 +44,7 @@ struct UnitLaw {
   }
   /// f(x) as long as no bristle has snapped twice, for both rules; the limit from the left at an atom.
   double first_pass(double x) const { return x - partial_moment(1, x); }
-  /// first_pass(x) with shared renewal.
+  /// As first_pass(x), with shared renewal.
   double first_pass(double x, double renewal) const {
     if (renewal == 0.0) return first_pass(x);
     const double snapped = partial_moment(0, x);
@@ -128,7 +128,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   const double kappa = last + 0.5;
   const double share = 1.0 - unit.survival(x / kappa);
   const double rest = x * share - kappa * unit.partial_moment(1, x / kappa);
-  // First and third difference about kappa stand for the derivatives.
+  // First and third difference about kappa replace the derivatives.
   const double next = unit.partial_moment(1, x / (last + 1.0)),
                after = unit.partial_moment(1, x / (last + 2.0));
   const double difference = next - term, third = after - 3.0 * next + 3.0 * term - before;
@@ -541,7 +541,7 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
       consider(b);
     }
   } else {
-    // One hump, a few deviations below the mean.
+    // Searches one hump, a few deviations below the mean.
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
     place = high;
@@ -806,7 +806,7 @@ struct RenewedCurve {
 
   /// Laws with atoms keep the step of the paper's curves; for others extrapolation allows twice that.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
-  /// At which atoms, or else the shortest length of a uniform law, lie on nodes.
+  /// Returns a step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {
     if (!atoms.empty()) return step_for_atoms(atoms, largest);
     if (law.law() != SnapLaw::uniform) return largest;

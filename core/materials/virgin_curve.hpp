@@ -5,9 +5,9 @@
 
 namespace bristle::detail {
 
-/// Mean deflection in slow steady sliding.
+/// Returns the mean deflection in slow steady sliding.
 double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Supremum of the virgin curve.
+/// Returns the supremum of the virgin curve.
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
 /// Mean deflection after a path x > 0 from all deflections zero.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
@@ -15,7 +15,7 @@ double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal,
 /// SnapRule::slide: mean deflection after a path x > 0 from rest, of bristles that hold `growth` times their
 /// length until they slide, and (1 - drop) of it from then on.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
-/// Its supremum, and how that rises with `growth`.
+/// Supremum of slide_curve(), and its derivative by `growth`.
 struct SlidePeak {
   double force, slope;
 };

@@ -1,4 +1,4 @@
-// Which contact model a patch gets.
+// Chooses the contact model of a patch.
 #include <algorithm>
 
 #include "bristle/patch_batch.hpp"

@@ -50,7 +50,7 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   }
 }
 
-/// Response::force_limit of a patch that ages.
+/// Finds Response::force_limit for a patch that ages.
 double find_force_limit(const Patch& p, double growth) noexcept {
   const Material& m = p.material().material;
   const double residual =

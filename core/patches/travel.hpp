@@ -12,16 +12,17 @@ namespace bristle::detail {
 /// Largest rounding error of `sums` sums of times up to `end`, and of `end` itself, s.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// s: a clock that has run for this long stands still, and no step of a patch that ages takes longer.
+/// Longest time, s: a clock that has run for this long stands still, and no step of a patch that ages takes
+/// longer.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
   return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
 }
 
-/// A step of a patch, as its motion says.
+/// A step of a patch, read from its motion.
 struct PatchStep {
-  /// Where it leads; length and direction only for a far step and for a model. `in_double`, `energy_unit`,
-  /// `phase_key` and `renews_bounds` are the model's part, which may cut it too.
+  /// Displacement of the step; length and direction are set only for a far step and for a model. The model
+  /// fills `in_double`, `energy_unit`, `phase_key` and `renews_bounds`, and may cut the travel.
   Advance advance;
   double scaled[2];            ///< the displacement in scaled lengths
   std::int64_t units[2];       ///< by which the position moves, fixed point; 0 in a far step

@@ -12,7 +12,7 @@
 
 namespace bristle::detail {
 
-/// Memory for copies of patches: trial loads.
+/// Memory for copies of patches under trial loads.
 struct Scratch {
   struct Free {
     void operator()(std::byte* freed) const noexcept {

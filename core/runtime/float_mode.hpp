@@ -33,7 +33,7 @@ class FloatModeScope {
 
  private:
 #if defined(__SSE2__)
-  // All exceptions masked, round to nearest, flush to zero, denormals are zero.
+  // Control word of SSE: all exceptions masked, round to nearest, flush to zero, denormals are zero.
   static constexpr unsigned kernel_mode = 0x1F80u | 0x8000u | 0x0040u;
   unsigned before_;
 #elif defined(__aarch64__)

@@ -65,7 +65,7 @@ struct LoadShedder::Impl {
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
   double rate = 0.0;       ///< s per bristle or its like; 0 = not known yet
   double last_rate = 0.0;  ///< of the last step long enough to time
-  // Of the last survey, in bristles: what is fixed, and what moving patches may visit of either population.
+  // Estimates of the last survey, in bristles: fixed cost, visits of representatives, visits of cohorts.
   double fixed = 0.0, of_bristles = 0.0, of_cohorts = 0.0;
   double looked_at =
       1.0;  ///< share of `of_cohorts` that a step visits: a patch that glides or sticks visits none

@@ -1,4 +1,4 @@
-// Where the patches of a batch lie: slots side by side, in chunks that never move.
+// Memory of the patches of a batch: slots side by side, in chunks that never move.
 #pragma once
 
 #include <array>

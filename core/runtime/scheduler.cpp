@@ -199,7 +199,7 @@ class Scheduler::Step {
         ++next_split;
         continue;
       }
-      // A long row of resting patches is read as fast without asking.
+      // A long row of resting patches is read as fast without prefetching.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = pool.find(items.id(i));
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {

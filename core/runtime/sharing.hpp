@@ -65,7 +65,7 @@ class Retreat {
   }
 
   static constexpr std::uint32_t first = 32, longest = 8192;  ///< steps
-  /// s. In an even share nobody waits longer than for the last piece; that short a wait is no harm.
+  /// Longest wait that counts as no harm, s: in an even share nobody waits longer than for the last piece.
   static constexpr double grace = 200e-6;
 
  private:

@@ -24,7 +24,7 @@ int bucket_of(std::uint64_t ns) noexcept {
   return std::min(octave * 64 + static_cast<int>(fraction) + 1, last);
 }
 
-/// Largest whole number of nanoseconds in a bucket, in seconds.
+/// Returns the largest whole number of nanoseconds in a bucket, in seconds.
 double upper_edge_s(int bucket) noexcept {
   BRISTLE_ASSERT(bucket >= 0 && bucket <= last);
   if (bucket == 0) return 0.0;

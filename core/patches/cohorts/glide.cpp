@@ -1,4 +1,4 @@
-// A steady slide along a path that turns slowly.
+// Steps a steady slide along a path that turns slowly.
 #include "core/patches/cohorts/glide.hpp"
 
 #include <algorithm>

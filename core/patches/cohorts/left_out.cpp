@@ -1,4 +1,4 @@
-// The minimal build: no infinite brush.
+// Stands in for the infinite brush in the minimal build, which has none.
 #include "bristle/error.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 

@@ -30,7 +30,7 @@ struct Node {
   Survival at;   ///< it
 };
 
-/// Steady sliding at the speed of a move.
+/// Law of steady sliding at the speed of a move.
 struct SteadyLaw {
   const SurvivalTable& table;
   const Material& material;
@@ -227,7 +227,7 @@ double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept 
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
   double rate = 1.0 / ((1.0 + kappa) * all);
-  // Newton from below, on a sum that is concave.
+  // Newton's method from below, on a concave sum: no iterate passes the root.
   for (int i = 0; kappa > 0.0 && i < 8; ++i) {
     double sum = 0.0;
     double slope = 0.0;

@@ -43,7 +43,7 @@ struct Slide {
   Course course;          ///< after it, of a patch that may glide
   double followed = 0.0;  ///< path that is taken in pieces
   double carried = 0.0;   ///< path along which the patch is carried as it stands
-  // For patches that age:
+  // For patches that age only:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
   double growth = 1.0;  ///< g of such a one at the end: it takes that much longer to forget
 };
@@ -203,7 +203,7 @@ void write_sums(const Patch& p, const CohortState& s, const Slide& slide, const 
   }
 }
 
-/// Whole bristles are reported; the rest waits in the record.
+/// Returns the snaps to report, in whole bristles; the rest waits in the record.
 std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   const double all = std::min(snapped + rest, 9e18);
   const double whole = std::floor(all);

@@ -16,7 +16,7 @@ std::uint64_t mix64(std::uint64_t x) noexcept {
 
 constexpr std::uint64_t reversed_nibble[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
 
-/// The middle of one of 2^52 cells of (0, 1).
+/// Converts bits to the middle of one of 2^52 cells of (0, 1).
 double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12) + 0.5) * 0x1p-52; }
 
 template <class T>

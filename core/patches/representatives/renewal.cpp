@@ -507,7 +507,7 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
 
 namespace {
 
-/// Twice the mean over a step in which nothing changed: as `hold` gives it, to the bit.
+/// Returns twice the mean over a step in which nothing changed, with the bits of hold().
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];

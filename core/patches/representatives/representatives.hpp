@@ -49,7 +49,7 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // For bristles that age, at the end of the slide:
+  // For bristles that age, numbers at the end of the slide:
   double run_ageing = 0.0;           ///< AgedSliding::per_length
   double run_until = 0.0;            ///< the patch's time, s
   double direction[2] = {0.0, 0.0};  ///< since its last bend
@@ -120,7 +120,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* delta = nullptr;               ///< with the present length; == first with keep
   std::uint32_t* draw = nullptr;    ///< null with keep
   SharedRenewal* shared = nullptr;  ///< one, or null without
-  // Null without ageing (PatchView).
+  // Column of ages (PatchView), null without ageing.
   T* age = nullptr;
   double* since = nullptr;
   AgedSliding* aged = nullptr;  ///< one
@@ -137,7 +137,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
-    // Its state is saved and hashed by functions of its own.
+    // The state of shared renewal is saved and hashed by functions of its own.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
@@ -221,9 +221,9 @@ void note_tail(Patch& p) noexcept;
 // ----------------------------------------------------------------------------- ageing (ageing.cpp)
 
 constexpr double oldest_bristle = 1e30;  ///< in units of the ageing time: no bristle becomes older
-/// Largest g of a bristle.
+/// Returns the largest growth g of a snap length.
 double largest_ageing_factor(const Material& material) noexcept;
-/// Longest deflection of any bristle.
+/// Returns the longest deflection that a bristle can have.
 template <class T>
 double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
@@ -288,7 +288,7 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
 /// Finds, after a step that visited blocks, how far the patch may go before one must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
-/// Whether the sum over full blocks is what their parts say.
+/// Whether the stored sum over full blocks equals the sum of its blocks.
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
@@ -347,7 +347,7 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
 /// Names of the kernel variants are made by the first batch, so that asking for one allocates nothing.
 void name_kernels();
 
-/// Every template of this header for one number type.
+/// Instantiates every template of this header for one number type.
 #if BRISTLE_WITH_DOUBLE
 #define BRISTLE_FOR_NUMBERS(instantiate) instantiate(float) instantiate(double)
 #else

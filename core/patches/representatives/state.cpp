@@ -273,7 +273,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   // With an exponential law, the bristle met at the end of a long slide may have two draws: one before the
   // place and one after it.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
-  // Rounding may carry a bristle a little over its length.
+  // Rounding may leave a deflection a little beyond its length.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);

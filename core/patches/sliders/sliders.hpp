@@ -63,7 +63,7 @@ template <class T>
 Sliders<T>& sliders(const Patch& p) noexcept {
   return static_cast<Sliders<T>&>(*p.record);
 }
-/// Share of the limits that the present load leaves.
+/// Returns the share of the limits that the present load leaves.
 template <class T>
 double limit_share(const Patch& p) noexcept {
   const double stiff = sliders<T>(p).stiff_zeta;
