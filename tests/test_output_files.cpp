@@ -200,6 +200,11 @@ TEST_CASE("A full disk is said, whoever writes, and a closed stderr ends nothing
   for (const std::string option : {"--out", "--json"})
     CHECK(code_of(bristle + "run " + s + " " + option + " /dev/full > /dev/null 2> " + error) == 2);
   CHECK(code_of(bristle + "fit " + d + " --csv /dev/full > /dev/null 2> " + error) == 2);
+  const std::string full = folder.at("full.csv");
+  fs::create_symlink("/dev/full", full);
+  CHECK(code_of(bristle + "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + full +
+                " > /dev/null 2> " + error) == 2);
+  CHECK_FALSE(fs::exists(full + ".journal"));  // a device is no place to resume a study at
   CHECK(code_of(bristle + "nonsense 2>&-") == 2);
   CHECK(code_of(bristle + "run nowhere.toml 2>&- >&-") == 2);
   // The number of a closed stderr must not become that of an output: what is printed would go into it.

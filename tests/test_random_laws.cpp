@@ -67,42 +67,63 @@ bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, 
   return fall(before, truth) > most || fall(truth, after) > most;
 }
 
+/// A law by its number, and what else the number draws.
+struct RandomLaw {
+  explicit RandomLaw(unsigned long number) : random(number), quantiles(draw_quantiles(random)) {
+    residual = random() % 2 == 0 ? 0.0 : 0.5 * flat(random);
+    renewal = random() % 2 == 0 ? 0.0 : 2.0 * flat(random);
+    turn = 3.14159 * (0.25 + 0.75 * flat(random));
+    std::vector<double> lengths = quantiles;
+    for (double& q : lengths) q *= dbar;
+    law = SnapLength::table(lengths);
+  }
+  Material material() const {
+    return plain_material(law, SnapRule::redraw)
+        .with_residual_length(residual * dbar)
+        .with_shared_renewal(renewal);
+  }
+
+  Random random;
+  std::vector<double> quantiles;
+  double residual, renewal, turn;
+  SnapLength law;
+};
+
+/// Error of the force at the end of a long slide, whose waves have died, over the force.
+double kinetic_error(const RandomLaw& r, Brush& brush) {
+  for (double gone = 0.0; gone < 600.0; gone += 1.7)
+    brush.step(1.7 * std::cos(r.turn), 1.7 * std::sin(r.turn));
+  const double kinetic = r.residual + steady_deflection(r.law, r.renewal);
+  return std::abs(std::hypot(brush.x(), brush.y()) / kinetic - 1.0);
+}
+
 }  // namespace
 
-// BRISTLE_LAWS: how many laws, BRISTLE_FIRST_LAW: the first of them. Of the laws 41 to 324 the infinite brush
-// fails four checks of its kinetic force (207: 0.28 %, 259: 0.14 %, 261: 1.1 %, 292: 1.2 %), and
-// representatives several: where atoms of the law meet shared renewal, pieces of a quarter length err by up
-// to 0.11 (law 92).
+// BRISTLE_LAWS: how many laws, BRISTLE_FIRST_LAW: the first of them. With 324 of them all checks of the
+// infinite brush hold, and seven of representatives fail: where atoms of the law meet shared renewal, pieces
+// of a quarter length err by up to 0.11 (laws 41, 72, 92, 125, 236, 254, 264).
 TEST_CASE("Laws at random slide and turn as every piece of their path does", "[cohorts][redraw][physics]") {
   constexpr double piece = 1.0 / 400.0;
   constexpr std::uint32_t representatives = 4096;
   const char* wanted = std::getenv("BRISTLE_LAWS");
   const char* from = std::getenv("BRISTLE_FIRST_LAW");
   const unsigned long first = from != nullptr ? std::strtoul(from, nullptr, 10) : 1;
-  const unsigned long laws = wanted != nullptr ? std::strtoul(wanted, nullptr, 10) : test_size(40);
+  const unsigned long laws = wanted != nullptr ? std::strtoul(wanted, nullptr, 10) : test_size(30);
   std::size_t judged = 0;
   for (unsigned long number = first; number < first + laws; ++number) {
-    Random random(number);
-    const std::vector<double> quantiles = draw_quantiles(random);
-    const double residual = random() % 2 == 0 ? 0.0 : 0.5 * flat(random);
-    const double renewal = random() % 2 == 0 ? 0.0 : 2.0 * flat(random);
-    const double turn = 3.14159 * (0.25 + 0.75 * flat(random));
-    std::vector<double> lengths = quantiles;
-    for (double& q : lengths) q *= dbar;
-    const SnapLength law = SnapLength::table(lengths);
+    const RandomLaw drawn(number);
+    const SnapLength& law = drawn.law;
     if (law.cv() < 0.06) continue;
-    INFO("law " << number << ", cv " << law.cv() << ", residual " << residual << ", renewal " << renewal
-                << ", turn " << turn);
-    const Material material = plain_material(law, SnapRule::redraw)
-                                  .with_residual_length(residual * dbar)
-                                  .with_shared_renewal(renewal);
+    INFO("law " << number << ", cv " << law.cv() << ", residual " << drawn.residual << ", renewal "
+                << drawn.renewal << ", turn " << drawn.turn);
+    const Material material = drawn.material();
     Brush infinite(material);
     std::optional<Brush> finite;  // which has a limit of its own
     if (law.cv() <= 1.25) {
       finite.emplace(material, plain_options(representatives));
       finite->load = representatives;
     }
-    SmallPieces truth(quantiles, residual, renewal);
+    SmallPieces truth(drawn.quantiles, drawn.residual, drawn.renewal);
     // Of one bristle in steady sliding without renewal (MODEL.md, section 27), which scatters least.
     const auto mean_of = [&](int k) { return law.moment(k) / std::pow(dbar, k); };
     const double deviation = std::sqrt(mean_of(3) / 3.0 - std::pow(0.5 * mean_of(2), 2));
@@ -126,16 +147,22 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
       if (finite) of_finite = std::max(of_finite, error(*finite));
     };
     for (double length : {1.0, 4.0, 1.0}) move(length, 0.0);
-    for (double length : {0.3, 0.7, 1.0}) move(length, turn);
+    for (double length : {0.3, 0.7, 1.0}) move(length, drawn.turn);
     CHECK(of_infinite < transient_error);
     CHECK(of_finite < 0.004 + noise);
-    // The end of a long slide, whose waves have died.
-    for (double gone = 0.0; gone < 600.0; gone += 1.7)
-      infinite.step(1.7 * std::cos(turn), 1.7 * std::sin(turn));
-    const double kinetic = residual + steady_deflection(law, renewal);
-    CHECK(std::abs(std::hypot(infinite.x(), infinite.y()) / kinetic - 1.0) < 1e-3);
+    CHECK(kinetic_error(drawn, infinite) < 1e-3);
   }
   CHECK(judged > 4 * laws);  // of six places each
+}
+
+TEST_CASE("Long slides of laws with atoms end in steady sliding", "[cohorts][redraw][physics]") {
+  // Pairs of atoms, whose waves die slowly (259, 261, 292), and atoms among other lengths with much renewal.
+  for (unsigned long number : {207ul, 238ul, 259ul, 261ul, 264ul, 279ul, 292ul, 320ul}) {
+    const RandomLaw drawn(number);
+    Brush brush(drawn.material());
+    INFO("law " << number);
+    CHECK(kinetic_error(drawn, brush) < 1e-3);
+  }
 }
 
 TEST_CASE("Small pieces of a path agree with bristles one by one", "[redraw][physics]") {

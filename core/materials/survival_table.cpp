@@ -92,6 +92,29 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
   return survival;
 }
 
+/// Returns means of S for a table law: of each node by the hat that falls from it to both neighbours. The law
+/// as tabulated then has the mean of the law, and E[delta^2] within a sixth of a cell's square. An atom
+/// spreads over two cells; with S at the nodes it would lie in the middle of one, up to half a cell from its
+/// place.
+std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres, double longest) {
+  // E[(x - delta)^2; delta < x]: its second derivative is 2 (1 - S).
+  const auto squares = [&](double x) {
+    const auto moment = [&](int k) { return law.partial_moment(k, x * metres); };
+    return x * x * moment(0) - 2.0 * x * (moment(1) / metres) + moment(2) / metres / metres;
+  };
+  std::vector<double> survival{1.0};
+  double here = squares(node(1)), slope = here / node(1);
+  for (std::size_t k = 1; node(k - 1) < longest; ++k) {
+    const double next = squares(node(k + 1));
+    const double next_slope = (next - here) / (node(k + 1) - node(k));
+    survival.push_back(1.0 - (next_slope - slope) / (node(k + 1) - node(k - 1)));
+    here = next;
+    slope = next_slope;
+  }
+  survival.push_back(0.0);
+  return survival;
+}
+
 /// Returns S at the start of a cell.
 double survival_from(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
@@ -104,11 +127,13 @@ double survival_from(const SurvivalTable& table, double start) {
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   SurvivalTable table;
   const double metres = 1.0 / per_metre;
-  const double longest = find_end(law) * per_metre;
-  const bool sharp = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
-  table.smooth = !sharp;
-  const double shortest = sharp ? law.first_parameter() * per_metre : 0.0;
-  const std::vector<double> survival_at_node = survival_at_nodes(law, metres, longest);
+  double longest = find_end(law) * per_metre;
+  const bool tabulated = law.law() == SnapLaw::table, even = law.law() == SnapLaw::uniform;
+  table.smooth = !even && !tabulated;
+  const double shortest = even ? law.first_parameter() * per_metre : 0.0;
+  const std::vector<double> survival_at_node =
+      tabulated ? mean_survival_at_nodes(law, metres, longest) : survival_at_nodes(law, metres, longest);
+  if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
     // The corners at the shortest and the longest length are nodes too: no cohort's R is below the first

@@ -29,7 +29,7 @@ struct SurvivalTable {
 
 /// Makes the table; lengths in m times `per_metre` are scaled lengths. S at the nodes is that of the law,
 /// straight in between: at most h^2 / 8 |S''| off, h = (x + 1/16) / 128 (1e-5 for lognormal 0.3; a corner of
-/// S is cut by h).
+/// S is cut by h). The nodes of a table law hold means of S, which keep the mean of the law.
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {

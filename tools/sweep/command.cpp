@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -55,8 +56,12 @@ class RowProgress {
 
 std::string journal_path(const SweepOptions& options, const Shard& shard) {
   if (!options.journal.empty()) return options.journal;
-  const auto file =
-      std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) { return o != "-"; });
+  // A device or FIFO is no place to keep rows beside.
+  const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(o, error);
+    return o != "-" && (std::filesystem::is_regular_file(status) || !std::filesystem::exists(status));
+  });
   if (file == options.out.end()) {
     if (shard.parts > 1)
       throw UserError(

@@ -83,12 +83,12 @@ std::int64_t units_of(double mass_length) noexcept { return std::llrint(mass_len
 
 }  // namespace
 
-bool is_steady(const Cohorts& r, double along, double across, double curve) noexcept {
-  const double allowed = std::max(0.064 / (static_cast<double>(r.detail) * r.detail), 5e-4);
+double find_lack(const Cohorts& r, double along, double across, double curve) noexcept {
+  const double allowed = std::max(0.032 / (static_cast<double>(r.detail) * r.detail), 5e-4);
   const double bent = curve * r.memory;
   const double kinetic = r.material->kinetic;
-  return std::abs(std::sqrt(along * along + across * across) - kinetic) <=
-         kinetic * (allowed + 0.5 * bent * bent);
+  const double lack = kinetic - std::sqrt(along * along + across * across);
+  return std::abs(lack) <= kinetic * (allowed + 0.5 * bent * bent) ? 0.0 : lack;
 }
 
 void begin_course(const double (&direction)[2], double length, Course& c) noexcept {
@@ -172,7 +172,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) {
     begun = r.glide;
     begin_glide(p, r, begun);
-    if (!r.material->survival().smooth && !is_steady(r, begun.along, begun.across, begun.from_curve))
+    if (!r.material->survival().smooth && find_lack(r, begun.along, begun.across, begun.from_curve) != 0.0)
       return false;
   }
   const Glide& g = r.glide.on != 0 ? r.glide : begun;

@@ -36,9 +36,10 @@ struct Glide : Course {
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
 void begin_course(const double (&direction)[2], double length, Course& c) noexcept;
 
-/// Whether this mean deflection is that of steady sliding. Under a law with groups or atoms the force swings
-/// as one cohort after the other snaps, and carrying the patch would keep the momentary force.
-bool is_steady(const Cohorts& r, double along, double across, double curve) noexcept;
+/// Returns by how much this mean deflection falls short of steady sliding, scaled; 0 within the error that a
+/// glide may keep. Under a law with groups or atoms the force swings as one cohort after the other snaps, and
+/// carrying the patch would keep the momentary force.
+double find_lack(const Cohorts& r, double along, double across, double curve) noexcept;
 
 /// Takes a step if the patch glides; false = it does not, and nothing has changed.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;

@@ -142,7 +142,9 @@ int kind_of(const Cohorts& r) noexcept {
 }
 
 /// Goes on in short moves along the carried part of a slide until the force is that of steady sliding, or for
-/// some three mean lengths.
+/// some three mean lengths. The force rises with the path until a cohort snaps, so a move ends where it would
+/// have made up for what is lacking. Moves of one length would meet the snaps at the same few phases for
+/// ever.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
   constexpr double share =
@@ -152,8 +154,10 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   move.books = p.outputs != Outputs::end;
   for (int i = 0; i < most && slide.carried > 0.0; ++i) {
     const double z[2] = {move.to[0] - s.moment[0] / s.mass, move.to[1] - s.moment[1] / s.mass};
-    if (is_steady(r, z[0], z[1], slide.course.curve)) return;
+    const double lack = find_lack(r, z[0], z[1], slide.course.curve);
+    if (lack == 0.0) return;
     move.length = std::min(share * r.law.piece, slide.carried);
+    if (lack > 0.0) move.length = std::min(move.length, lack);
     slide.followed += move.length;
     slide.carried -= move.length;
     for (int axis = 0; axis < 2; ++axis) {
