@@ -6,9 +6,9 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 
 #include "tools/files/user_error.hpp"
+#include "tools/fitting/least_squares.hpp"
 
 namespace cli {
 namespace {
@@ -32,7 +32,7 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd normal = scaled.transpose() * scaled;
   const Eigen::VectorXd unit = Eigen::VectorXd::Unit(normal.rows(), parameter);
-  const Eigen::ArrayXd weight = (scaled * normal.completeOrthogonalDecomposition().solve(unit)).array();
+  const Eigen::ArrayXd weight = (scaled * solve_shortest(normal, unit)).array();
   const double fourth = weight.square().square().sum();
   return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
 }
@@ -185,7 +185,7 @@ double Fitter::widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j,
     Eigen::MatrixXd others = m;
     others.col(i).setZero();
     const Eigen::VectorXd column = m.col(i);
-    return (column - others * others.completeOrthogonalDecomposition().solve(column)).norm();
+    return (column - others * solve_shortest(others, column)).norm();
   };
   const double alone = left(j), beside = left(wide);
   return beside > 1e-6 * alone ? alone / beside : 1e6;

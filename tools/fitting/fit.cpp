@@ -5,13 +5,12 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <bristle/error.hpp>
 
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fitter.hpp"
+#include "tools/fitting/least_squares.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/scene/snap_law.hpp"
 
@@ -226,7 +225,7 @@ FitResult Fitter::report(const FitPoint& point) {
       population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
-  const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
+  const Eigen::VectorXd singular = singular_values(scaled);
   result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();
   const double count = static_cast<double>(samples()) / result.correlated_samples;
   const double quantile = student_quantile(count - static_cast<double>(point.free.size()));

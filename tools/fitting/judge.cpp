@@ -6,11 +6,10 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 #include <nlohmann/json.hpp>
-#include <unsupported/Eigen/NonLinearOptimization>
 
 #include "tools/files/user_error.hpp"
+#include "tools/fitting/least_squares.hpp"
 #include "tools/fitting/model.hpp"
 #include "tools/reports/conditions.hpp"
 #include "tools/reports/progress.hpp"
@@ -67,32 +66,29 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
   return force;
 }
 
-/// Residuals over the force's scale, as Levenberg-Marquardt takes them, with differences for derivatives.
+/// Residuals over the force's scale, with differences for derivatives.
 struct RivalResiduals {
-  using Scalar = double;
   const RivalModel& model;
   const FitData& data;
   StartState start;
   double speed;  // that the lubricant is counted in
 
-  int inputs() const { return model.logarithms + 2; }
-  int values() const { return static_cast<int>(data.force.size()); }
+  Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
   VectorXd force(const VectorXd& p) const {
     const VectorXd bounded = p.head(model.logarithms).cwiseMax(-60.0).cwiseMin(60.0);
     return whole_force(elastic_force(model.make(bounded), data, start), data,
                        p[model.logarithms] * data.force_scale / speed,
                        p[model.logarithms + 1] * data.force_scale);
   }
-  int operator()(const VectorXd& p, VectorXd& out) const {
+  void fill(const VectorXd& p, VectorXd& out) const {
     out = (force(p) - Eigen::Map<const VectorXd>(data.force.data(), values())) / data.force_scale;
     for (double& r : out) {
       if (!std::isfinite(r)) r = 1e6;
     }
-    return 0;
   }
-  int df(const VectorXd& p, Eigen::MatrixXd& out) const {
+  void differentiate(const VectorXd& p, Eigen::MatrixXd& out) const {
     VectorXd at(values()), moved(values());
-    (*this)(p, at);
+    fill(p, at);
     for (Eigen::Index i = 0; i < p.size(); ++i) {
       if (i >= model.logarithms) {  // linear
         for (Eigen::Index k = 0; k < at.size(); ++k) {
@@ -103,10 +99,9 @@ struct RivalResiduals {
       constexpr double step = 1e-3;
       VectorXd q = p;
       q[i] += step;
-      (*this)(q, moved);
+      fill(q, moved);
       out.col(i) = (moved - at) / step;
     }
-    return 0;
   }
 };
 
@@ -123,7 +118,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   StartState start = StartState::straight;
   double least = std::numeric_limits<double>::infinity();
   for (const StartState tried : {StartState::straight, StartState::forward, StartState::backward}) {
-    RivalResiduals{model, data, tried, speed}(guess, residuals);
+    RivalResiduals{model, data, tried, speed}.fill(guess, residuals);
     // As for the brush: straight unless the data say otherwise.
     const double squares = residuals.squaredNorm() * (tried == StartState::straight ? 0.98 : 1.0);
     if (squares < least) {
@@ -131,15 +126,12 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
       start = tried;
     }
   }
-  RivalResiduals function{model, data, start, speed};
-  Eigen::LevenbergMarquardt<RivalResiduals> solver(function);
-  solver.parameters.maxfev = 80;
-  solver.parameters.ftol = 1e-7;
-  solver.parameters.xtol = 1e-6;
-  solver.parameters.factor = 1.0;
+  const RivalResiduals function{model, data, start, speed};
   VectorXd p = guess;
-  solver.minimize(p);
-  function(p, residuals);
+  minimise({function.values(), [&](const VectorXd& at, VectorXd& out) { function.fill(at, out); },
+            [&](const VectorXd& at, Eigen::MatrixXd& out) { function.differentiate(at, out); }},
+           {80, 1e-7, 1e-6, 1.0}, p);
+  function.fill(p, residuals);
   return {p, start, residuals.squaredNorm()};
 }
 
@@ -149,7 +141,7 @@ RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<Vect
   VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
   std::vector<std::pair<double, VectorXd>> rated;
   for (VectorXd& guess : guesses) {
-    RivalResiduals{model, data, StartState::straight, speed}(guess, residuals);
+    RivalResiduals{model, data, StartState::straight, speed}.fill(guess, residuals);
     rated.emplace_back(residuals.squaredNorm(), std::move(guess));
   }
   std::sort(rated.begin(), rated.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -264,7 +256,7 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   for (;;) {  // takes out what comes out negative, the worst first
     Eigen::MatrixXd part(samples, static_cast<Eigen::Index>(used.size()));
     for (std::size_t i = 0; i < used.size(); ++i) part.col(static_cast<Eigen::Index>(i)) = a.col(used[i]);
-    solution = part.colPivHouseholderQr().solve(Eigen::Map<const VectorXd>(data.force.data(), samples));
+    solution = solve_least_squares(part, Eigen::Map<const VectorXd>(data.force.data(), samples));
     std::size_t worst = used.size();
     for (std::size_t i = 0; i < used.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);

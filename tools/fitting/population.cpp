@@ -2,10 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/QR>
-
 #include <bristle/patch_batch.hpp>
 
+#include "tools/fitting/least_squares.hpp"
 #include "tools/fitting/solve.hpp"
 
 namespace cli {
@@ -108,7 +107,7 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
     r[i] = residuals[from];
   }
   const Eigen::MatrixXd force = fluctuations(model, point, data);
-  const Eigen::MatrixXd moved = j.completeOrthogonalDecomposition().pseudoInverse() * force;
+  const Eigen::MatrixXd moved = pseudo_inverse(j) * force;
   const Eigen::MatrixXd left = force - j * moved;
 
   // Of one brush: sums of squares and of products of neighbours that it leaves in the residuals.

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <Eigen/QR>
 
 #include "tools/files/user_error.hpp"
+#include "tools/fitting/least_squares.hpp"
 
 namespace cli {
 namespace {
@@ -82,7 +82,7 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
   }
   const Eigen::Map<const Eigen::VectorXd> f(data_.force.data(), samples());
-  const Eigen::VectorXd solution = a.colPivHouseholderQr().solve(f);
+  const Eigen::VectorXd solution = solve_least_squares(a, f);
   point.sum_of_squares = (a * solution - f).squaredNorm();
   const FitValues at = point.values;
   for (std::size_t i = 0; i < linear.size(); ++i) {

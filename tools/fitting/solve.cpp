@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <unsupported/Eigen/NonLinearOptimization>
+#include "tools/fitting/least_squares.hpp"
 
 namespace cli {
 namespace {
@@ -77,31 +75,6 @@ class Coordinates {
   std::vector<double> units_;
 };
 
-/// Residuals in the form that Eigen's Levenberg-Marquardt (MINPACK's lmder) takes.
-struct Residuals {
-  using Scalar = double;
-  FitModel& model;
-  const Coordinates& coordinates;
-  const FitPoint& from;
-  Eigen::Map<const Eigen::VectorXd> measured;
-
-  int inputs() const { return static_cast<int>(from.free.size()); }
-  int values() const { return static_cast<int>(measured.size()); }
-  int operator()(const Eigen::VectorXd& u, Eigen::VectorXd& out) const {
-    out = (model.force(coordinates.outside(u)) - measured) / model.data().force_scale;
-    return 0;
-  }
-  int df(const Eigen::VectorXd& u, Eigen::MatrixXd& out) const {
-    const FitValues p = coordinates.outside(u);
-    for (std::size_t i = 0; i < from.free.size(); ++i) {
-      const auto column = static_cast<Eigen::Index>(i);
-      out.col(column) = model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) /
-                        model.data().force_scale;
-    }
-    return 0;
-  }
-};
-
 Eigen::Map<const Eigen::VectorXd> measured_force(const FitModel& model) {
   const std::vector<double>& force = model.data().force;
   return {force.data(), static_cast<Eigen::Index>(force.size())};
@@ -119,20 +92,31 @@ FitPoint minimise(FitModel& model, FitPoint from) {
   const Coordinates coordinates(model, from);
   FitPoint best = from;
   if (!from.free.empty()) {
-    Residuals residuals{model, coordinates, from, measured_force(model)};
-    Eigen::LevenbergMarquardt<Residuals> solver(residuals);
-    const bool finish = model.detail() == Detail::finish;
-    solver.parameters.maxfev = finish ? 60 : 25;
-    solver.parameters.ftol = finish ? 1e-7 : 1e-5;
-    solver.parameters.xtol = finish ? 1e-5 : 1e-3;
+    const Eigen::Map<const Eigen::VectorXd> measured = measured_force(model);
+    const double scale = model.data().force_scale;
+    SumOfSquares sum;
+    sum.residuals = measured.size();
+    sum.fill = [&](const Eigen::VectorXd& u, Eigen::VectorXd& out) {
+      out = (model.force(coordinates.outside(u)) - measured) / scale;
+    };
+    sum.differentiate = [&](const Eigen::VectorXd& u, Eigen::MatrixXd& out) {
+      const FitValues p = coordinates.outside(u);
+      for (std::size_t i = 0; i < from.free.size(); ++i) {
+        const auto column = static_cast<Eigen::Index>(i);
+        out.col(column) =
+            model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) / scale;
+      }
+    };
     // First step of length 1: a factor e of each parameter. Where the brush can be rubbed the ends of the
     // ranges are near, and flat.
     const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
-    solver.parameters.factor = rubbed ? 0.1 : 1.0;
+    const double factor = rubbed ? 0.1 : 1.0;
+    const LevenbergLimits limits = model.detail() == Detail::finish ? LevenbergLimits{60, 1e-7, 1e-5, factor}
+                                                                    : LevenbergLimits{25, 1e-5, 1e-3, factor};
     Eigen::VectorXd u = coordinates.inside(from.values);
-    solver.minimize(u);
+    minimise(sum, limits, u);
     best.values = coordinates.outside(u);
   }
   best.sum_of_squares = (model.force(best.values) - measured_force(model)).squaredNorm();
@@ -152,8 +136,7 @@ Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
 Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force) {
   const Eigen::VectorXd length = columns.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * length.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd solution =
-      (scaled.transpose() * scaled).completeOrthogonalDecomposition().solve(scaled.transpose() * force);
+  const Eigen::VectorXd solution = solve_shortest(scaled.transpose() * scaled, scaled.transpose() * force);
   return {solution.cwiseQuotient(length), force - scaled * solution};
 }
 
@@ -178,10 +161,10 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
   const Eigen::MatrixXd scaled = j * length.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled.transpose() * scaled);
-  const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-13).cwiseInverse();
+  const EigenBasis basis = eigen_basis(scaled.transpose() * scaled);
+  const Eigen::VectorXd inverse = basis.values.cwiseMax(1e-13).cwiseInverse();
   return length.cwiseInverse().asDiagonal() *
-         (eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose()) *
+         (basis.vectors * inverse.asDiagonal() * basis.vectors.transpose()) *
          length.cwiseInverse().asDiagonal();
 }
 
