@@ -455,10 +455,6 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
     }
   }
   CHECK(r["features"].size() == 7);
-  // Fewer bristles half of the time: more error, never so much as without continuity.
-  REQUIRE(r["shedding"].size() == 4);
-  CHECK(r["shedding"][3]["error"]["rms"] > r["shedding"][0]["error"]["rms"]);
-  CHECK(r["shedding"][3]["error"]["rms"].get<double>() < 0.5);
 
   // The scene written is the same but for the setting, its comments included, and can be read.
   const std::string text = cli::tuned_scene(before, result, "-");

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/reports/answers.hpp"
+#include "tools/reports/numbers.hpp"
 #include "tools/reports/table.hpp"
 #include "tools/reports/text_layout.hpp"
 
@@ -179,15 +180,41 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   CHECK(small.text() == "a  b\nx  1\n");
 }
 
-TEST_CASE("Columns for --wide are left out of 80 columns and of the page", "[answers]") {
+TEST_CASE("Columns for --wide are left out of 80 columns", "[answers]") {
   const std::vector<cli::Column<int>> columns = {
       {"n", [](const int& n) { return cli::Cell(std::to_string(n)); }},
       {"more", [](const int&) { return cli::Cell("x"); }, cli::Column<int>::wide_only}};
   const std::vector<int> rows = {7};
   CHECK(cli::tabulate(rows, columns).columns() == 1);
-  CHECK(cli::tabulate(rows, columns, cli::Medium::page).columns() == 1);
   const Columns wide(0);
   CHECK(cli::tabulate(rows, columns).columns() == 2);
+}
+
+TEST_CASE("Numbers keep three digits and no needless powers of ten", "[answers]") {
+  const std::pair<double, const char*> table[] = {
+      {0.0, "0"},     {0.4321, "0.432"},       {9.999, "10"},        {1234567.0, "1234567"},
+      {100.0, "100"}, {-0.0123456, "-0.0123"}, {2.5e-19, "2.5e-19"}, {30.0, "30"},
+      {1e9, "1e+09"}};
+  for (const auto& [value, text] : table) CHECK(cli::number_text(value) == text);
+  CHECK(cli::number_text(nullptr) == "-");
+}
+
+TEST_CASE("A table says the same as text and CSV", "[answers]") {
+  struct Row {
+    const char *group, *name;
+    double value;
+  };
+  const std::vector<cli::Column<Row>> columns = {
+      {"<group", [](const Row& r) { return cli::Cell(r.group); }},
+      {"<name", [](const Row& r) { return cli::Cell(r.name); }},
+      {"value", [](const Row& r) { return cli::Cell(cli::number_text(r.value), cli::CellStyle::bad); }}};
+  const std::vector<Row> rows = {{"a", "x, y", 1.5}, {"a", "\xC2\xB5<", 12.0}, {"b", "say \"z\"", 0.0}};
+  cli::Table table = cli::tabulate(rows, columns, 1);
+  table.add_note("a note");
+  CHECK(table.text() ==
+        "group  name     value\na      x, y       1.5\n       \xC2\xB5<          12\nb      say \"z\"      "
+        "0\na note\n");
+  CHECK(table.csv() == "group,name,value\na,\"x, y\",1.5\n,\xC2\xB5<,12\nb,\"say \"\"z\"\"\",0\n");
 }
 
 TEST_CASE("A run's first lines say how long a step takes, what was late, and how it slides", "[answers]") {
@@ -379,7 +406,7 @@ TEST_CASE("Completion says what an option is for, and zsh and fish can read thei
   CHECK(run_cli(folder, "--complete run --no").out.empty());
   CHECK(run_cli(folder, "--complete run --out ''").out == "*\n");
   CHECK(run_cli(folder, "--complete run --out -").out.empty());
-  CHECK_THAT(run_cli(folder, "--complete rep").out, StartsWith("report\tOne HTML page of"));
+  CHECK_THAT(run_cli(folder, "--complete sta").out, StartsWith("stability\tClosed-loop"));
   CHECK_THAT(run_cli(folder, "--complete sweep merge --out=x --par").out,
              StartsWith("--partial\tWrite what"));
 }

@@ -598,7 +598,6 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
   check_refused(folder, "capacity --deadline 1ms --threads 0", {"--threads"});
   check_refused(folder, "capacity --targets --csv x.csv", {"--csv", "--targets"});
-  check_refused(folder, "capacity --features --quick --csv x.csv", {"--csv", "--features"});
   check_refused(folder, "stability --threads -1", {"--threads"});
   check_refused(folder, "stability --population finite",
                 {"--population", "finite", "representatives", "infinite"});
@@ -610,8 +609,7 @@ TEST_CASE("bristle alone lists its commands, each with an example", "[cli]") {
   const Folder folder;
   const Outcome outcome = run_cli(folder, "");
   CHECK(outcome.code == 0);
-  for (const char* command :
-       {"run", "capacity", "experiment", "fit", "stability", "sweep", "accuracy", "report"})
+  for (const char* command : {"run", "capacity", "experiment", "fit", "stability", "sweep", "accuracy"})
     CHECK_THAT(outcome.out, Contains(std::string("\n    bristle ") + command + ' '));
 }
 
@@ -637,29 +635,6 @@ TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   const std::string text = run_cli(folder, "run " + scene_path("block_on_floor")).out;
   CHECK_THAT(text, Contains("block breaks away after 1.9") && Contains("and sticks for"));
   CHECK_FALSE(Contains("fy mean").match(text));  // of one axis
-}
-
-TEST_CASE("Capacity tells what each feature of a kernel costs", "[cli]") {
-  const Folder folder;
-  const json report = run_report(folder, "capacity --features --quick");
-  CHECK(report["capacities"].empty());
-  CHECK(report["targets"].empty());
-  REQUIRE(report["features"].size() % 3 == 0);  // three motions
-  REQUIRE(report["features"].size() >= 18);
-  for (const json& row : report["features"]) {
-    INFO(row.dump());
-    CHECK(row["ns_per_bristle"] > 0.0);
-    if (row["feature"] == "none") {
-      CHECK(row["kernel"] == "1 axis, keep, end, single");
-      CHECK(row["bytes_per_bristle"] == 8);  // deflection and snap length
-      CHECK(row["time_over_least"] == 1.0);
-    }
-    // A column more for an axis; first and present snap length and draws for redraw; twice for double.
-    if (row["feature"] == "second axis") CHECK(row["bytes_per_bristle"] == 12);
-    if (row["feature"] == "redraw") CHECK(row["bytes_per_bristle"] == 16);
-    if (row["feature"] == "mean force" || row["feature"] == "energy") CHECK(row["bytes_per_bristle"] == 8);
-    if (row["feature"] == "double precision") CHECK(row["bytes_per_bristle"] == 16);
-  }
 }
 
 TEST_CASE("accuracy refuses errors that make no sense, and two reports on one stdout", "[cli]") {
@@ -942,8 +917,8 @@ TEST_CASE("A fit beside rivals judges five models on the part that none has seen
   check_refused(folder, "fit '" + file + "' --rivals --rule keep",
                 {"--rivals: the brush is one with --rule redraw"});
   // Other files than --json have the fit to the whole record.
-  CHECK(run_cli(folder, "fit '" + file + "' --rivals --html '" + folder.at("fit.html") + "'").code == 0);
-  CHECK_THAT(read_file(folder.at("fit.html")), Contains("Residuals over time"));
+  CHECK(run_cli(folder, "fit '" + file + "' --rivals --csv '" + folder.at("fit.csv") + "'").code == 0);
+  CHECK_THAT(read_file(folder.at("fit.csv")), StartsWith("t,x,load,force,fit,residual"));
 }
 
 TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") {

@@ -76,7 +76,6 @@ TEST_CASE("No command writes over a file that it reads, or two outputs into one"
       "fit " + d + " --csv " + d,
       "fit " + d + " --write " + d,
       "fit " + d + " --json " + d,
-      "fit " + d + " --html " + d,
       "fit " + d + " --csv " + folder.at("x.png") + " --plot " + folder.at("x.png"),
       "fit " + d + " --csv " + folder.at("x") + " --json " + folder.at("x"),
       "sweep " + s + " --vary material.wood.kinetic=0.3,0.4 --out " + s,

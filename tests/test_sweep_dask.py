@@ -22,7 +22,6 @@ except ImportError:
     print("skipped: no module distributed (on Debian: apt install python3-distributed)")
     sys.exit(77)
 
-COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
 SCENE = """
 [scene]
 name = "slide"
@@ -101,22 +100,6 @@ class OnDask(unittest.TestCase):
         self.assertEqual(journal.read_bytes().count(b"\n"), 25)  # every row once, though some ran twice
         again = bristle.sweep(self.scene, VARY, report=REPORT, journal=journal, client=self.client)
         self.assertEqual(again.hash, table.hash)
-
-    def test_the_command_line_hands_its_rows_to_a_scheduler(self):
-        command = [COMMAND_LINE, "sweep", self.scene, "--vary", "material.wood.kinetic=0.3:0.45:12", "--vary",
-                   "patch.tip.axes=1,2", "--report", ",".join(REPORT), "--out", self.scene.parent / "table.csv"]
-        environment = dict(os.environ, BRISTLE_PYTHON=sys.executable)
-        run = subprocess.run([*command, "--dask", self.cluster.scheduler_address], env=environment, capture_output=True,
-                             text=True)
-        self.assertEqual((run.returncode, run.stderr), (0, ""))
-        self.assertIn(self.by_threads.hash, run.stdout)
-
-    def test_a_scheduler_that_is_not_there_is_named_in_the_error(self):
-        command = [COMMAND_LINE, "sweep", self.scene, "--vary", "patch.tip.axes=1,2", "--dask", "tcp://127.0.0.1:9"]
-        environment = dict(os.environ, BRISTLE_PYTHON=sys.executable, DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT="1s")
-        run = subprocess.run(command, env=environment, capture_output=True, text=True)
-        self.assertEqual(run.returncode, 2)
-        self.assertIn("tcp://127.0.0.1:9: no scheduler answers there", run.stderr)
 
     def test_a_row_that_the_scene_refuses_is_the_same_row_on_a_worker(self):
         vary = {"material.wood.peak": [0.46, 3.0, -1.0]}

@@ -89,19 +89,12 @@ set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_DEPENDS "${library} ${same_version}
 set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev (>= 3.4)")
 set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 
-# Loaded when a table of it is asked for, so not seen by dpkg-shlibdeps.
-set(netcdf "")
-if(BRISTLE_NETCDF_LIBRARY MATCHES "^lib(.+)\\.so\\.([0-9]+)$")
-  set(netcdf lib${CMAKE_MATCH_1}${CMAKE_MATCH_2})
-endif()
-
 if(TARGET bristle_cli)
   bristle_deb(bristle_tools bristle-tools science "friction of contact patches against a deadline - command line"
     "This package holds the program bristle: it runs scenes, fits materials to\nmeasured friction, repeats the classic experiments, and measures how many\nbristles a machine steps in time."
     "libcli11-dev;libeigen3-dev;libfccp-dev;libtomlplusplus-dev;nlohmann-json3-dev")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_DEPENDS "${library} ${same_version}")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_SUGGESTS gnuplot-nox)
-  set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_RECOMMENDS ${netcdf})
 endif()
 
 if(TARGET bristle_python)
@@ -112,7 +105,6 @@ if(TARGET bristle_python)
   math(EXPR next_python "${BRISTLE_PYTHON_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${library} ${same_version}, python3-numpy (>= 1:1.20), \
 python3 (>= 3.${BRISTLE_PYTHON_VERSION_MINOR}), python3 (<< 3.${next_python})")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS ${netcdf})
   file(CONFIGURE OUTPUT ${documents}/postinst CONTENT
     "#!/bin/sh\nset -e\nif [ \"$1\" = configure ]; then\n  py3compile -p python3-bristle\nfi\n" @ONLY)
   file(CONFIGURE OUTPUT ${documents}/prerm CONTENT "#!/bin/sh\nset -e\npy3clean -p python3-bristle\n" @ONLY)

@@ -14,7 +14,6 @@ void motion(Bytes bytes);   ///< a motion file
 void fit(Bytes bytes);      ///< a file of measured friction, and what is found out before the fit
 void sweep(Bytes bytes);    ///< a range of a parameter study
 void journal(Bytes bytes);  ///< a journal of a parameter study, its hashes put right or not
-void report(Bytes bytes);   ///< reports for the page of `bristle report`, raw or changed
 void state(Bytes bytes);    ///< a saved state, its checksums put right in every second run
 void batch(Bytes bytes);    ///< a sequence of calls of PatchBatch beside a model of it
 void kernels(Bytes bytes);  ///< one patch under any material and motion, on every instruction set

@@ -94,8 +94,7 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
   mark_front(study);
   recommend(study, seconds.confirm);
   compare_populations(r);
-  try_features(study, 0.85 * seconds.features);
-  try_shedding(study, 0.15 * seconds.features);
+  try_features(study, seconds.features);
   r.seconds = bristle::DeadlineMonitor::wall_now() - start;
   return std::move(study.result);
 }

@@ -65,13 +65,6 @@ struct FeatureResult {
   std::string advice;
 };
 
-/// Bristles left out and restored by turns, as under overload.
-struct ShedResult {
-  double share = 1.0;   ///< of the bristles, half of the time
-  PatchError error;     ///< of the patch with the highest rms
-  double step_s = 0.0;  ///< CPU seconds of a step of the scene, changes of detail included; median
-};
-
 struct Recommendation {
   bool found = false;
   Setting setting;
@@ -117,7 +110,6 @@ struct AccuracyResult {
   std::string no_infinite;           ///< why the infinite brush is not among the settings; empty: it is
   std::vector<CheapestOf> cheapest;  ///< representatives, infinite
   std::vector<FeatureResult> features;
-  std::vector<ShedResult> shedding;
   double seconds = 0.0;  ///< wall time of it all
 };
 
@@ -169,7 +161,6 @@ void recommend(AccuracyStudy& study, double seconds);
 /// After `recommend`.
 void compare_populations(AccuracyResult& result);
 void try_features(AccuracyStudy& study, double seconds);
-void try_shedding(AccuracyStudy& study, double seconds);
 
 /// Throws UserError.
 AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options);

@@ -283,10 +283,6 @@ Json report_of(const Scene& scene, const AccuracyOptions& options, const Accurac
     }
     report["features"].push_back(row);
   }
-  report["shedding"] = Json::array();
-  for (const ShedResult& s : r.shedding)
-    report["shedding"].push_back(
-        {{"share", s.share}, {"error", {{"rms", s.error.rms}, {"max", s.error.max}}}, {"step_s", s.step_s}});
   return report;
 }
 
@@ -311,7 +307,7 @@ std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
 std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
   const Json report = report_of(scene, options, r);
   std::string text = accuracy_answer(report) + '\n' + head(scene, r);
-  text += "\nAll settings, by time\n\n" + settings_table(report, Medium::terminal, false).text();
+  text += "\nAll settings, by time\n\n" + settings_table(report, false).text();
   if (!r.not_run.empty()) {
     text += fmt::format("{} settings more were too slow for the time given (--seconds): {}{}\n",
                         r.not_run.size(), r.not_run.front(), r.not_run.size() > 1 ? ", ..." : "");
@@ -321,19 +317,15 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, c
       "uses: {}.)\n"
       "People notice differences of force from {:.0f} to {:.0f} % up.\n\n",
       r.own_mean ? "mean" : "end", 100.0 * discrimination_low, 100.0 * discrimination_high);
-  text += settings_table(report, Medium::terminal, true).text();
+  text += settings_table(report, true).text();
   text += fmt::format(
       "\nOrders of convergence, fitted on log-log scales above three times the error of what they are "
       "compared with "
       "(bristles: the reference at the scene's dt; steps: the same {} bristles, double, steps of {})\n\n",
       count_text(r.pair_bristles), time_text(r.reference_dt_s));
-  text += slopes_table(report, Medium::terminal).text() + '\n' + recommendation_text(scene, r);
+  text += slopes_table(report).text() + '\n' + recommendation_text(scene, r);
   text += "\nWhat the scene could leave out, as it is now: with and without, in turns\n\n" +
-          scene_features_table(report, Medium::terminal).text();
-  text +=
-      "\nUnder overload (--budget of bristle run): bristles left out and taken back, 16 changes in a "
-      "run\n\n" +
-      shedding_table(report).text();
+          scene_features_table(report).text();
   text += fmt::format("\n{} in all\n", time_text(r.seconds));
   return text;
 }

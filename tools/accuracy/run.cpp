@@ -18,13 +18,11 @@ constexpr std::size_t few_copies = 64;
 
 class RecordedRun {
  public:
-  RecordedRun(const Scene& scene, int threads, const std::string& isa, bool keep, std::uint64_t steps,
-              const DetailSwitch& detail)
+  RecordedRun(const Scene& scene, int threads, const std::string& isa, bool keep, std::uint64_t steps)
       : scene_(scene),
         stepper_(scene,
                  bristle::BatchOptions{}.with_threads(threads).with_isa(isa.empty() ? nullptr : isa.c_str())),
         keep_(keep),
-        detail_(detail),
         steps_(std::min(step_count(scene), steps)) {
     copies_ = stepper_.copies().size();
     chunk_ = copies_ > few_copies ? 1 : steps_per_chunk;
@@ -75,8 +73,6 @@ class RecordedRun {
     const double cpu = DeadlineMonitor::cpu_now(), wall = DeadlineMonitor::wall_now();
     for (std::uint64_t i = 0; i < count; ++i) {
       if (chunk_ > 1) std::copy_n(at(plan_, i), copies_, stepper_.motions().begin());
-      if (detail_.divisor > 1 && (first + i) % detail_.every == 0)
-        switch_detail((first + i) / detail_.every % 2);
       stepper_.step(time_of(first + i));
       if (chunk_ > 1) {
         std::copy(stepper_.responses().begin(), stepper_.responses().end(), at(answers_, i));
@@ -85,13 +81,6 @@ class RecordedRun {
     }
     out_.time.cpu_s += DeadlineMonitor::cpu_now() - cpu;
     out_.time.wall_s += DeadlineMonitor::wall_now() - wall;
-  }
-
-  void switch_detail(bool few) {
-    for (const bristle::Motion& motion : stepper_.motions()) {
-      const std::uint32_t all = stepper_.batch().info(motion.id).bristles;
-      stepper_.batch().set_detail(motion.id, few ? std::max(1u, all / detail_.divisor) : all);
-    }
   }
 
   void record(std::uint64_t first, std::uint64_t count) {
@@ -142,7 +131,6 @@ class RecordedRun {
   const Scene& scene_;
   SceneStepper stepper_;
   bool keep_;
-  DetailSwitch detail_;
   std::uint64_t steps_;
   std::uint64_t chunk_ = 1;
   std::size_t copies_ = 0;
@@ -189,8 +177,8 @@ Scene cut_copies(const Scene& scene, std::uint32_t most) {
 }
 
 SettingRun run_setting(const Scene& scene, int threads, const std::string& isa, bool keep,
-                       std::uint64_t steps, const DetailSwitch& detail) {
-  return RecordedRun(scene, threads, isa, keep, steps, detail).run();
+                       std::uint64_t steps) {
+  return RecordedRun(scene, threads, isa, keep, steps).run();
 }
 
 }  // namespace cli

@@ -55,15 +55,8 @@ struct SettingRun {
   RunTime time;
 };
 
-/// Every patch continues with its bristles over `divisor` after `every` steps, with all after as many more,
-/// and so on.
-struct DetailSwitch {
-  std::uint32_t divisor = 1;
-  std::uint64_t every = 1;
-};
-
 /// Runs the whole scene, or its first `steps`. Without `keep` nothing is recorded.
 SettingRun run_setting(const Scene& scene, int threads, const std::string& isa, bool keep,
-                       std::uint64_t steps = ~std::uint64_t{0}, const DetailSwitch& detail = {});
+                       std::uint64_t steps = ~std::uint64_t{0});
 
 }  // namespace cli

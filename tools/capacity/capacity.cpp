@@ -20,8 +20,7 @@ using bristle::Outputs;
 using bristle::Precision;
 using bristle::SnapRule;
 
-// The regimes of one kernel each, of the material that users get by default; then what each feature costs;
-// then many small patches.
+// The regimes of one kernel each, of the material that users get by default; then many small patches.
 std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool quick) {
   std::vector<CapacityCase> cases;
   const auto add = [&](Regime regime, SnapRule rule, Outputs outputs, int axes = 2,
@@ -111,10 +110,8 @@ std::string CapacityCase::layout_name() const {
 
 void capacity_command(const CapacityOptions& options) {
   const bool on_stdout = check_files({}, {{"--json", options.json}, {"--csv", options.csv}});
-  if (!options.csv.empty() && (options.targets || options.features)) {
-    throw UserError(fmt::format("--csv: holds the curves of the search, which --{} leaves out",
-                                options.targets ? "targets" : "features"));
-  }
+  if (!options.csv.empty() && options.targets)
+    throw UserError("--csv: holds the curves of the search, which --targets leaves out");
   OutputFile json(options.json), csv(options.csv);
 
   CapacityResult result;
@@ -131,7 +128,7 @@ void capacity_command(const CapacityOptions& options) {
   result.plain_loops_run = bristle::plain::plain_loops_run_here();
   std::vector<CapacityCase> cases;
   const std::vector<int> threads = thread_counts(options);
-  const bool everything = !options.targets && !options.features;
+  const bool everything = !options.targets;
   for (std::size_t i = 0; everything && i < threads.size(); ++i) {
     for (const CapacityCase& c : cases_of(threads[i], i == 0, options.quick)) cases.push_back(c);
   }
@@ -143,8 +140,6 @@ void capacity_command(const CapacityOptions& options) {
 #endif
     double done = 0.05;  // each of these pieces is short beside a row of the search
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
-    if (options.features || (everything && !options.quick))
-      result.features = measure_features(options, report);
 #if !BRISTLE_MINIMAL
     if (everything) {
       result.infinite = measure_infinite(options, report);

@@ -17,7 +17,6 @@ struct CapacityOptions {
   double deadline_s = 1e-3;
   bool quick = false;
   bool targets = false;      ///< the table of targets alone
-  bool features = false;     ///< the table of what each feature costs alone
   std::vector<int> threads;  ///< empty: 1, and all cores
   std::string isa;           ///< empty: the library's choice
   std::string json;          ///< report; empty: none, "-": stdout
@@ -106,14 +105,6 @@ struct TargetRow {
 /// Returns what bounds the time of a target, by its name; "" = nothing is known. bounds.cpp
 const char* bound_of(std::string_view target) noexcept;
 
-/// Cost of a feature on top of the least kernel: one axis, keep, end force, single.
-struct FeatureRow {
-  std::string regime, feature, kernel;
-  unsigned bytes_per_bristle = 0;
-  double ns_per_bristle = 0.0;
-  double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;  ///< time over the least kernel's: median, quartiles
-};
-
 /// Patches of infinitely many bristles in one motion.
 struct InfiniteRow {
   std::string motion;  ///< "rest", "tremor", "straight", "zigzag"
@@ -132,7 +123,6 @@ struct CapacityResult {
   std::vector<ComparisonRow> comparisons;
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
-  std::vector<FeatureRow> features;
   std::vector<InfiniteRow> infinite;
   std::vector<CapacityRow> contacts;  ///< infinite patches that fit; `bristles` is their number
 };
@@ -157,8 +147,6 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 using Report = std::function<void(const std::string& what)>;
 /// capacity_targets.cpp
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
-/// capacity_features.cpp
-std::vector<FeatureRow> measure_features(const CapacityOptions& options, const Report& report);
 
 /// Steps of infinite patches that slide, mean snap lengths: straight, where a patch that has forgotten the
 /// beginning is carried along as it stands, and in zigzag, where it is not.

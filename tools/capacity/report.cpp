@@ -60,16 +60,6 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                  {"missed_by", row.missed_by()},
                                  {"bound", bound_of(row.name)}});
   }
-  report["features"] = Json::array();
-  for (const FeatureRow& row : result.features) {
-    report["features"].push_back({{"motion", row.regime},
-                                  {"feature", row.feature},
-                                  {"kernel", row.kernel},
-                                  {"bytes_per_bristle", row.bytes_per_bristle},
-                                  {"ns_per_bristle", row.ns_per_bristle},
-                                  {"time_over_least", row.ratio},
-                                  {"quartiles", {row.ratio_low, row.ratio_high}}});
-  }
   report["infinite"] = Json::array();
   for (const InfiniteRow& row : result.infinite) {
     report["infinite"].push_back({{"motion", row.motion},
@@ -144,31 +134,24 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   for (const Regime regime : regimes)
     text += fmt::format("  {:<11} {}\n", facts_of(regime).name, facts_of(regime).meaning);
   text += '\n';
-  if (!result.features.empty()) {
-    text +=
-        "What each feature adds to the least kernel: 14,400 bristles, one thread, interleaved. A kernel "
-        "holds "
-        "the code of its own features only.\n\n" +
-        kernel_features_table(report, Medium::terminal).text() + '\n';
-  }
   if (!result.infinite.empty()) {
     text +=
         "Patches of infinitely many bristles, one thread: a step of each, alone (in cache) and among ten "
         "thousand.\n\n" +
-        infinite_table(report, Medium::terminal).text() + '\n';
+        infinite_table(report).text() + '\n';
   }
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
         "force is within 1 % at every step.\n\n",
         time_text(options.deadline_s), within_a_percent);
-    text += contacts_table(report, Medium::terminal).text() + '\n';
+    text += contacts_table(report).text() + '\n';
   }
   if (!result.targets.empty()) {
     text +=
         "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
         "p99.\n\n" +
-        targets_table(report, Medium::terminal).text() + '\n' + missed_lines(result.targets);
+        targets_table(report).text() + '\n' + missed_lines(result.targets);
   }
   if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {
@@ -176,14 +159,14 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
         "paper's "
         "loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
-    text += comparisons_table(report, Medium::terminal).text() + '\n';
+    text += comparisons_table(report).text() + '\n';
   } else {
     text += "plain loops left out: built for another machine or without them\n\n";
   }
   text += fmt::format(
       "Bristles whose step fits {} at p99, confirmed by a run of its own. In cache: 14,400 bristles.\n\n",
       time_text(options.deadline_s));
-  text += capacities_table(report, Medium::terminal).text();
+  text += capacities_table(report).text();
   text += fmt::format("\n{}\n", note_on_p99);
   return text;
 }

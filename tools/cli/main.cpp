@@ -36,7 +36,6 @@
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/report.hpp"
 #include "tools/reports/text_layout.hpp"
 #include "tools/run/run.hpp"
 #include "tools/stability/stability.hpp"
@@ -441,8 +440,7 @@ Action add_sweep(CLI::App* sweep) {
       ->type_name("FROM:UNTIL");
   sweep->add_option("--steps", options.study.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
-  add_list("--out", options.out, cli::file_value,
-           "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated");
+  add_list("--out", options.out, cli::file_value, "Table, CSV, with units; - for stdout; may be repeated");
   add_file(sweep, "--journal", options.journal,
            "Rows as they are done (default: beside the table), kept at the end");
   add_report_file(sweep, options.json);
@@ -450,10 +448,6 @@ Action add_sweep(CLI::App* sweep) {
       ->check(CLI::Range(0, 1024));
   sweep->add_option("--shard", options.shard, "i/N: only this part of the rows, i from 1; then sweep merge")
       ->type_name("i/N");
-  sweep
-      ->add_option("--dask", options.dask,
-                   "Address of a Dask scheduler that has the rows run, e.g. tcp://host:8786")
-      ->type_name("ADDRESS");
   add_isa(sweep, options.isa);
   sweep->add_option("--row", options.row,
                     "Run nothing: write the scene of this row (--out SCENE.toml, else stdout)");
@@ -462,8 +456,7 @@ Action add_sweep(CLI::App* sweep) {
       "shards.");
   CLI::App* merge_app = sweep->add_subcommand("merge", "One table of the journals of all shards");
   add_file(merge_app, "JOURNAL", merge.journals, "Journals of one study, in any order")->required();
-  add_file(merge_app, "--out", merge.out,
-           "Table: .csv, or .nc (NetCDF) with units; - for stdout; may be repeated")
+  add_file(merge_app, "--out", merge.out, "Table, CSV, with units; - for stdout; may be repeated")
       ->allow_extra_args(false)
       ->trigger_on_parse(false);
   add_report_file(merge_app, merge.json);
@@ -543,7 +536,6 @@ Action add_capacity(CLI::App* command) {
       ->capture_default_str();
   command->add_flag("--quick", options.quick, "Fewer rows, shorter runs");
   command->add_flag("--targets", options.targets, "Only the library's speed targets");
-  command->add_flag("--features", options.features, "Only what each feature of a kernel costs");
   command
       ->add_option_function<std::string>(
           "--threads", [&](const std::string& text) { options.threads = parse_threads(text); },
@@ -611,8 +603,6 @@ Action add_fit(CLI::App* command) {
       ->check(cli::within(-1e9, 1e9));
   add_file(command, "--write", options.write, "Write the material, in a scene that replays the data, TOML");
   add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
-  add_file(command, "--html", options.html,
-           "Write a page to read to this HTML file: what was read, fit, residuals (- for stdout)");
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return action_of(kept, cli::fit_command);
@@ -651,17 +641,6 @@ Action add_accuracy(CLI::App* command) {
     cli::accuracy_command(*kept);
     return exit_done;
   };
-}
-
-Action add_report(CLI::App* command) {
-  const auto kept = std::make_shared<cli::ReportOptions>();
-  cli::ReportOptions& options = *kept;
-  add_file(command, "FILE", options.files,
-           "JSON reports, and pictures (PNG, SVG): capacity.png belongs to capacity.json")
-      ->required();
-  add_file(command, "--out", options.out, "Write the page to this file (- for stdout)")
-      ->capture_default_str();
-  return action_of(kept, cli::report_command);
 }
 
 Action add_completion(CLI::App* command) {
@@ -714,8 +693,6 @@ constexpr CommandEntry entries[] = {
      "bristle sweep tools/scenes/stroke.toml --vary material.skin.peak=0.5:0.7:5", add_sweep},
     {"accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out",
      "bristle accuracy tools/scenes/fingertip.toml --quick --error 1%", add_accuracy},
-    {"report", "One HTML page of the JSON reports of capacity, accuracy and stability, with pictures",
-     "bristle report capacity.json accuracy.json --out report.html", add_report},
     {"completion", "Print what a shell needs to complete words of this command line",
      "source <(bristle completion bash)", add_completion, false},
     {"manual", "Print a page of the manual", "bristle manual run | man -l -", add_manual, false}};

@@ -36,7 +36,7 @@ struct FitOptions {
   bool rivals = false;  ///< fit them too, to a part of the record, and judge all on the rest
   std::optional<double>
       fit_until;  ///< s after the first sample, end of that part; none: a third of the record
-  std::string json, csv, write, plot, html;  ///< files; empty: none
+  std::string json, csv, write, plot;  ///< files; empty: none
   bool for_prediction = false;  ///< takes what lessens the residuals, and takes nothing out for its interval
   bool no_drift = false;        ///< the sensor's is held at 0
   bool no_time = false;         ///< neither ageing nor strengthening with speed is looked for
@@ -128,7 +128,6 @@ std::string fit_motion(const FitData& data);
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
 
 /// One page for people: what was read, data and fit, residuals, parameters, what is not determined.
-std::string fit_html(const FitData& data, const FitOptions& options, const FitResult& result);
 
 /// The subcommand: reads, fits, reports. Throws UserError.
 void fit_command(const FitOptions& options);

@@ -15,11 +15,10 @@
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fit.hpp"
+#include "tools/fitting/fit_plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/fitting/joint.hpp"
 #include "tools/fitting/judge.hpp"
-#include "tools/fitting/plot_script.hpp"  // made by CMake of tools/plots/fit.gp
 #include "tools/reports/conditions.hpp"
-#include "tools/reports/fit_page.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/table.hpp"
 #include "tools/reports/text_layout.hpp"
@@ -306,19 +305,6 @@ std::string fit_json(const FitData& data, const FitOptions& options, const FitRe
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-std::string fit_html(const FitData& data, const FitOptions& options, const FitResult& r) {
-  Json report = Json::parse(fit_json(data, options, r));
-  for (std::size_t i = 0; i < fit_report_rows; ++i) {  // in the units of the table
-    if (!report["parameters"].contains(fit_name(i))) continue;
-    Json& parameter = report["parameters"][fit_name(i)];
-    for (const char* key : {"value", "low", "high"})
-      if (parameter.contains(key) && parameter[key].is_number())
-        parameter[key] = rows[i].per_si * parameter[key].get<double>();
-    parameter["unit"] = rows[i].unit;
-  }
-  return fit_report_page(report, std::filesystem::path(data.columns.name).filename().string());
-}
-
 std::string fit_csv(const FitData& data, const FitResult& r) {
   fmt::memory_buffer out;
   const auto to = std::back_inserter(out);
@@ -459,14 +445,13 @@ void fit_record(const FitOptions& options, bool prints) {
   if (!options.plot.empty() && data.axes == 2)
     throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
   OutputFile scene(options.write), csv(options.csv), picture(options.plot), json(options.json),
-      page(options.html), motion(data.columns.replayable ? std::string() : motion_file(options));
+      motion(data.columns.replayable ? std::string() : motion_file(options));
   const FitResult result = fit_material(data, options);
   if (scene) scene.write(fit_toml(data, options, result));
   if (motion) motion.write(fit_motion(data));
   if (csv) csv.write(fit_csv(data, result));
   if (picture) draw(data, result, picture);
   if (json) json.write(fit_json(data, options, result));
-  if (page) page.write(fit_html(data, options, result));
   if (prints) print_report(fit_table(data, options, result));
 }
 
@@ -486,15 +471,13 @@ void fit_command(const FitOptions& options) {
   const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
                                                           {"--csv", options.csv},
                                                           {"--write", options.write},
-                                                          {"--html", options.html},
                                                           {"--plot", options.plot},
                                                           {"the motion of --write", motion_file(options)}});
   if (!options.rivals) return fit_record(options, !on_stdout);
   rivals_command(options, on_stdout);
   FitOptions whole = options;  // --json has the judgements
   whole.json.clear();
-  if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty() || !whole.html.empty())
-    fit_record(whole, false);
+  if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty()) fit_record(whole, false);
 }
 
 }  // namespace cli

@@ -276,9 +276,6 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "understood", [](const Fit& fit) { return fit.data.columns.understood; },
           "How the data were read, a sentence each.")
-      .def_property_readonly(
-          "html", [](const Fit& fit) { return cli::fit_html(fit.data, fit.options, fit.result); },
-          "A page to read: what was read, data and fit, residuals, parameters, what is not determined.")
       .def("__str__",
            [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.options, fit.result)); })
       .def("__repr__", [](const Fit& fit) {

@@ -74,7 +74,7 @@ class CMakeBuild(build_ext):
         # As deep below the sources as the folders of the presets: a cache of objects made there (ccache) serves here.
         build = ROOT / "build" / pathlib.Path(self.build_temp).name.replace("temp.", "python-")
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DBRISTLE_SHARED=OFF", "-DBRISTLE_BUILD_PYTHON=ON", "-DBRISTLE_BUILD_TESTS=OFF",
-                   "-DBRISTLE_BUILD_BENCH=OFF", "-DCMAKE_DISABLE_FIND_PACKAGE_netCDF=ON", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
+                   "-DBRISTLE_BUILD_BENCH=OFF", "-DBRISTLE_BUILD_ROOM=OFF", "-DBRISTLE_INSTALL=OFF",
                    f"-DPython_EXECUTABLE={sys.executable}",
                    "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DCMAKE_INSTALL_RPATH=$ORIGIN/libraries",
                    # Old style: what a library of ours loads is looked for there too.

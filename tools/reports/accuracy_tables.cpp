@@ -32,7 +32,7 @@ std::string two_places(const Json& value, const char* sign) {
 
 }  // namespace
 
-Table settings_table(const Json& accuracy, Medium medium, bool front_only) {
+Table settings_table(const Json& accuracy, bool front_only) {
   constexpr auto wide = JsonColumn::wide_only;
   // Rebuilt: which columns there are depends on the layout, too.
   const std::vector<JsonColumn> columns = {
@@ -44,24 +44,23 @@ Table settings_table(const Json& accuracy, Medium medium, bool front_only) {
       text_column("<force", "force"),
       error_column("error rms %", "rms"),
       error_column("+-", "rms_standard_error", wide),
-      error_column("max %", "max", medium == Medium::page ? JsonColumn::everywhere : wide),
-      error_column("energy %", "energy", medium == Medium::page ? JsonColumn::everywhere : wide),
+      error_column("max %", "max", wide),
+      error_column("energy %", "energy", wide),
       number_column("us a scene step", "scene_step_s", 1e6),
       {"us a step", [](const Json& s) { return Cell(number_text(s.at("step_s").at("median"), 1e6)); }, wide},
       {"quartiles", [](const Json& s) { return Cell(range_text(s.at("step_s").at("quartiles"), 1e6)); },
        wide},
-      {"ns a bristle", [](const Json& s) { return Cell(number_text(s.at("ns_per_bristle"))); },
-       medium == Medium::page ? JsonColumn::everywhere : wide},
+      {"ns a bristle", [](const Json& s) { return Cell(number_text(s.at("ns_per_bristle"))); }, wide},
       {"<front", [](const Json& s) { return Cell(s.at("pareto").get<bool>() ? "*" : ""); },
-       front_only ? wide : JsonColumn::terminal_only}};
+       front_only ? wide : JsonColumn::everywhere}};
   Json rows = Json::array();
   for (const Json& setting : accuracy.at("settings")) {
     if (!front_only || setting.at("pareto").get<bool>()) rows.push_back(setting);
   }
-  return tabulate(rows, columns, medium);
+  return tabulate(rows, columns);
 }
 
-Table slopes_table(const Json& accuracy, Medium medium) {
+Table slopes_table(const Json& accuracy) {
   static const std::vector<JsonColumn> columns = {
       text_column("<patch", "patch"),
       text_column("<error against", "against"),
@@ -69,10 +68,10 @@ Table slopes_table(const Json& accuracy, Medium medium) {
       {"+-", [](const Json& row) { return Cell(two_places(row.at("standard_error"), "")); }},
       number_column("points", "points"),
       text_column("<theory", "theory")};
-  return tabulate(accuracy.at("slopes"), columns, medium);
+  return tabulate(accuracy.at("slopes"), columns);
 }
 
-Table scene_features_table(const Json& accuracy, Medium medium) {
+Table scene_features_table(const Json& accuracy) {
   static const std::vector<JsonColumn> columns = {
       text_column("<feature", "feature"),
       text_column("<here", "state"),
@@ -85,20 +84,7 @@ Table scene_features_table(const Json& accuracy, Medium medium) {
       measured_column("error with %", [](const Json& row) { return percent_text(row.at("error_with")); }),
       measured_column("without %", [](const Json& row) { return percent_text(row.at("error_without")); }),
       text_column("<so", "advice")};
-  return tabulate(accuracy.at("features"), columns, medium);
-}
-
-Table shedding_table(const Json& accuracy) {
-  static const std::vector<JsonColumn> columns = {
-      {"<bristles left, half of the time",
-       [](const Json& row) {
-         const double share = row.at("share").get<double>();
-         return Cell(share == 1.0 ? "all" : fmt::format("1/{:.0f}", 1.0 / share));
-       }},
-      error_column("error rms %", "rms"),
-      error_column("max %", "max"),
-      number_column("us a step", "step_s", 1e6)};
-  return tabulate(accuracy.at("shedding"), columns);
+  return tabulate(accuracy.at("features"), columns);
 }
 
 }  // namespace cli

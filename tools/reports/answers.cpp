@@ -1,4 +1,4 @@
-// Reports in words, for the first lines on a terminal and the first screen of the page.
+// Reports in words, for the first lines on a terminal.
 #include "tools/reports/answers.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Reports in words, with their figures: the first lines on a terminal, the first screen of the page. Each
-// takes a JSON report; nlohmann::json::exception where it lacks something.
+// Reports in words, with their figures: the first lines on a terminal. Each takes a
+// JSON report; nlohmann::json::exception where it lacks something.
 #pragma once
 
 #include <string>

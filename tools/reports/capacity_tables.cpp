@@ -16,7 +16,6 @@ std::string ns_text(const Json& value) {
 }
 
 std::string two_places(const Json& value) { return fmt::format("{:.2f}", value.get<double>()); }
-std::string three_digits(const Json& value) { return number_text(value); }
 
 JsonColumn ns_column(const char* header = "ns per bristle") {
   return {header, [](const Json& row) { return Cell(ns_text(row.at("ns_per_bristle"))); }};
@@ -25,22 +24,13 @@ JsonColumn ns_column(const char* header = "ns per bristle") {
 // bristle itself, which the other rows of its group are compared with.
 bool is_ours(const Json& row) { return text_of(row, "loop").starts_with("bristle"); }
 
-// Points line up on a terminal; the page has room for a third digit.
-JsonColumn quartile_column(std::string (*text)(const Json&), JsonColumn::Where where) {
-  return {"quartiles",
-          [text](const Json& row) {
-            if (row.contains("loop") && is_ours(row)) return Cell("");
-            return Cell(text(row.at("quartiles").at(0)) + " to " + text(row.at("quartiles").at(1)));
-          },
-          where};
-}
-
-// Streaming is a limit, not a rival.
-Cell faster(const Json& row) {
-  if (is_ours(row)) return "";
-  if (row.at("time_over_bristle").get<double>() >= 1.0) return "bristle";
-  if (text_of(row, "loop").starts_with("streaming")) return "the limit";
-  return {"the other loop", CellStyle::bad};
+// Two places, so that points line up.
+JsonColumn quartile_column() {
+  return {
+      "quartiles", [](const Json& row) {
+        if (row.contains("loop") && is_ours(row)) return Cell("");
+        return Cell(two_places(row.at("quartiles").at(0)) + " to " + two_places(row.at("quartiles").at(1)));
+      }};
 }
 
 // Figure of a row in which something fits, else "-".
@@ -51,9 +41,8 @@ JsonColumn fit_column(const char* header, Figure figure) {
           }};
 }
 
-// On a page, and on a terminal only with --wide.
-JsonColumn only_wide(Medium medium, JsonColumn column) {
-  column.where = medium == Medium::page ? JsonColumn::everywhere : JsonColumn::wide_only;
+JsonColumn only_wide(JsonColumn column) {
+  column.where = JsonColumn::wide_only;
   return column;
 }
 
@@ -80,7 +69,7 @@ std::string bristles_that_fit(const Json& row) {
   return (row.at("more_would_fit").get<bool>() ? "> " : "") + count_text(bristles);
 }
 
-Table targets_table(const Json& capacity, Medium medium) {
+Table targets_table(const Json& capacity) {
   const std::vector<JsonColumn> columns = {
       text_column("<target", "name"),
       number_column("measured", "measured"),
@@ -94,10 +83,10 @@ Table targets_table(const Json& capacity, Medium medium) {
        [](const Json& row) {
          return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
        }},
-      only_wide(medium, text_column("<what", "what")),
+      only_wide(text_column("<what", "what")),
       // Reports of older builds do not say.
-      only_wide(medium, {"<bound by", [](const Json& row) { return Cell(row.value("bound", "")); }})};
-  return tabulate(capacity.at("targets"), columns, medium);
+      only_wide({"<bound by", [](const Json& row) { return Cell(row.value("bound", "")); }})};
+  return tabulate(capacity.at("targets"), columns);
 }
 
 namespace {
@@ -111,20 +100,6 @@ std::string targets_answer(const Json& targets) {
     if (!row.at("met").get<bool>()) missed += (missed.empty() ? "; missed: " : ", ") + text_of(row, "name");
   }
   return fmt::format("{} of {} speed targets met{}.\n", met, targets.size(), missed);
-}
-
-std::string features_answer(const Json& features) {
-  const Json* dearest = nullptr;
-  for (const Json& row : features)
-    if (text_of(row, "feature") == "all of them")
-      continue;
-    else if (!dearest ||
-             row.at("time_over_least").get<double>() > dearest->at("time_over_least").get<double>())
-      dearest = &row;
-  return dearest ? fmt::format("The dearest feature is {} ({}): {} times the least kernel.\n",
-                               text_of(*dearest, "feature"), text_of(*dearest, "motion"),
-                               two_places(dearest->at("time_over_least")))
-                 : "";
 }
 
 }  // namespace
@@ -144,8 +119,7 @@ std::string capacity_answer(const Json& capacity) {
   look_for_dearest(true);
   const bool of_default = dearest != nullptr;
   if (!of_default) look_for_dearest(false);
-  if (dearest == nullptr)
-    return targets_answer(capacity.at("targets")) + features_answer(capacity.at("features"));
+  if (dearest == nullptr) return targets_answer(capacity.at("targets"));
   std::string text;
   if (dearest->at("bristles").get<double>() > 0.0)
     text = fmt::format("{} of one thread are enough for {} bristles{}, whatever the motion (dearest: {}).\n",
@@ -163,7 +137,7 @@ std::string capacity_answer(const Json& capacity) {
   return text;
 }
 
-Table capacities_table(const Json& capacity, Medium medium) {
+Table capacities_table(const Json& capacity) {
   const double papers = capacity.at("paper").at("bristles").get<double>();
   const double deadline_s = capacity.at("deadline_s").get<double>();
   const std::vector<JsonColumn> columns = {
@@ -184,20 +158,19 @@ Table capacities_table(const Json& capacity, Medium medium) {
                    return count_text(static_cast<unsigned long long>(
                        std::llround(row.at("bristles").get<double>() * deadline_s / p50)));
                  }),
-      only_wide(medium, fit_column("x 900",
-                                   [papers](const Json& row) {
-                                     return count_text(static_cast<unsigned long long>(
-                                         row.at("bristles").get<double>() / papers));
-                                   })),
+      only_wide(fit_column("x 900",
+                           [papers](const Json& row) {
+                             return count_text(
+                                 static_cast<unsigned long long>(row.at("bristles").get<double>() / papers));
+                           })),
       fit_column("ns per bristle",
                  [](const Json& row) { return ns_text(row.at("at_capacity").at("ns_per_bristle")); }),
-      only_wide(medium,
-                fit_column("in cache",
+      only_wide(fit_column("in cache",
                            [](const Json& row) { return ns_text(row.at("in_cache").at("ns_per_bristle")); })),
-      only_wide(medium, fit_time_column("p50", "p50_s")),
-      only_wide(medium, fit_time_column("p99", "p99_s")),
-      only_wide(medium, fit_time_column("max", "max_s"))};
-  Table table = tabulate(capacity.at("capacities"), columns, medium);
+      only_wide(fit_time_column("p50", "p50_s")),
+      only_wide(fit_time_column("p99", "p99_s")),
+      only_wide(fit_time_column("max", "max_s"))};
+  Table table = tabulate(capacity.at("capacities"), columns);
   std::vector<Cell> papers_row = {"the paper (2004)", "1 GHz Pentium III", "one patch", "1", "900", "-"};
   if (table.columns() == columns.size()) papers_row.emplace_back("1");
   papers_row.resize(table.columns(), Cell("-"));
@@ -205,7 +178,7 @@ Table capacities_table(const Json& capacity, Medium medium) {
   return table;
 }
 
-Table comparisons_table(const Json& capacity, Medium medium) {
+Table comparisons_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
       {"bristles",
        [](const Json& row) { return Cell(count_text(row.at("bristles").get<unsigned long long>())); }},
@@ -218,26 +191,11 @@ Table comparisons_table(const Json& capacity, Medium medium) {
        }},
       {"time / bristle's",
        [](const Json& row) { return Cell(is_ours(row) ? "1" : two_places(row.at("time_over_bristle"))); }},
-      quartile_column(two_places, JsonColumn::terminal_only),
-      quartile_column(three_digits, JsonColumn::page_only),
-      {"<faster", faster, JsonColumn::page_only}};
-  return tabulate(capacity.at("comparisons"), columns, medium, 2);
+      quartile_column()};
+  return tabulate(capacity.at("comparisons"), columns, 2);
 }
 
-Table kernel_features_table(const Json& capacity, Medium medium) {
-  static const std::vector<JsonColumn> columns = {
-      text_column("<motion", "motion"),
-      text_column("<feature", "feature"),
-      text_column("<kernel", "kernel"),
-      number_column("bytes per bristle", "bytes_per_bristle"),
-      ns_column(),
-      {"time / least", [](const Json& row) { return Cell(two_places(row.at("time_over_least"))); }},
-      quartile_column(two_places, JsonColumn::terminal_only),
-      quartile_column(three_digits, JsonColumn::page_only)};
-  return tabulate(capacity.at("features"), columns, medium, 1);
-}
-
-Table infinite_table(const Json& capacity, Medium medium) {
+Table infinite_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
       text_column("<motion", "motion"),
       number_column("step / mean length", "step_over_mean_snap_length"),
@@ -247,11 +205,11 @@ Table infinite_table(const Json& capacity, Medium medium) {
        [](const Json& row) { return Cell(count_text(row.at("patches").get<unsigned long long>())); }},
       number_column("bytes per patch", "bytes_per_patch"),
       number_column("ns per patch", "ns_per_patch"),
-      quartile_column(three_digits, JsonColumn::everywhere)};
-  return tabulate(capacity.at("infinite"), columns, medium, 0);
+      {"quartiles", [](const Json& row) { return Cell(range_text(row.at("quartiles"))); }}};
+  return tabulate(capacity.at("infinite"), columns, 0);
 }
 
-Table contacts_table(const Json& capacity, Medium medium) {
+Table contacts_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
       text_column("<motion", "motion"),
       number_column("step / mean length", "step_over_mean_snap_length"),
@@ -263,7 +221,7 @@ Table contacts_table(const Json& capacity, Medium medium) {
       fit_time_column("p50", "p50_s"),
       fit_time_column("p99", "p99_s"),
       fit_time_column("max", "max_s")};
-  return tabulate(capacity.at("contacts"), columns, medium, 2);
+  return tabulate(capacity.at("contacts"), columns, 2);
 }
 
 }  // namespace cli

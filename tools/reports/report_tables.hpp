@@ -1,4 +1,4 @@
-// The tables that terminal and page have in common, each declared once over the rows of a JSON report.
+// The tables of the reports, each declared once over the rows of a JSON report.
 // nlohmann::json::exception where a report lacks something.
 #pragma once
 
@@ -19,12 +19,11 @@ JsonColumn text_column(std::string header, const char* key);
 JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
 
 // bristle-capacity-1
-Table targets_table(const Json& capacity, Medium medium);
-Table capacities_table(const Json& capacity, Medium medium);
-Table comparisons_table(const Json& capacity, Medium medium);
-Table kernel_features_table(const Json& capacity, Medium medium);
-Table infinite_table(const Json& capacity, Medium medium);
-Table contacts_table(const Json& capacity, Medium medium);
+Table targets_table(const Json& capacity);
+Table capacities_table(const Json& capacity);
+Table comparisons_table(const Json& capacity);
+Table infinite_table(const Json& capacity);
+Table contacts_table(const Json& capacity);
 /// "> 1,234"; of a row that has none, why.
 std::string bristles_that_fit(const Json& row);
 /// Whether the row's p99 says more of the machine than of bristle: the median is far inside the deadline.
@@ -33,15 +32,14 @@ bool was_busy(const Json& row, double deadline_s);
 std::string capacity_answer(const Json& capacity);
 
 // bristle-accuracy-1
-Table settings_table(const Json& accuracy, Medium medium, bool front_only);
-Table slopes_table(const Json& accuracy, Medium medium);
-Table scene_features_table(const Json& accuracy, Medium medium);
-Table shedding_table(const Json& accuracy);
+Table settings_table(const Json& accuracy, bool front_only);
+Table slopes_table(const Json& accuracy);
+Table scene_features_table(const Json& accuracy);
 std::string setting_bristles(const Json& setting);
 
 // bristle-stability-1
-Table maps_table(const Json& stability, Medium medium);
-Table varied_table(const Json& stability, Medium medium);
+Table maps_table(const Json& stability);
+Table varied_table(const Json& stability);
 /// One row per k and way, one column per scheme.
 Table stops_table(const Json& stability);
 

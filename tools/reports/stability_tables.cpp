@@ -21,13 +21,11 @@ std::string share_text(const Json& of, const char* part) {
 
 // Cells of a map that say `value` under `key`.
 JsonColumn cells_column(const char* header, const char* key, Json value) {
-  return {header,
-          [key, value](const Json& map) {
+  return {header, [key, value](const Json& map) {
             const Json& cells = map.at("cells");
             return Cell(std::to_string(std::count_if(
                 cells.begin(), cells.end(), [&](const Json& cell) { return cell.at(key) == value; })));
-          },
-          JsonColumn::terminal_only};
+          }};
 }
 
 const std::vector<JsonColumn>& map_columns() {
@@ -67,16 +65,16 @@ std::vector<JsonColumn> varied_columns() {
 
 }  // namespace
 
-Table maps_table(const Json& stability, Medium medium) {
-  return tabulate(stability.at("maps"), map_columns(), medium, 0, [](Table& table, const Json& map) {
+Table maps_table(const Json& stability) {
+  return tabulate(stability.at("maps"), map_columns(), 0, [](Table& table, const Json& map) {
     for (const auto& [why, count] : map.at("why_not").items())
       table.add_note(fmt::format("    {} not: {}", number_text(count), why));
   });
 }
 
-Table varied_table(const Json& stability, Medium medium) {
+Table varied_table(const Json& stability) {
   static const std::vector<JsonColumn> columns = varied_columns();
-  return tabulate(stability.at("varied"), columns, medium);
+  return tabulate(stability.at("varied"), columns);
 }
 
 Table stops_table(const Json& stability) {

@@ -11,12 +11,6 @@
 namespace cli {
 namespace {
 
-const char* class_of(bool left, CellStyle style) {
-  if (style == CellStyle::good) return left ? " class=\"left good\"" : " class=\"good\"";
-  if (style == CellStyle::bad) return left ? " class=\"left bad\"" : " class=\"bad\"";
-  return left ? " class=\"left\"" : "";
-}
-
 constexpr std::size_t gap = 2;           // between columns
 constexpr std::size_t readable = 20;     // a column of text is not made narrower than this
 constexpr std::size_t widest_word = 30;  // longer ones are cut
@@ -165,63 +159,10 @@ std::string Table::text() const {
   return out;
 }
 
-std::string Table::html() const {
-  std::string out = "<div class=\"scroll\"><table>\n<thead><tr>";
-  const auto to = std::back_inserter(out);
-  for (std::size_t c = 0; c < headers_.size(); ++c)
-    fmt::format_to(to, "<th{}>{}</th>", class_of(left_[c], CellStyle::plain), escape_html(headers_[c].text));
-  out += "</tr></thead>\n<tbody>\n";
-  for (const Row& row : rows_) {
-    out += "<tr>";
-    for (std::size_t c = 0; c < row.cells.size() && !row.is_note; ++c) {
-      const Cell& cell = row.cells[c];
-      fmt::format_to(to, "<td{}>{}</td>", class_of(left_[c], cell.style), escape_html(cell.text));
-    }
-    if (row.is_note) {
-      fmt::format_to(to, "<td class=\"note\" colspan=\"{}\">{}</td>", headers_.size(),
-                     escape_html(row.cells[0].text));
-    }
-    out += "</tr>\n";
-  }
-  return out + "</tbody></table></div>\n";
-}
-
 std::string Table::csv() const {
   std::string out = csv_line(headers_);
   for (const Row& row : rows_) {
     if (!row.is_note) out += csv_line(row.cells);
-  }
-  return out;
-}
-
-std::string escape_html(std::string_view text) {
-  std::string out;
-  out.reserve(text.size());
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7F) {
-          out += "\xEF\xBF\xBD";
-        } else {
-          out += c;
-        }
-    }
   }
   return out;
 }

@@ -1,11 +1,10 @@
-// One table of figures and its renderers: text for a terminal, CSV for programs, HTML for the page. Its
-// columns may be declared once over the rows of a JSON report, so that terminal and page show the same facts.
+// One table of figures, as text for a terminal or CSV for programs. Its columns may be declared once over the
+// rows of a JSON report.
 #pragma once
 
 #include <cstddef>
 #include <functional>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,7 +17,7 @@ enum class CellStyle { plain, good, bad };
 
 struct Cell {
   std::string text;
-  CellStyle style = CellStyle::plain;  ///< shown by the page, and on a terminal
+  CellStyle style = CellStyle::plain;  ///< shown on a terminal
   Cell(std::string t, CellStyle s = CellStyle::plain) : text(std::move(t)), style(s) {}
   Cell(const char* t) : text(t) {}
 };
@@ -42,8 +41,6 @@ class Table {
   std::string text() const;
   /// Of its longest line with nothing broken.
   std::size_t natural_width() const;
-  /// Escaped.
-  std::string html() const;
   /// RFC 4180, but for lines that end in \n; without notes.
   std::string csv() const;
 
@@ -64,12 +61,10 @@ class Table {
   std::vector<Row> rows_;
 };
 
-enum class Medium { terminal, page };
-
 /// A column over rows of some kind: rows of a JSON report, or a struct.
 template <class Row>
 struct Column {
-  enum Where { everywhere, terminal_only, page_only, wide_only };  ///< wide: a terminal with --wide
+  enum Where { everywhere, wide_only };  ///< wide: with --wide
   std::string header;
   std::function<Cell(const Row&)> cell;
   Where where = everywhere;
@@ -78,15 +73,12 @@ struct Column {
 /// `group` leading cells stay empty where they all repeat those of the row before; `after_row(table, row)`
 /// may add notes.
 template <class Row, class Rows>
-Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, Medium medium = Medium::terminal,
-               std::size_t group = 0,
+Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, std::size_t group = 0,
                const std::type_identity_t<std::function<void(Table&, const Row&)>>& after_row = {}) {
   std::vector<const Column<Row>*> shown;
   std::vector<std::string> headers, last;
   for (const Column<Row>& column : columns) {
-    if (column.where == (medium == Medium::page ? Column<Row>::terminal_only : Column<Row>::page_only) ||
-        (column.where == Column<Row>::wide_only && (medium == Medium::page || text_layout().columns != 0)))
-      continue;
+    if (column.where == Column<Row>::wide_only && text_layout().columns != 0) continue;
     shown.push_back(&column);
     headers.push_back(column.header);
   }
@@ -107,8 +99,5 @@ Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, Medium
   }
   return table;
 }
-
-/// Safe between tags and in quoted attributes. Control characters, which HTML forbids, become U+FFFD.
-std::string escape_html(std::string_view text);
 
 }  // namespace cli

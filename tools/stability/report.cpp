@@ -208,13 +208,13 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
       "{}.\n\n",
       c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
       result.seconds.back(), options.quick ? 4000 : 8000, population_name(options));
-  text += maps_table(report, Medium::terminal).text();
+  text += maps_table(report).text();
   text +=
       "\nSettles: the energy falls from the third quarter of the run to the fourth. Rings: bristles snap to "
       "the end.\nGrows: the energy rises, and nothing snaps yet or there is no bound.\n\n"
       "Direction changed in sliding (two axes), and a load that swings between a quarter and all, coarse "
       "grid:\n\n";
-  text += varied_table(report, Medium::terminal).text();
+  text += varied_table(report).text();
   text += "\nStopping distance from sliding over the true one, no damper:\n\n";
   text += stops_table(report).text();
   text += "\nA block (rigid, four patches) at rest on a slope, two thirds of the way to sliding:\n";

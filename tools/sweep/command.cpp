@@ -16,7 +16,6 @@
 #include "tools/reports/table.hpp"
 #include "tools/reports/text_layout.hpp"
 #include "tools/run/paced_clock.hpp"
-#include "tools/sweep/dask.hpp"
 #include "tools/sweep/sweep.hpp"
 #include "tools/sweep/table_file.hpp"
 
@@ -278,10 +277,7 @@ int sweep_command(const SweepOptions& options) {
     const StepCheck check = [] {
       if (stop_requested()) throw SweepStopped();
     };
-    if (!to_do.empty() && !options.dask.empty())
-      run_rows_by_dask(study, to_do, options.dask, options.isa, done);
-    else
-      run_rows(study, to_do, options.threads, options.isa, done, check);
+    run_rows(study, to_do, options.threads, options.isa, done, check);
   } catch (const SweepStopped&) {
     print_note(resume_text(options, journal, store.rows()));
     return 130;

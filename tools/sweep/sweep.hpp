@@ -12,11 +12,10 @@ namespace cli {
 
 struct SweepOptions {
   StudyOptions study;
-  std::vector<std::string> out;      ///< tables: .csv, .nc; "-": CSV to stdout
+  std::vector<std::string> out;      ///< tables, CSV; "-": stdout
   std::string journal;               ///< empty: beside the first table
   std::string json;                  ///< report; empty: none, "-": stdout
   std::string shard;                 ///< "i/N", i from 1; empty: all rows
-  std::string dask;                  ///< address of a scheduler; empty: threads here
   std::optional<std::uint64_t> row;  ///< write the scene of this row, and run nothing
   int threads = 0;                   ///< 0: one per core
   std::string isa;

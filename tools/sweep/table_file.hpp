@@ -7,15 +7,11 @@
 
 namespace cli {
 
-/// Whether the ending asks for NetCDF: .nc, .nc4, .h5, .hdf5 (NetCDF-4 is HDF5).
-bool is_netcdf(const std::string& path);
-
-/// Throws UserError where a file with this ending cannot be written by this build, or not at this
-/// place.
+/// Throws UserError where no table can be written at this place, or its ending asks for another format.
 void check_table_file(const std::string& path);
 
 /// CSV (RFC 4180, a head with units in brackets as motion files have, empty cells where a row has no such
-/// result), or NetCDF-4 with units as attributes. "-": CSV to stdout. Throws UserError.
+/// result). "-": to stdout. Throws UserError.
 void write_table_file(const SweepRows& rows, const std::string& path);
 
 std::string table_csv(const SweepRows& rows);

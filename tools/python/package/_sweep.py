@@ -58,7 +58,7 @@ class SweepTable:
         return len(self._columns["index"])
 
     def write(self, path):
-        """As CSV, or by its ending as NetCDF (.nc)."""
+        """As CSV. For NetCDF: to_xarray().to_netcdf(path)."""
         self._rows.write(os.fspath(path))
 
     def to_pandas(self):
@@ -128,7 +128,7 @@ def sweep(scene, vary, *, sample="grid", points=0, repeat=1, seed=None, set=None
 
     vary: {"material.wood.kinetic": "0.2:0.6:5", "patch.tip.bristles": [100, 1000]}, or a list of such texts KEY=RANGE.
     sample: "grid", "latin" or "sobol"; with these, `points` of them. repeat: rows at each point, with seeds by index.
-    set, reference: {key: value}. report: names of results. window: (from, until), s. out: table files, .csv or .nc.
+    set, reference: {key: value}. report: names of results. window: (from, until), s. out: table files, CSV.
     journal: a file that keeps rows as they are done; the same call resumes it. Default: beside the first of `out`.
     threads: rows at a time, 0 = one per core. client: a distributed.Client; its workers run the rows, may come and go
     meanwhile, and need this module but no common disk. The table is the same bit for bit either way.
@@ -267,29 +267,3 @@ def _result(future, part, tries):
     if tries[part[0]] >= _MOST_TRIES:
         raise Error(f"row {part[0]} was lost {_MOST_TRIES} times: {lost}")
     return None
-
-
-def main(request_file):
-    """What `bristle sweep --dask` starts: prints the rows of a request."""
-    with open(request_file) as file:
-        request = json.load(file)
-    try:
-        import dask
-        from dask.utils import parse_timedelta
-        from distributed import Client
-    except ImportError:
-        sys.exit(f"bristle: {sys.executable} has no module distributed: on Debian apt install python3-distributed")
-    try:
-        # Dask's own patience, which users may set, but not its half a minute where nobody answers.
-        patience = parse_timedelta(dask.config.get("distributed.comm.timeouts.connect"))
-        client = Client(request["address"], timeout=min(10, patience))
-    except (OSError, ValueError) as error:
-        sys.exit(f"bristle: --dask {request['address']}: no scheduler answers there ({error})")
-    try:
-        for row in _rows_by_dask(client, request["recipe"], request["indices"], request["isa"]):
-            print(row, flush=True)
-    except (Error, ImportError, RuntimeError) as error:
-        sys.exit(f"bristle: --dask {request['address']}: {error}")
-    except (KeyboardInterrupt, BrokenPipeError):
-        os._exit(130)  # who started this says what to do
-    client.close()
