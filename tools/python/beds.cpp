@@ -5,7 +5,7 @@
 #include <pybind11/functional.h>
 
 #include "tools/python/keyword_class.hpp"
-#include "tools/python/module.hpp"
+#include "tools/python/owned.hpp"
 
 namespace bristle_python {
 
@@ -18,9 +18,6 @@ using bristle::BedShape;
 
 namespace {
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Ids = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
-
 const Names<bristle::BedPressure> pressures = {{"uniform", bristle::BedPressure::uniform},
                                                {"parabolic", bristle::BedPressure::parabolic},
                                                {"hertz", bristle::BedPressure::hertz}};
@@ -28,28 +25,7 @@ const Names<bristle::BedGrowth> growths = {{"fixed", bristle::BedGrowth::fixed},
                                            {"cube_root", bristle::BedGrowth::cube_root},
                                            {"square_root", bristle::BedGrowth::square_root}};
 
-/// Beds with a batch of their own. One Python thread at a time: step lets go of the lock.
-class Beds {
- public:
-  explicit Beds(const bristle::BatchOptions& options) : batch(options) {}
-
-  struct Turn : OneThread {
-    explicit Turn(Beds& owner)
-        : OneThread(owner.busy_, "BedBatch: another thread is using these beds; one thread at a time") {}
-  };
-
-  BedBatch batch;
-
- private:
-  std::atomic<bool> busy_{false};
-};
-
-}  // namespace
-
-template <>
-inline constexpr bool is_module_class<Beds> = true;
-
-namespace {
+using Beds = Owned<BedBatch>;
 
 std::vector<BedMotion> read_motions(const Ids& ids, const Numbers& motions) {
   if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 6)
@@ -70,43 +46,17 @@ std::vector<BedMotion> read_motions(const Ids& ids, const Numbers& motions) {
   return in;
 }
 
-/// A column of the responses: `read` writes `width` numbers of each.
-template <class Read>
-Numbers column(const std::vector<BedResponse>& responses, std::vector<py::ssize_t> shape, const Read& read) {
-  shape.insert(shape.begin(), static_cast<py::ssize_t>(responses.size()));
-  Numbers values(shape);
-  double* to = values.mutable_data();
-  for (const BedResponse& response : responses) to = read(response, to);
-  return values;
-}
-
 py::dict write_responses(const std::vector<BedResponse>& responses) {
-  py::dict result;
-  py::array_t<std::uint32_t> status(static_cast<py::ssize_t>(responses.size()));
-  for (std::size_t i = 0; i < responses.size(); ++i)
-    status.mutable_data()[i] = static_cast<std::uint32_t>(responses[i].status);
-  result["status"] = status;
-  const auto number = [&](const char* name, double BedResponse::*field) {
-    result[name] = column(responses, {}, [&](const BedResponse& r, double* to) {
-      *to = r.*field;
-      return to + 1;
-    });
-  };
-  const auto vector = [&](const char* name, double(BedResponse::*field)[2]) {
-    result[name] = column(responses, {2},
-                          [&](const BedResponse& r, double* to) { return std::copy_n(r.*field, 2, to); });
-  };
-  vector("force", &BedResponse::force);
-  number("torque", &BedResponse::torque);
-  vector("mean", &BedResponse::mean);
-  number("mean_torque", &BedResponse::mean_torque);
-  number("dissipated", &BedResponse::dissipated);
-  number("stored", &BedResponse::stored);
-  result["tangent"] = column(responses, {3, 3}, [](const BedResponse& r, double* to) {
-    return std::copy_n(&r.tangent[0][0], 9, to);
-  });
-  number("slipping_share", &BedResponse::slipping_share);
-  return result;
+  Columns<BedResponse> to(responses);
+  to.add("force", &BedResponse::force);
+  to.add("torque", &BedResponse::torque);
+  to.add("mean", &BedResponse::mean);
+  to.add("mean_torque", &BedResponse::mean_torque);
+  to.add("dissipated", &BedResponse::dissipated);
+  to.add("stored", &BedResponse::stored);
+  to.add("tangent", &BedResponse::tangent);
+  to.add("slipping_share", &BedResponse::slipping_share);
+  return to.columns;
 }
 
 py::dict step(Beds& self, const Ids& ids, const Numbers& motions) {
@@ -236,11 +186,11 @@ void define_shape(py::module_& module) {
 void define_beds(py::module_& module) {
   define_material(module);
   define_shape(module);
-  py::class_<Beds>(
+  py::class_<Beds> type(
       module, "BedBatch",
       "Elastic bodies in contact that slip from the rim, spin and roll. Named by ids (int), stepped "
-      "together; step and find_force let go of the interpreter's lock.")
-      .def(py::init([](int threads, const char* isa) {
+      "together; step and find_force let go of the interpreter's lock.");
+  type.def(py::init([](int threads, const char* isa) {
              return std::make_unique<Beds>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
            }),
            py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), "As PatchBatch.")
@@ -298,36 +248,10 @@ void define_beds(py::module_& module) {
       .def("find_force", &find_force, py::arg("ids"), py::arg("motions"),
            "The responses to trial motions, each from the state as it is, which does not change.")
       .def("bristles", &bristles_of, py::arg("id"),
-           "A dict of arrays: position and deflection (n, 2) in m, stiffness in N/m, limit in m.")
-      .def(
-          "state_hash",
-          [](Beds& self, const py::object& id) {
-            const Beds::Turn turn(self);
-            return id.is_none() ? self.batch.state_hash()
-                                : self.batch.state_hash({py::cast<std::uint64_t>(id)});
-          },
-          py::arg("id") = py::none(), "Of one bed, or of all: equal on every machine.")
-      .def(
-          "save_state",
-          [](Beds& self) {
-            const Beds::Turn turn(self);
-            std::vector<std::byte> state(self.batch.state_size());
-            self.batch.save_state({state.data(), state.size()});
-            return py::bytes(reinterpret_cast<const char*>(state.data()), state.size());
-          },
-          "The state of all beds as bytes.")
-      .def(
-          "restore_state",
-          [](Beds& self, const py::bytes& state) {
-            const Beds::Turn turn(self);
-            const std::string bytes = state;
-            self.batch.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
-          },
-          py::arg("state"), "Raises bristle.Error, state unchanged, where it does not fit.")
-      .def("__len__", [](Beds& self) {
-        const Beds::Turn turn(self);
-        return self.batch.bed_count();
-      });
+           "A dict of arrays: position and deflection (n, 2) in m, stiffness in N/m, limit in m.");
+  define_state(
+      type, "id", [](std::uint64_t id) { return bristle::BedId{id}; },
+      [](const BedBatch& batch) { return batch.bed_count(); });
 }
 
 }  // namespace bristle_python

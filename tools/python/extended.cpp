@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/python/module.hpp"
+#include "tools/python/owned.hpp"
 
 namespace bristle_python {
 
@@ -12,9 +12,6 @@ using bristle::ExtendedResponse;
 using bristle::Outline;
 
 namespace {
-
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Ids = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
 
 bristle::Pressure pressure_named(const std::string& name) {
   if (name == "uniform") return bristle::Pressure::uniform;
@@ -47,30 +44,15 @@ Numbers weights_of(const Outline& outline) {
   return weights;
 }
 
-/// Extended patches with a batch of their own. One Python thread at a time: step lets go of the lock.
-class Patches {
- public:
-  explicit Patches(const bristle::BatchOptions& options) : batch(options), patches(batch) {}
-
-  struct Turn : OneThread {
-    explicit Turn(Patches& owner)
-        : OneThread(owner.busy_,
-                    "ExtendedPatches: another thread is using these patches; one thread at a time") {}
-  };
-
-  bristle::PatchBatch batch;
-  ExtendedPatches patches;
-
- private:
-  std::atomic<bool> busy_{false};
+struct OwnBatch {
+  bristle::PatchBatch own;
 };
-
-}  // namespace
-
-template <>
-inline constexpr bool is_module_class<Patches> = true;
-
-namespace {
+/// Extended patches with a batch of their own.
+struct PatchesOfOwn : OwnBatch, ExtendedPatches {
+  explicit PatchesOfOwn(const bristle::BatchOptions& options)
+      : OwnBatch{bristle::PatchBatch(options)}, ExtendedPatches(own) {}
+};
+using Patches = Owned<PatchesOfOwn>;
 
 std::vector<ExtendedMotion> read_motions(const Ids& ids, const Numbers& motions) {
   if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 4)
@@ -86,50 +68,20 @@ std::vector<ExtendedMotion> read_motions(const Ids& ids, const Numbers& motions)
   return in;
 }
 
-/// A column of the responses with the given shape behind the first dimension.
-template <class Read>
-Numbers column(const std::vector<ExtendedResponse>& responses, std::vector<py::ssize_t> shape,
-               const Read& read) {
-  shape.insert(shape.begin(), static_cast<py::ssize_t>(responses.size()));
-  Numbers values(shape);
-  double* to = values.mutable_data();
-  for (const ExtendedResponse& response : responses) to = read(response, to);
-  return values;
-}
-
 py::dict write_responses(const std::vector<ExtendedResponse>& responses) {
-  py::dict result;
-  py::array_t<std::uint32_t> status(static_cast<py::ssize_t>(responses.size()));
-  for (std::size_t i = 0; i < responses.size(); ++i)
-    status.mutable_data()[i] = static_cast<std::uint32_t>(responses[i].status);
-  result["status"] = status;
-  const auto vector = [&](const char* name, double(ExtendedResponse::*field)[3]) {
-    result[name] = column(
-        responses, {3}, [&](const ExtendedResponse& r, double* to) { return std::copy_n(r.*field, 3, to); });
-  };
-  vector("end", &ExtendedResponse::end);
-  vector("elastic", &ExtendedResponse::elastic);
-  vector("damper", &ExtendedResponse::damper);
-  vector("mean", &ExtendedResponse::mean);
-  const auto matrix = [&](const char* name, double(ExtendedResponse::*field)[3][3]) {
-    result[name] = column(responses, {3, 3}, [&](const ExtendedResponse& r, double* to) {
-      return std::copy_n(&(r.*field)[0][0], 9, to);
-    });
-  };
-  matrix("stiffness", &ExtendedResponse::stiffness);
-  matrix("damping", &ExtendedResponse::damping);
-  const auto number = [&](const char* name, double ExtendedResponse::*field) {
-    result[name] = column(responses, {}, [&](const ExtendedResponse& r, double* to) {
-      *to = r.*field;
-      return to + 1;
-    });
-  };
-  number("force_limit", &ExtendedResponse::force_limit);
-  number("torque_limit", &ExtendedResponse::torque_limit);
-  number("dissipated", &ExtendedResponse::dissipated);
-  number("contact_loss", &ExtendedResponse::contact_loss);
-  number("damper_work", &ExtendedResponse::damper_work);
-  return result;
+  Columns<ExtendedResponse> to(responses);
+  to.add("end", &ExtendedResponse::end);
+  to.add("elastic", &ExtendedResponse::elastic);
+  to.add("damper", &ExtendedResponse::damper);
+  to.add("mean", &ExtendedResponse::mean);
+  to.add("stiffness", &ExtendedResponse::stiffness);
+  to.add("damping", &ExtendedResponse::damping);
+  to.add("force_limit", &ExtendedResponse::force_limit);
+  to.add("torque_limit", &ExtendedResponse::torque_limit);
+  to.add("dissipated", &ExtendedResponse::dissipated);
+  to.add("contact_loss", &ExtendedResponse::contact_loss);
+  to.add("damper_work", &ExtendedResponse::damper_work);
+  return to.columns;
 }
 
 py::dict step(Patches& self, double dt, const Ids& ids, const Numbers& motions) {
@@ -138,7 +90,7 @@ py::dict step(Patches& self, double dt, const Ids& ids, const Numbers& motions) 
   {
     const Patches::Turn turn(self);
     const py::gil_scoped_release release;
-    self.patches.step(dt, {in.data(), in.size()}, {out.data(), out.size()});
+    self.batch.step(dt, {in.data(), in.size()}, {out.data(), out.size()});
   }
   return write_responses(out);
 }
@@ -149,14 +101,14 @@ py::dict find_force(Patches& self, double dt, const Ids& ids, const Numbers& mot
   {
     const Patches::Turn turn(self);
     const py::gil_scoped_release release;
-    for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.patches.find_force(dt, in[i]);
+    for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(dt, in[i]);
   }
   return write_responses(out);
 }
 
 py::dict info_of(Patches& self, std::uint64_t id) {
   const Patches::Turn turn(self);
-  const bristle::ExtendedInfo info = self.patches.info({id});
+  const bristle::ExtendedInfo info = self.batch.info({id});
   py::dict result;
   result["cells"] = info.cells;
   result["scale"] = info.scale;
@@ -210,12 +162,12 @@ void define_extended(py::module_& module) {
   define_outline(module);
   using bristle::Material;
   using bristle::PatchOptions;
-  py::class_<Patches>(
+  py::class_<Patches> type(
       module, "ExtendedPatches",
       "Contact patches with an extent: they resist spin, and slide easier while they spin. "
       "Named by ids (int), stepped together. Axes are those of the surface; the outline turns "
-      "in them. step and find_force let go of the interpreter's lock.")
-      .def(py::init([](int threads, const char* isa) {
+      "in them. step and find_force let go of the interpreter's lock.");
+  type.def(py::init([](int threads, const char* isa) {
              return std::make_unique<Patches>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
            }),
            py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), "As PatchBatch.")
@@ -223,7 +175,7 @@ void define_extended(py::module_& module) {
           "add",
           [](Patches& self, const Material& material, const Outline& outline, const PatchOptions& options) {
             const Patches::Turn turn(self);
-            return self.patches.add(material, options, outline).value;
+            return self.batch.add(material, options, outline).value;
           },
           py::arg("material"), py::arg("outline"), py::arg("options") = PatchOptions{},
           "A new patch, out of contact: its id. Raises bristle.Error.")
@@ -231,21 +183,21 @@ void define_extended(py::module_& module) {
           "remove",
           [](Patches& self, std::uint64_t id) {
             const Patches::Turn turn(self);
-            self.patches.remove({id});
+            self.batch.remove({id});
           },
           py::arg("id"), "Raises bristle.Error when there is no such patch.")
       .def(
           "set_material",
           [](Patches& self, std::uint64_t id, const Material& material) {
             const Patches::Turn turn(self);
-            self.patches.set_material({id}, material);
+            self.batch.set_material({id}, material);
           },
           py::arg("id"), py::arg("material"), "From the next step on; deflections stay.")
       .def(
           "set_scale",
           [](Patches& self, std::uint64_t id, double scale) {
             const Patches::Turn turn(self);
-            if (!self.patches.set_scale({id}, scale))
+            if (!self.batch.set_scale({id}, scale))
               throw bristle::Error("ExtendedPatches: scale = " + std::to_string(scale) + " of id " +
                                    std::to_string(id) + "; allowed is 0 to 1e6, of a patch that is there");
           },
@@ -265,38 +217,12 @@ void define_extended(py::module_& module) {
           "stored_energy",
           [](Patches& self, std::uint64_t id) {
             const Patches::Turn turn(self);
-            return self.patches.stored_energy({id});
+            return self.batch.stored_energy({id});
           },
-          py::arg("id"), "J.")
-      .def(
-          "state_hash",
-          [](Patches& self, const py::object& id) {
-            const Patches::Turn turn(self);
-            return id.is_none() ? self.patches.state_hash()
-                                : self.patches.state_hash({py::cast<std::uint64_t>(id)});
-          },
-          py::arg("id") = py::none(), "Of one patch, or of all: the same on every machine.")
-      .def(
-          "save_state",
-          [](Patches& self) {
-            const Patches::Turn turn(self);
-            std::vector<std::byte> state(self.patches.state_size());
-            self.patches.save_state({state.data(), state.size()});
-            return py::bytes(reinterpret_cast<const char*>(state.data()), state.size());
-          },
-          "The state of all patches as bytes.")
-      .def(
-          "restore_state",
-          [](Patches& self, const py::bytes& state) {
-            const Patches::Turn turn(self);
-            const std::string bytes = state;
-            self.patches.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
-          },
-          py::arg("state"), "Raises bristle.Error, state unchanged, where it does not fit.")
-      .def("__len__", [](Patches& self) {
-        const Patches::Turn turn(self);
-        return self.patches.patch_count();
-      });
+          py::arg("id"), "J.");
+  define_state(
+      type, "id", [](std::uint64_t id) { return bristle::PatchId{id}; },
+      [](const PatchesOfOwn& patches) { return patches.patch_count(); });
 }
 
 }  // namespace bristle_python

@@ -5,7 +5,7 @@
 
 #include <pybind11/stl.h>
 
-#include "tools/python/module.hpp"
+#include "tools/python/owned.hpp"
 
 namespace bristle_python {
 
@@ -17,35 +17,10 @@ using bristle::JointOutput;
 
 namespace {
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Pair = std::array<double, 2>;
 using Material = std::array<double, bristle::joint_parameters>;
 
-/// Joints with a batch of their own. One Python thread at a time: step lets go of the lock.
-class Joints {
- public:
-  Joints(std::size_t joints, const std::vector<JointMaterial>& materials, const JointOptions& options,
-         const bristle::BatchOptions& batch_options)
-      : batch(joints, {materials.data(), materials.size()}, options, batch_options) {}
-
-  struct Turn : OneThread {
-    explicit Turn(Joints& owner)
-        : OneThread(owner.busy_,
-                    "JointFriction: another thread is using these joints; one thread at a time") {}
-  };
-
-  JointFriction batch;
-
- private:
-  std::atomic<bool> busy_{false};
-};
-
-}  // namespace
-
-template <>
-inline constexpr bool is_module_class<Joints> = true;
-
-namespace {
+using Joints = Owned<JointFriction>;
 
 /// Joints from which a step lets go of the interpreter's lock: it takes longer than taking the lock back.
 constexpr std::size_t lets_go_from = 64;
@@ -166,24 +141,25 @@ void define_joints(py::module_& module) {
   py::class_<Joints> joints(
       module, "JointFriction",
       "Friction of robots' joints: arrays of one number a joint, read and written in place.");
-  joints.def(py::init([](std::size_t count, const py::object& materials, int bristles, double spread,
-                         bool gradients, int threads, const char* isa) {
-               std::vector<JointMaterial> list;
-               if (py::isinstance<JointMaterial>(materials))
-                 list.push_back(py::cast<JointMaterial>(materials));
-               else
-                 for (const py::handle& its : materials) list.push_back(py::cast<JointMaterial>(its));
-               JointOptions options;
-               options.bristles = bristles;
-               options.spread = spread;
-               options.gradients = gradients;
-               return std::make_unique<Joints>(count, list, options,
-                                               bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
-             }),
-             py::arg("joints"), py::arg("materials"), py::kw_only(),
-             py::arg("bristles") = JointOptions{}.bristles, py::arg("spread") = JointOptions{}.spread,
-             py::arg("gradients") = false, py::arg("threads") = 1, py::arg("isa") = py::none(),
-             "Joint i is of materials[i % len(materials)]. Raises bristle.Error for values out of range.");
+  joints.def(
+      py::init([](std::size_t count, const py::object& materials, int bristles, double spread, bool gradients,
+                  int threads, const char* isa) {
+        std::vector<JointMaterial> list;
+        if (py::isinstance<JointMaterial>(materials))
+          list.push_back(py::cast<JointMaterial>(materials));
+        else
+          for (const py::handle& its : materials) list.push_back(py::cast<JointMaterial>(its));
+        JointOptions options;
+        options.bristles = bristles;
+        options.spread = spread;
+        options.gradients = gradients;
+        return std::make_unique<Joints>(count, bristle::Span<const JointMaterial>(list.data(), list.size()),
+                                        options, bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
+      }),
+      py::arg("joints"), py::arg("materials"), py::kw_only(), py::arg("bristles") = JointOptions{}.bristles,
+      py::arg("spread") = JointOptions{}.spread, py::arg("gradients") = false, py::arg("threads") = 1,
+      py::arg("isa") = py::none(),
+      "Joint i is of materials[i % len(materials)]. Raises bristle.Error for values out of range.");
   const auto define_step = [&](const char* name, const auto& function, const char* doc) {
     joints.def(name, function, py::arg("angle"), py::arg("speed") = py::none(), py::arg("motor") = py::none(),
                py::arg("outside") = py::none(), py::kw_only(), py::arg("torque") = py::none(),
@@ -199,43 +175,19 @@ void define_joints(py::module_& module) {
               "place: torque, "
               "mean, derivatives of the torque, gradient (13, n), status (uint32, 4: bad input, torque 0).");
   define_step("find_torque", &step<&JointFriction::find_torque>, "As step, without changing the state.");
-  joints
-      .def(
-          "reset",
-          [](Joints& self, const py::object& joint) {
-            const Joints::Turn turn(self);
-            if (joint.is_none())
-              self.batch.reset();
-            else if (!self.batch.reset(py::cast<std::size_t>(joint)))
-              throw bristle::Error("JointFriction.reset: there is no such joint");
-          },
-          py::arg("joint") = py::none(), "Straightens one joint, or all.")
-      .def(
-          "state_hash",
-          [](Joints& self, const py::object& joint) {
-            const Joints::Turn turn(self);
-            return joint.is_none() ? self.batch.state_hash()
-                                   : self.batch.state_hash(py::cast<std::size_t>(joint));
-          },
-          py::arg("joint") = py::none(), "Of one joint, or of all: equal on every machine.")
-      .def(
-          "save_state",
-          [](Joints& self) {
-            const Joints::Turn turn(self);
-            std::vector<std::byte> state(self.batch.state_size());
-            self.batch.save_state({state.data(), state.size()});
-            return py::bytes(reinterpret_cast<const char*>(state.data()), state.size());
-          },
-          "The state of all joints as bytes.")
-      .def(
-          "restore_state",
-          [](Joints& self, const py::bytes& state) {
-            const Joints::Turn turn(self);
-            const std::string bytes = state;
-            self.batch.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
-          },
-          py::arg("state"), "Raises bristle.Error, state unchanged, where it does not fit.")
-      .def("__len__", [](Joints& self) { return self.batch.joint_count(); });
+  joints.def(
+      "reset",
+      [](Joints& self, const py::object& joint) {
+        const Joints::Turn turn(self);
+        if (joint.is_none())
+          self.batch.reset();
+        else if (!self.batch.reset(py::cast<std::size_t>(joint)))
+          throw bristle::Error("JointFriction.reset: there is no such joint");
+      },
+      py::arg("joint") = py::none(), "Straightens one joint, or all.");
+  define_state(
+      joints, "joint", [](std::uint64_t joint) { return static_cast<std::size_t>(joint); },
+      [](const JointFriction& batch) { return batch.joint_count(); });
   joints.attr("parameter_names") =
       py::make_tuple("stiffness", "viscous", "base", "motor_driving", "motor_driven", "outside_driving",
                      "outside_driven", "static_base", "static_motor_driving", "static_motor_driven",

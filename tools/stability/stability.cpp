@@ -1,9 +1,7 @@
 #include "tools/stability/stability.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -14,6 +12,7 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
+#include "tools/reports/jobs.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/reports/text_layout.hpp"
 
@@ -35,42 +34,6 @@ std::vector<double> axis_values(double from, double to, int per_decade, double o
     values.push_back(value);
   }
 }
-
-// Work for all cores, with progress.
-class Jobs {
- public:
-  void add(std::function<void()> job) { jobs_.push_back(std::move(job)); }
-  void run(int threads) {
-    Progress progress("stability");
-    std::vector<std::thread> helpers;
-    try {
-      for (int t = 1; t < threads; ++t) helpers.emplace_back([this] { work(nullptr); });
-    } catch (const std::exception&) {
-      // The system has no more threads, or no memory for them: those that there are do the work.
-    }
-    work(&progress);
-    for (std::thread& helper : helpers) helper.join();
-    if (failure_) std::rethrow_exception(failure_);
-  }
-
- private:
-  void work(Progress* progress) {
-    try {
-      for (std::size_t i; (i = next_++) < jobs_.size();) {
-        jobs_[i]();
-        if (progress) progress->update(static_cast<double>(i) / static_cast<double>(jobs_.size()));
-      }
-    } catch (...) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      failure_ = std::current_exception();
-      next_ = jobs_.size();
-    }
-  }
-  std::vector<std::function<void()>> jobs_;
-  std::atomic<std::size_t> next_{0};
-  std::mutex mutex_;
-  std::exception_ptr failure_;
-};
 
 int severity(const LoopResult& r) {
   return r.unbounded ? 3 : r.verdict == Verdict::rings ? 2 : r.verdict == Verdict::grows ? 1 : 0;
@@ -140,10 +103,10 @@ StabilityResult measure(const StabilityOptions& options) {
   result.seconds = axis_values(1e-3, 1e1, options.quick ? 2 : 5, 0.1);
   result.maps.resize(mapped_schemes().size());
   result.varied.resize(mapped_schemes().size());
-  Jobs jobs;
+  std::vector<std::function<void()>> jobs;
   result.rests.resize(2);  // first, for they take longest
   for (std::size_t i = 0; i < 2; ++i) {
-    jobs.add([&result, &options, i] {
+    jobs.push_back([&result, &options, i] {
       result.rests[i] = rest_on_slope(i ? Scheme::midpoint : Scheme::predictor, options.quick ? 60.0 : 3600.0,
                                       options.population);
     });
@@ -162,14 +125,14 @@ StabilityResult measure(const StabilityOptions& options) {
   }
   for (SchemeMap& map : result.maps) {
     for (MapCell& cell : map.cells) {
-      jobs.add([&cell, &map, &options] { simulate(cell, map.scheme, options); });
+      jobs.push_back([&cell, &map, &options] { simulate(cell, map.scheme, options); });
     }
   }
-  for (VariedMap& map : result.varied) jobs.add([&map, &options] { simulate_varied(map, options); });
-  jobs.add([&result] { result.stops = stopping_distances(); });
+  for (VariedMap& map : result.varied) jobs.push_back([&map, &options] { simulate_varied(map, options); });
+  jobs.push_back([&result] { result.stops = stopping_distances(); });
   result.cases = stability_cases();
   for (CaseRow& row : result.cases) {
-    jobs.add([&row] {
+    jobs.push_back([&row] {
       for (const double v : row.start_velocities) {
         row.setup.start_velocity = v;
         row.results.push_back(run_loop(row.setup));
@@ -183,12 +146,19 @@ StabilityResult measure(const StabilityOptions& options) {
       result.pulled.back().scheme = scheme;
     }
   }
-  for (PullRow& row : result.pulled) jobs.add([&row] { row = pull_row(row.pull, row.scheme); });
-  jobs.add([&result] {
+  for (PullRow& row : result.pulled) jobs.push_back([&row] { row = pull_row(row.pull, row.scheme); });
+  jobs.push_back([&result] {
     result.late = {{"end", late_force_damping(false)}, {"mean", late_force_damping(true)}};
   });
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  jobs.run(options.threads > 0 ? options.threads : cores);
+  Progress progress("stability");
+  std::mutex mutex;
+  run_jobs(jobs.size(), static_cast<std::size_t>(options.threads > 0 ? options.threads : cores),
+           [&](std::size_t i, const auto&) {
+             jobs[i]();
+             const std::lock_guard lock(mutex);
+             progress.update(static_cast<double>(i) / static_cast<double>(jobs.size()));
+           });
   return result;
 }
 
