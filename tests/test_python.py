@@ -1143,8 +1143,8 @@ class Interface(unittest.TestCase):
         for node in ast.parse(stub.read_text()).body:
             if isinstance(node, ast.ClassDef):
                 stubbed[node.name] = {
-                    n.name if isinstance(n, ast.FunctionDef) else n.target.id
-                    for n in node.body if isinstance(n, (ast.FunctionDef, ast.AnnAssign))
+                    n.name if isinstance(n, ast.FunctionDef) else n.targets[0].id if isinstance(n, ast.Assign) else n.target.id
+                    for n in node.body if isinstance(n, (ast.FunctionDef, ast.AnnAssign, ast.Assign))
                 }
             elif isinstance(node, ast.FunctionDef):
                 stubbed[node.name] = set()

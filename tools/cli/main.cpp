@@ -440,7 +440,7 @@ Action add_sweep(CLI::App* sweep) {
       ->type_name("FROM:UNTIL");
   sweep->add_option("--steps", options.study.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
-  add_list("--out", options.out, cli::file_value, "Table, CSV, with units; - for stdout; may be repeated");
+  add_list("--out", options.out, cli::file_value, "Table: CSV with units; - for stdout; may be repeated");
   add_file(sweep, "--journal", options.journal,
            "Rows as they are done (default: beside the table), kept at the end");
   add_report_file(sweep, options.json);
@@ -456,7 +456,7 @@ Action add_sweep(CLI::App* sweep) {
       "shards.");
   CLI::App* merge_app = sweep->add_subcommand("merge", "One table of the journals of all shards");
   add_file(merge_app, "JOURNAL", merge.journals, "Journals of one study, in any order")->required();
-  add_file(merge_app, "--out", merge.out, "Table, CSV, with units; - for stdout; may be repeated")
+  add_file(merge_app, "--out", merge.out, "Table: CSV with units; - for stdout; may be repeated")
       ->allow_extra_args(false)
       ->trigger_on_parse(false);
   add_report_file(merge_app, merge.json);

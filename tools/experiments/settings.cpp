@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include "tools/files/csv_columns.hpp"
 #include "tools/files/nearest_name.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/toml_text.hpp"
@@ -17,12 +18,6 @@
 
 namespace cli {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
 
 double parse_number(std::string_view text, const std::string& where) {
   double value = 0.0;
@@ -37,7 +32,7 @@ std::vector<double> parse_numbers(std::string_view text, const std::string& wher
   std::vector<double> numbers;
   for (;;) {
     const auto comma = text.find(',');
-    numbers.push_back(parse_number(trimmed(text.substr(0, comma)), where));
+    numbers.push_back(parse_number(trim(text.substr(0, comma)), where));
     if (comma == std::string_view::npos) return numbers;
     text.remove_prefix(comma + 1);
   }
@@ -110,8 +105,8 @@ void Settings::set(std::string_view assignment, const std::string& prefix) {
   if (equals == std::string_view::npos) {
     throw UserError(fmt::format("{} {}: needs KEY=VALUE", prefix, assignment));
   }
-  const std::string name(trimmed(assignment.substr(0, equals)));
-  const std::string_view value = trimmed(assignment.substr(equals + 1));
+  const std::string name(trim(assignment.substr(0, equals)));
+  const std::string_view value = trim(assignment.substr(equals + 1));
   Parameter& p = find(name, prefix);
   const std::string where = prefix + " " + name;
   if (p.choices.empty()) {

@@ -60,7 +60,7 @@ std::string TomlTable::name() {
   return result;
 }
 
-void TomlTable::allow(std::initializer_list<std::string_view> keys) const {
+void TomlTable::allow(const std::vector<std::string_view>& keys) const {
   for (const auto& [key, node] : table_) {
     if (std::find(keys.begin(), keys.end(), key.str()) != keys.end()) continue;
     throw UserError(fmt::format("{}:{}: {}: unknown key '{}'{}", file_, key.source().begin.line, what_,

@@ -30,7 +30,7 @@ class TomlTable {
   std::string name();
 
   /// Throws when the table holds a key that is not among these.
-  void allow(std::initializer_list<std::string_view> keys) const;
+  void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }
   bool has_any(std::initializer_list<std::string_view> keys) const;

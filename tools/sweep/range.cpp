@@ -8,18 +8,13 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/csv_columns.hpp"
 #include "tools/files/user_error.hpp"
 
 namespace cli {
 namespace {
 
 constexpr std::uint64_t most_values = 10'000'000;
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
 
 template <class T>
 std::optional<T> whole_text_as(std::string_view text) {
@@ -58,19 +53,19 @@ std::vector<std::string_view> split_list(std::string_view text) {
     } else if (c == ']' || c == '}') {
       --depth;
     } else if (c == ',' && depth == 0) {
-      items.push_back(trimmed(text.substr(begin, i - begin)));
+      items.push_back(trim(text.substr(begin, i - begin)));
       begin = i + 1;
     }
   }
-  items.push_back(trimmed(text.substr(begin)));
+  items.push_back(trim(text.substr(begin)));
   return items;
 }
 
 std::vector<std::string_view> split_range(std::string_view text) {
   std::vector<std::string_view> parts;
   for (std::size_t colon; (colon = text.find(':')) != std::string_view::npos; text.remove_prefix(colon + 1))
-    parts.push_back(trimmed(text.substr(0, colon)));
-  parts.push_back(trimmed(text));
+    parts.push_back(trim(text.substr(0, colon)));
+  parts.push_back(trim(text));
   return parts;
 }
 
@@ -148,12 +143,12 @@ SweepValue VariedKey::at(double share) const {
 
 VariedKey parse_varied(const std::string& text) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || trimmed(std::string_view(text).substr(0, equals)).empty() ||
-      trimmed(std::string_view(text).substr(equals + 1)).empty())
+  if (equals == std::string::npos || trim(std::string_view(text).substr(0, equals)).empty() ||
+      trim(std::string_view(text).substr(equals + 1)).empty())
     refuse(text, forms);
   VariedKey varied;
-  varied.key = std::string(trimmed(std::string_view(text).substr(0, equals)));
-  const std::string_view range = trimmed(std::string_view(text).substr(equals + 1));
+  varied.key = std::string(trim(std::string_view(text).substr(0, equals)));
+  const std::string_view range = trim(std::string_view(text).substr(equals + 1));
   varied.range = std::string(range);
   const std::vector<std::string_view> parts = split_range(range);
   if (parts.size() >= 2 && finite_number(parts[0]) && finite_number(parts[1]))
@@ -170,12 +165,12 @@ VariedKey parse_varied(const std::string& text) {
 
 VariedKey parse_setting(const std::string& text, const std::string& option) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || trimmed(std::string_view(text).substr(0, equals)).empty() ||
+  if (equals == std::string::npos || trim(std::string_view(text).substr(0, equals)).empty() ||
       equals + 1 == text.size())
     throw UserError(fmt::format("{} {}: allowed: KEY=VALUE", option, text));
   VariedKey setting;
-  setting.key = std::string(trimmed(std::string_view(text).substr(0, equals)));
-  setting.range = std::string(trimmed(std::string_view(text).substr(equals + 1)));
+  setting.key = std::string(trim(std::string_view(text).substr(0, equals)));
+  setting.range = std::string(trim(std::string_view(text).substr(equals + 1)));
   setting.values.push_back(value_of(setting.range));
   return setting;
 }

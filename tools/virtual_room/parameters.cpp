@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -43,13 +44,13 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
   return surface;
 }
 
+/// What the materials are made of.
+std::span<const SettingRange> surface_ranges() { return std::span(setting_ranges).first(surface_numbers); }
+
 bool same_material(const Settings& a, const Settings& b) {
-  return a.kinetic == b.kinetic && a.peak == b.peak && a.presliding_length == b.presliding_length &&
-         a.damping_per_newton == b.damping_per_newton && a.viscous_friction == b.viscous_friction &&
-         a.stribeck_velocity == b.stribeck_velocity && a.keep == b.keep &&
-         a.residual_share == b.residual_share && a.shared_renewal == b.shared_renewal &&
-         a.growth_per_decade == b.growth_per_decade && a.ageing_time == b.ageing_time &&
-         a.pad_friction == b.pad_friction;
+  return a.keep == b.keep && a.pad_friction == b.pad_friction &&
+         std::all_of(surface_ranges().begin(), surface_ranges().end(),
+                     [&](const SettingRange& range) { return a.*range.member == b.*range.member; });
 }
 
 Settings with_tool_friction(const Settings& settings) {
@@ -106,14 +107,8 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     (void)tool_material_of(s);
   } catch (const bristle::Error& error) {
     say(error.what());
-    s.kinetic = before.kinetic;
-    s.peak = before.peak;
-    s.presliding_length = before.presliding_length;
+    for (const SettingRange& range : surface_ranges()) s.*range.member = before.*range.member;
     s.keep = before.keep;
-    s.residual_share = before.residual_share;
-    s.shared_renewal = before.shared_renewal;
-    s.growth_per_decade = before.growth_per_decade;
-    s.ageing_time = before.ageing_time;
     s.pad_friction = before.pad_friction;
     if (s.keep) s.infinite = false;
   }

@@ -41,6 +41,9 @@ inline constexpr std::array<SettingRange, 18> setting_ranges = {{
     {"pad_radius", &Settings::pad_radius, 0.0, 0.02, "m"},
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
 }};
+/// The first so many are of the surface, with the rule.
+inline constexpr std::size_t surface_numbers = 10;
+static_assert(setting_ranges[surface_numbers - 1].member == &Settings::ageing_time);
 constexpr const SettingRange& range_of(double Settings::*member) {
   std::size_t i = 0;
   while (setting_ranges[i].member != member) ++i;

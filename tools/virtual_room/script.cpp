@@ -44,42 +44,18 @@ void read_settings(const TomlTable& table, Settings& s) {
   if (!message.empty()) table.fail(message);
 }
 
-// Settings of which the surface is made: the first so many of setting_ranges, and the rule.
-constexpr std::size_t material_numbers = 10;
-static_assert(setting_ranges[material_numbers - 1].member == &Settings::ageing_time);
-
 void read_material(const TomlTable& table, Settings& s) {
-  table.allow({"rule", "kinetic", "peak", "presliding_length", "damping_per_newton", "viscous_friction",
-               "stribeck_velocity", "residual_share", "shared_renewal", "growth_per_decade", "ageing_time"});
+  std::vector<std::string_view> keys = {"rule"};
+  for (std::size_t i = 0; i < surface_numbers; ++i) keys.push_back(setting_ranges[i].name);
+  table.allow(keys);
   read_settings(table, s);
 }
 
 void allow_settings(const TomlTable& table, bool with_time) {
-  table.allow({"t",
-               "model",
-               "rule",
-               "population",
-               "residual_share",
-               "shared_renewal",
-               "growth_per_decade",
-               "ageing_time",
-               "bristles",
-               "kinetic",
-               "peak",
-               "presliding_length",
-               "damping_per_newton",
-               "viscous_friction",
-               "stribeck_velocity",
-               "mass",
-               "extra_load",
-               "slope",
-               "slope_deg",
-               "tapping",
-               "hand_stiffness",
-               "hand_damping",
-               "pad_radius",
-               "pad_friction",
-               "compare"});
+  std::vector<std::string_view> keys = {"t",        "model",     "rule",   "population",
+                                        "bristles", "slope_deg", "compare"};
+  for (const SettingRange& range : setting_ranges) keys.push_back(range.name);
+  table.allow(keys);
   if (!with_time && table.has("t")) table.fail("t", "belongs in [[change]]");
 }
 
@@ -175,7 +151,7 @@ std::string as_toml(const SettingRange& range, const Settings& s) {
 
 std::string material_as_toml(const Settings& s) {
   std::string text = fmt::format("rule = \"{}\"\n", s.keep ? "keep" : "redraw");
-  for (std::size_t i = 0; i < material_numbers; ++i) text += as_toml(setting_ranges[i], s);
+  for (std::size_t i = 0; i < surface_numbers; ++i) text += as_toml(setting_ranges[i], s);
   return text;
 }
 
