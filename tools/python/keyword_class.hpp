@@ -57,8 +57,13 @@ class KeywordClass {
     fields_.emplace_back(name);
     return *this;
   }
-  /// To be called last. Python: T(a=1, b=2), the rest as by default.
-  void done(const char* signature) {
+  /// To be called last. Python: T(a=1, b=2), the rest as by default, which help() shows.
+  void done() {
+    const py::object by_default = py::cast(T{});
+    std::string signature = name_ + "(*";
+    for (const std::string& field : fields_)
+      signature += ", " + field + "=" + py::cast<std::string>(py::repr(by_default.attr(field.c_str())));
+    signature += ")";
     const auto make = [name = name_, fields = fields_](const py::dict& given) {
       T value;
       const py::object self = py::cast(&value, py::return_value_policy::reference);
@@ -78,7 +83,7 @@ class KeywordClass {
       }
       return value;
     };
-    type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature);
+    type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
     // Pickles and copies hold the fields by name: those of a later version may have more.
     type.def(py::pickle(
         [fields = fields_](const py::object& self) -> py::object {

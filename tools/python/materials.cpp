@@ -152,13 +152,7 @@ void define_coefficients(py::module_& module) {
           "Beside a peak the two must agree.")
       .field("drop", &Coefficients::drop,
              "rule=\"slide\": share of its limit that a bristle loses while it slides; 0 = solved from peak.")
-      .done(
-          "Coefficients(*, kinetic=0.40, peak=0.46, presliding_length=10e-6, bristles_per_newton=900.0, "
-          "law='lognormal', rule='redraw', damping_per_newton=0.0, viscous_friction=0.0, "
-          "stribeck_velocity=1e-3, "
-          "damper_decay='exponential', residual_share=0.1, shared_renewal=1.0, kinetic_speed=0.0, "
-          "fall_per_decade=0.0, growth_per_decade=0.0, ageing_time=1.0, ageing_form='logarithmic', "
-          "speed_strengthening=0.0, strengthening_speed=1e-6, spread=0.0, drop=0.0)");
+      .done();
   coefficients.type.def_static("paper", &Coefficients::paper,
                                "The law of the paper: residual_share = shared_renewal = 0.");
 }
@@ -188,14 +182,7 @@ void define_material(py::module_& module) {
       .field("strengthening_speed", &Material::strengthening_speed, "m/s: v*.")
       .field("drop", &Material::drop,
              "snap_rule=\"slide\": share of its limit that a bristle loses while it slides.")
-      .done(
-          "Material(*, bristle_stiffness=82.05, bristle_damping=0.0, viscous_friction=0.0, "
-          "stribeck_velocity=1e-3, "
-          "normal_stiffness=1111.1, asperity_height_deviation=1e-6, snap_length=SnapLength.uniform(5e-6, "
-          "15e-6), "
-          "snap_rule='redraw', damper_decay='exponential', residual_length=0.0, shared_renewal=0.0, "
-          "ageing_form='logarithmic', ageing_strength=0.0, ageing_time=1.0, speed_strengthening=0.0, "
-          "strengthening_speed=1e-6, drop=0.0)");
+      .done();
   material.type
       .def_static(
           "from_coefficients", &material_of, py::arg("coefficients"),

@@ -44,10 +44,7 @@ void define_options(py::module_& module) {
              "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")
       .field("fluctuation", &PatchOptions::fluctuation,
              "Infinite: fluctuates as so many bristles would; 0 = no noise.")
-      .done(
-          "PatchOptions(*, max_normal_load=1.0, bristles=0, axes=2, outputs='end', precision='single', "
-          "step_rule='exact', sampling='stratified', seed=1, key=0, population='automatic', "
-          "cohorts=0, resolution=0.0, fluctuation=0)");
+      .done();
 }
 
 }  // namespace bristle_python

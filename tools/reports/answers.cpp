@@ -26,7 +26,6 @@ std::string step_text(const Json& setting) { return time_text(number_at(setting,
 
 std::string setting_bristles(const Json& setting) {
   if (setting.at("as_scene").get<bool>()) return "as it is";
-  // Reports of older versions have representatives only.
   if (setting.value("population", "") == "infinite")
     return "infinite, resolution " + number_text(setting.at("resolution"));
   return count_text(setting.at("bristles").get<unsigned long long>());

@@ -62,7 +62,6 @@ bool was_busy(const Json& row, double deadline_s) {
 }
 
 std::string bristles_that_fit(const Json& row) {
-  // Reports of older builds do not say.
   if (row.value("unconfirmed", false)) return "not confirmed: machine too busy";
   const auto bristles = row.at("bristles").get<unsigned long long>();
   if (bristles == 0) return "fewer than 900";
@@ -84,7 +83,6 @@ Table targets_table(const Json& capacity) {
          return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
        }},
       only_wide(text_column("<what", "what")),
-      // Reports of older builds do not say.
       only_wide({"<bound by", [](const Json& row) { return Cell(row.value("bound", "")); }})};
   return tabulate(capacity.at("targets"), columns);
 }
