@@ -144,16 +144,6 @@ class Arrays(unittest.TestCase):
 
 
 class Model(unittest.TestCase):
-    def test_bristles_that_keep_one_length_give_a_saw(self):
-        batch = bristle.PatchBatch()
-        options = bristle.PatchOptions(max_normal_load=LOAD, bristles=64, precision="double")
-        ids = [batch.add(material(bristle.SnapLength.single(DBAR)), options)]
-        forces = slide(batch, ids, 0.13 * DBAR, 100)[:, 0]
-        x = 0.13 * np.arange(1, 101)
-        stiffness = bristle.Material().bristles_in_contact(LOAD) * bristle.Material().bristle_stiffness
-        whole = np.abs(x % 1.0) > 1e-9
-        np.testing.assert_allclose(forces[whole], -stiffness * DBAR * (x[whole] % 1.0), rtol=1e-9)
-
     def test_steady_sliding_reaches_the_kinetic_coefficient_and_loses_its_work(self):
         law, step, count = bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR), 0.3 * DBAR, 2000
         for rule, length in (("keep", law.mean), ("redraw", law.moment(2) / law.mean)):
@@ -188,48 +178,6 @@ class Model(unittest.TestCase):
             batch.add(surface, bristle.PatchOptions(population="infinite", resolution=0.5))
         with self.assertRaisesRegex(bristle.Error, '"representatives", "infinite"'):
             bristle.PatchOptions(population="finite")
-
-    def swing(self, loop, k, c):
-        """How much wider a mass swings at the end of a loop over a patch that sticks than in its middle."""
-        dt, start = 1e-3, 1e-6
-        batch = bristle.PatchBatch()
-        ids = [batch.add(bristle.Material(snap_length=bristle.SnapLength.single(1.0)),
-                         bristle.PatchOptions(max_normal_load=LOAD, bristles=1, precision="double", outputs="mean"))]
-        motions, responses = bristle.motions(ids, LOAD), bristle.responses(1)
-        batch.step(dt, motions, responses)
-        mass = responses.stiffness[0] * dt * dt / k
-        damping = c * mass / dt
-        v, force, elastic, moved = start / dt, 0.0, 0.0, []
-        for _ in range(1500):
-            if loop == "explicit":
-                d, v = v * dt, v + dt * (elastic - damping * v) / mass
-            elif loop == "zero-order hold":
-                d, v = v * dt + 0.5 * force / mass * dt * dt, v + dt * force / mass
-            else:
-                v += dt * force / mass
-                d = v * dt
-            motions.displacement[0, 0] = d
-            batch.step(dt, motions, responses)
-            elastic = (responses["mean"] if loop == "semi-implicit, mean" else responses["end"])[0, 0]
-            force = elastic - damping * v
-            moved.append(abs(d))
-            if abs(d) > 1e3 * start:
-                return np.inf
-        return max(moved[-300:]) / max(moved[600:900] + [1e-6 * start])
-
-    def test_loops_are_stable_up_to_the_limits_of_the_model_document(self):
-        # MODEL.md, 4: k = K dt^2 / m, c = C dt / m.
-        limits = {"explicit": lambda c: c, "semi-implicit, end": lambda c: 4 - 2 * c,
-                  "semi-implicit, mean": lambda c: 2 * c, "zero-order hold": lambda c: 2 * c}
-        for loop, highest in limits.items():
-            for c in (0.2, 0.8, 1.8):
-                self.assertLess(self.swing(loop, 0.97 * highest(c), c), 1.0, (loop, c))
-                self.assertGreater(self.swing(loop, 1.03 * highest(c), c), 1.5, (loop, c))
-            if loop != "explicit":
-                self.assertGreater(self.swing(loop, 0.02, 2.05), 1.5, loop)
-        # explicit: c < 2 + k / 2
-        self.assertLess(self.swing("explicit", 1.0, 2.45), 1.0)
-        self.assertGreater(self.swing("explicit", 1.0, 2.55), 1.5)
 
     def test_first_loading_follows_the_law(self):
         law = bristle.SnapLength.exponential(DBAR)
@@ -269,7 +217,6 @@ class Model(unittest.TestCase):
         np.testing.assert_array_equal(slide(first, ids, 3e-6, 20), slide(second, other_ids, 3e-6, 20))
         with self.assertRaises(bristle.Error):
             second.restore_state(state[:-1])
-
 
     def test_reset_makes_patches_as_new(self):
         batch = bristle.PatchBatch()
@@ -509,10 +456,6 @@ class Outputs(unittest.TestCase):
             with self.assertRaisesRegex(bristle.Error, "responses.mean"):
                 force.mean
 
-    def test_no_step_no_output(self):
-        with self.assertRaisesRegex(bristle.Error, "row 0: no step has computed it"):
-            bristle.responses(2).mean
-
     @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
     def test_responses_of_a_scene_raise_too(self):
         run = bristle.run_scene(SCENES / "fingertip.toml", steps=20)
@@ -538,21 +481,6 @@ class Environments(unittest.TestCase):
 
     def make(self, count, contacts=3):
         return self.module.PushedBlocks(count, contacts=contacts)
-
-    def test_a_block_holds_below_the_limit_and_slides_above_it(self):
-        blocks = self.make(3)
-        weight = blocks.mass * 9.81
-        push = np.array([[0.3 * weight, 0.0, 0.0], [0.0, -0.8 * weight, 0.0], [0.0, 0.0, 0.0]])
-        for _ in range(100):
-            blocks.step(push)
-        rest = blocks.pose.copy()
-        speed = blocks.velocity[1, 1]
-        for _ in range(400):
-            blocks.step(push)
-        np.testing.assert_allclose(blocks.pose[[0, 2]], rest[[0, 2]], atol=1e-10)  # m in 0.4 s
-        self.assertLess(abs(rest[0, 0]), 20e-6)
-        # Kinetic friction is 0.4 of the weight: what is left accelerates.
-        self.assertAlmostEqual((blocks.velocity[1, 1] - speed) / 0.4 / 9.81, -0.4, delta=0.01)
 
     def test_a_thousand_environments_of_sixty_four_contacts_go_side_by_side(self):
         blocks = self.module.PushedBlocks()
@@ -1091,12 +1019,9 @@ class Interface(unittest.TestCase):
         self.assertEqual((monitor.count, monitor.misses, monitor.misses_machine), (100, 1, 1))
         self.assertEqual(monitor.max, 2e-3)
         self.assertAlmostEqual(monitor.p50, 1e-4, delta=2e-6)
+        monitor.record(2e-3)  # without processor time a miss counts as ours
+        self.assertEqual((monitor.misses, monitor.misses_ours, monitor.misses_machine), (2, 1, 1))
         self.assertGreater(bristle.DeadlineMonitor.wall_now(), 0.0)
-
-    def test_a_miss_without_cpu_time_counts_as_ours(self):
-        monitor = bristle.DeadlineMonitor(deadline=1e-3)
-        monitor.record(2e-3)
-        self.assertEqual((monitor.misses, monitor.misses_ours, monitor.misses_machine), (1, 1, 0))
 
     def test_a_deadline_monitor_follows_a_loop_with_a_period(self):
         monitor = bristle.DeadlineMonitor(deadline=1e-3, period=1e-3)
