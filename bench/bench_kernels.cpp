@@ -1,5 +1,4 @@
-// One patch, one thread: what a step costs by size, by feature, by law of the snap length, by instruction
-// set.
+// One patch, one thread: what a step costs by feature, by law of the snap length, by instruction set.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -8,21 +7,6 @@ namespace bristle_bench {
 namespace {
 
 constexpr Regime regimes[] = {stick, presliding, all_snap};
-
-void register_sizes() {
-  for (SnapRule rule : rules()) {
-    for (const Regime& regime : regimes) {
-      for (std::uint32_t n : {100u, 900u, 4096u, 32768u, 262144u, 1000000u, 2000000u}) {
-        OnePatchCase what;
-        what.regime = regime;
-        what.rule = rule;
-        what.bristles = n;
-        add_one_patch_benchmark(
-            std::string("size/") + name_of(rule) + '/' + regime.name + '/' + std::to_string(n), what);
-      }
-    }
-  }
-}
 
 /// The cost per feature: 4096 bristles, in the first-level cache.
 void register_features() {
@@ -106,7 +90,6 @@ void register_instruction_sets() {
 }  // namespace
 
 void register_kernels() {
-  register_sizes();
   register_features();
   register_laws();
   register_literal_rule();
