@@ -68,7 +68,7 @@ std::vector<Cell> sphere_cells(int n) {
   return cells;
 }
 
-/// Rings of equal area at Gauss nodes of the squared radius.
+/// Makes rings of equal area at Gauss nodes of the squared radius.
 std::vector<Cell> ring_cells(int rings, int around) {
   Nodes nodes = legendre_nodes(rings);
   std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.at < b.at; });
@@ -93,8 +93,8 @@ std::vector<Cell> ring_cells(int rings, int around) {
   return cells;
 }
 
-/// Rows at Gauss nodes across, cells of equal width along. A row of a rolling ellipse is as long as its
-/// chord.
+/// Makes rows at Gauss nodes across, with cells of equal width along. A row of a rolling ellipse is as long
+/// as its chord.
 std::vector<Cell> row_cells(const BedShape& shape) {
   const bool chords = shape.kind == BedShape::Kind::ellipse;
   const int n = shape.cells[0];

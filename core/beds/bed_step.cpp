@@ -1,4 +1,4 @@
-// A step of one bed: load and size, rolling in pieces, units in and out.
+// Steps one bed: load and size, rolling in pieces, conversion of units.
 #include <algorithm>
 
 #include "core/beds/bed.hpp"
@@ -15,7 +15,7 @@ constexpr double farthest_root = 8.0;
 constexpr double least_limit = 1e-12;
 /// Motion, in largest limits, after which every bristle has turned into it.
 constexpr double longest_motion = 1e6;
-/// Rolling below this, in half lengths of the contact, waits until it adds up.
+/// Rolling shorter than this, in half lengths of the contact, is accumulated before it is carried out.
 constexpr double least_rolled = 0x1p-13;
 /// Rolling farther than this, in half lengths of the contact, leaves cells where this distance leaves them:
 /// every cell has entered since, and single precision would lose the place of a cell that goes round more
@@ -38,7 +38,7 @@ double cube_root(double x) noexcept {
   return exp(log(x) / 3.0);
 }
 
-/// Size of the contact under a load, in its size at full load.
+/// Returns the size of the contact under a load, relative to its size at full load.
 double size_under(const Bed& bed, double load) noexcept {
   const double share = std::min(load / bed.full_load, 1.0);
   if (bed.growth == BedGrowth::cube_root) return cube_root(share);
@@ -50,12 +50,12 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Longest scaled motion that is stepped as it is where only the end counts.
+/// Returns the longest scaled motion that is stepped unchanged where only the end counts.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Largest rolling that waits, m.
+/// Returns the largest rolling that may wait to add up, m.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }

@@ -17,7 +17,8 @@ constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
 
-/// Effect that ageing must have, lengths in mean snap lengths. Its strength follows from it and the law.
+/// Effect that ageing must have, lengths in mean snap lengths. The strength of ageing follows from it and the
+/// law.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
   double fall = 0.0;    ///< of the kinetic friction per e-fold of speed, or
@@ -29,7 +30,7 @@ struct AgeingWish {
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// A family of laws of one mean, from `single` (spread 0) on.
+/// A family of laws with one mean; its first member is `single` (spread 0).
 struct Family {
   SnapLaw law;
   SnapRule rule;
@@ -95,7 +96,7 @@ struct Family {
            (residual + sliding.deflection);
   }
 
-  /// The strength that fulfils the wish; the largest where none does.
+  /// Returns the strength that fulfils the wish, or the largest one where none does.
   double find_strength(const SnapLength& unit) const {
     if (!wish.any()) return 0.0;
     const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
@@ -103,7 +104,7 @@ struct Family {
     double low_excess = -wanted, high_excess = effect(unit, high) - wanted;
     if (wish.path == 0.0) return std::min(wanted / (high_excess + wanted), 1.0) * high;  // a straight line
     if (high_excess <= 0.0) return high;
-    // The effect is concave in the strength: the false position, halved at an end that stays.
+    // Solves by the false position, halved at an end that stays: the effect is concave in the strength.
     int side = 0;
     for (int i = 0; i < 60 && high - low > 1e-14 * high; ++i) {
       const double middle = low - (high - low) * low_excess / (high_excess - low_excess);
@@ -182,7 +183,7 @@ const char* rule_name(SnapRule rule) noexcept {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "keep" : "redraw";
 }
 
-/// The spread of at most `widest` at which peak / kinetic is `wanted`.
+/// Returns the spread, at most `widest`, at which peak / kinetic is `wanted`.
 double solve_spread(const Family& family, double widest, double wanted) {
   double low = 0.0, high = widest;
   double low_excess = family.ratio(0.0) - wanted, high_excess = family.ratio(high) - wanted;
@@ -248,7 +249,7 @@ std::string describe(const Family& family, double residual_share) {
          detail::number_text(family.renewal);
 }
 
-/// The spread at which peak / kinetic is `ratio`, or an error with what can be reached.
+/// Returns the spread at which peak / kinetic is `ratio`, or throws an error that says what can be reached.
 double find_spread(const Family& family, double ratio, double residual_share) {
   const char* const where = "Coefficients";
   const char* const what = "peak / kinetic";
@@ -327,7 +328,7 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
-/// SnapRule::slide: the spread that is given, or else 0.3 of a family that has one.
+/// For SnapRule::slide: returns the given spread, or else 0.3 for a family that has a spread.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
   const double widest = family.widest_allowed();
@@ -338,8 +339,8 @@ double find_slide_spread(const Family& family, const Coefficients& c) {
   return spread;
 }
 
-/// SnapRule::slide: the drop at which the peak is `ratio` times the kinetic friction, or an error with what
-/// can be reached.
+/// For SnapRule::slide: returns the drop at which the peak is `ratio` times the kinetic friction, or throws
+/// an error that says what can be reached.
 double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
   const auto ratio = [&unit](double drop) {
     return detail::slide_peak(unit, drop, 1.0).force / (1.0 - drop);
@@ -370,7 +371,8 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
   return 0.5 * (low + high);
 }
 
-/// SnapRule::slide: the ageing whose growth is wanted, of bristles of this law and drop.
+/// For SnapRule::slide: returns the strength of ageing with the wanted growth, for bristles of this law and
+/// drop.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)
     detail::refuse("Coefficients", "fall_per_decade", c.fall_per_decade,

@@ -22,8 +22,8 @@ constexpr int biased_knots = 1024;
 // Most renewals of a bristle per mean snap length. Beyond, a step would draw without end.
 constexpr double most_renewals = 1000.0;
 
-/// Remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
-/// within 1e-3 of its steady value: the renewal equation on a grid (core/MODEL.md, "Jumps").
+/// Finds the remaining path (in mean lengths) from which the mean deflection of a redrawn population stays
+/// within 1e-3 of its steady value, by the renewal equation on a grid (core/MODEL.md, "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
   constexpr int reach = 40;  // mean lengths; heavier laws jump there all the same
@@ -153,7 +153,7 @@ class CellTable {
       lines[half + cell].a += more[w < outer * step ? 0 : 1];
     }
   }
-  /// Length at the distance w from the upper end of (0, 1).
+  /// Returns the length at the distance w from the upper end of (0, 1).
   double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // [1/2, 1)
@@ -163,7 +163,7 @@ class CellTable {
   }
 };
 
-/// Length-biased quantiles at k / biased_knots, for laws without a closed form.
+/// Returns length-biased quantiles at k / biased_knots, for laws without a closed form.
 std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
   std::vector<double> knots(biased_knots + 1);
   const double total = length.mean();
@@ -200,8 +200,8 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Zeros lose their sign: materials that compare equal are one (a batch keeps the first of them), so they
-/// have the same hash and give the same bits.
+/// Makes negative zeros positive. Materials that compare equal are one (a batch keeps the first of them), so
+/// they must have the same hash and give the same bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})

@@ -177,7 +177,7 @@ double virgin_deflection(const Material& material, double x_over_mean) {
     return x_over_mean < 0.0 ? -f : f;
   }
   const double residual = material.residual_length / material.snap_length.mean();
-  // Nothing snaps before the residual length, and then every bristle counts its deflection from there.
+  // Up to the residual length nothing snaps; beyond it the deflection counts from there.
   const double f = x <= residual ? x
                                  : residual + detail::virgin_curve(material.snap_length, material.snap_rule,
                                                                    material.shared_renewal, x - residual);

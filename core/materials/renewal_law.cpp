@@ -94,8 +94,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of find_forget, kept because it takes milliseconds and many materials differ in their
-/// springs alone.
+/// Inputs and result of find_forget(), remembered because it takes milliseconds and many materials differ in
+/// their stiffness alone.
 struct Known {
   SnapLaw law;
   SnapRule rule;

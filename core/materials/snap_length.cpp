@@ -118,8 +118,8 @@ struct Lognormal {
 
 /// E[t^k; t < x] of the exponential law of mean 1.
 double unit_exponential_partial_moment(int k, double x) noexcept {
-  // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)); for small x the series that it cuts
-  // off, which does not cancel.
+  // The closed form is k! (1 - exp(-x) (1 + x + ... + x^k/k!)). For small x it cancels, so the series of the
+  // terms beyond x^k serves there.
   const double factorial = k == 2 ? 2.0 : 1.0;
   double term = 1.0;
   if (x > 2.0) {

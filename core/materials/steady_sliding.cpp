@@ -111,7 +111,7 @@ std::vector<Node> spread_nodes(const SnapLength& law) {
   return nodes;
 }
 
-/// Expectation of a function of the length at which a bristle snaps.
+/// Returns the expectation of a function of the length at which a bristle snaps.
 template <class Function>
 double expectation(Span<const Node> nodes, const Function& f) {
   double sum = 0.0;

@@ -694,7 +694,7 @@ class DividedLaw {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // First moment of the unfinished cell, at the mean length of equal density.
+      // First moment of the part of a cell up to here, at the mean length for equal density.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -754,7 +754,7 @@ RenewalProblem pose_keep(const DividedLaw& divided, double renewal, double step,
   return problem;
 }
 
-/// A virgin curve under shared renewal: what it needs to be solved on one grid or another.
+/// Data of a virgin curve under shared renewal, from which it can be solved on any grid.
 struct RenewedCurve {
   const SnapLength& law;
   SnapRule rule;

@@ -221,7 +221,8 @@ struct LoadShedder::Impl {
         chosen = &entry;
     }
     if (chosen == nullptr) return 0;
-    // Room for restored bristles: each costs `rate` in every step and `change_s` once, in this step.
+    // Number of bristles for which there is time: each costs `rate` in every step, and `change_s` once in
+    // this step.
     const double room = options.restore_to * options.budget_s - rate * units;
     const double most = room / (rate + options.change_s) / chosen->active * chosen->detail;
     const double lacking = chosen->bristles - chosen->detail;

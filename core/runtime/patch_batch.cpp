@@ -20,7 +20,7 @@ using namespace detail;
 
 namespace {
 
-/// Whether a time step is allowed. A denormal one is not, because it would read as 0 or not by the caller's
+/// Whether a time step is allowed. A denormal one is not: whether it reads as 0 depends on the caller's
 /// floating-point mode.
 bool is_good_time(double dt_s) noexcept {
   return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();

@@ -16,9 +16,9 @@ constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
 constexpr std::size_t resting_row = 16;
 
-// Inlined by force: g++ 12 takes a function that does nothing but prefetch for one without effect. Of the
-// number of an address: a slot without a patch has no record, and what is reckoned from a null pointer is
-// undefined.
+// Requests memory ahead. Inlined by force, because g++ 12 drops calls of a function that only prefetches.
+// Computes with the address as a number, because a slot without a patch has a null record, and arithmetic on
+// a null pointer is undefined.
 [[gnu::always_inline]] inline void fetch(const void* memory, int lines) noexcept {
   const auto address = reinterpret_cast<std::uintptr_t>(memory);
   for (std::uintptr_t line = 0; line < static_cast<std::uintptr_t>(lines); ++line)
@@ -27,7 +27,7 @@ constexpr std::size_t resting_row = 16;
 
 }  // namespace
 
-/// Motions of patches, as PatchBatch::step is given.
+/// The kind of item that PatchBatch::step is given: motions of patches.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
@@ -73,7 +73,7 @@ struct Scheduler::Motions {
   }
 };
 
-/// Cells of outlines.
+/// The kind of item that outlines give: cells.
 struct Scheduler::Cells {
   double dt;
   Span<CellMotion> cells;
@@ -246,7 +246,8 @@ class Scheduler::Step {
     return works ? s.sharing_.patch_overhead + outlook.bristles : 0;
   }
 
-  /// Estimated cost of all motions; 0 where a slot is named twice, because such a step is not worth sharing.
+  /// Returns the estimated cost of all motions; 0 where a slot is named twice, because such a step is not
+  /// worth sharing.
   std::uint64_t count_cost() noexcept {
     std::uint64_t cost = 0;
     const auto mark = static_cast<std::uint32_t>(s.step_number_);

@@ -1,4 +1,4 @@
-// The only file that names TBB.
+// Workers by oneTBB. No other file includes it.
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -15,8 +15,8 @@
 #include "core/runtime/workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
-// TBB is not built for the thread sanitizer: tell it of the fork and the join. The tags are global because a
-// worker must not read anything, not even the address of a tag, before it has acquired the fork.
+// Tells the thread sanitizer of the fork and the join, because TBB is not built for it. The tags are global
+// because a worker must not read anything, not even the address of a tag, before it has acquired the fork.
 extern "C" void __tsan_acquire(void*);
 extern "C" void __tsan_release(void*);
 static char fork_tag, join_tag;

@@ -1,4 +1,4 @@
-// A step of the infinite brush between the shared part and the kernels.
+// Connects a step of the shared part to the kernels of the infinite brush.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -121,7 +121,7 @@ double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
-/// Snaps of a bristle per scaled length of the slide.
+/// Returns the snaps of a bristle per scaled length of the slide.
 double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   if (r.ageing == nullptr) return r.law.snap_rate;
   CohortAgeing& ageing = *r.ageing;

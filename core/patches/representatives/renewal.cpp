@@ -300,7 +300,8 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   find_direction(a);
   a.skips_blocks = 0;
   prepare_kernel<T>(young, apart);
-  // Integrals over draws grow with the square of the length, which may exceed every snap length.
+  // The unit of integrals over draws must grow with the length of the piece, whose square may exceed that of
+  // every snap length.
   int lengths = 0;
   std::frexp(a.length * record.shared->inverse_mean, &lengths);
   a.energy_unit = std::ldexp(a.energy_unit, -std::max(lengths, 0));
@@ -519,7 +520,7 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Snaps of the path along which the patch is carried: a whole number, unbiased over many steps.
+/// Returns the snaps along the path on which the patch is carried: a whole number, unbiased over many steps.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -555,7 +556,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Bristles that lag behind a turn bend less along the motion, and snap less often.
+  // Bristles whose deflection lags behind a turn are bent less along the motion, and snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;

@@ -82,7 +82,7 @@ struct Reading {
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
 
-/// More snaps of a bristle than a piece can have: bounds the renewals that a state may owe.
+/// Upper bound of the snaps of a bristle in a piece, which bounds the renewals that a state may owe.
 constexpr double most_snaps_of_piece = 64.0;
 
 bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }

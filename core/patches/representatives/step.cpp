@@ -1,4 +1,4 @@
-// A step of the representatives between the shared part and the kernels.
+// Connects a step of the shared part to the kernels of representatives.
 #include <algorithm>
 #include <cmath>
 

@@ -151,7 +151,7 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   column(r.zx);
   column(r.zy);
   column(r.since);
-  // Rebuilds the sums, then takes the saved ones, to the bit.
+  // Rebuilds the sums, then replaces them by the saved ones, which differ in rounding.
   note_sliders<T>(p);
   for (std::uint32_t b = 0; b < r.block_count; ++b) block_fields(blocks, r.blocks[b]);
   for (int axis = 0; axis < 2; ++axis) {

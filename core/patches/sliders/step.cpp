@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// The end of the last slide of a bristle that holds since now: no step that begins now takes it for one that
-/// slid in the step before.
+/// Returns a time at which a bristle that holds from now on counts as having last slid: so early that a step
+/// which begins now does not take it for one that slid in the step before.
 double held_since(double now) noexcept { return now - 4.0 * rounding_of_times(now, 1.0) - 1e-12; }
 
 template <class T>
@@ -28,7 +28,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
           static_cast<T>(r.kinetic_share())};
 }
 
-/// Limit of bristle i, grown by the time since it last slid.
+/// Returns the limit of bristle i, grown by the time since it last slid.
 template <class T>
 double limit_now(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -65,8 +65,9 @@ void change_stiffness(Patch& p, double zeta) noexcept {
   r.stiff_zeta = zeta;
 }
 
-/// After the load fell the bristles are stiffer than the load alone would make them. What sliding takes goes
-/// into stretching them, at the forces that they have, until they are not. Returns the energy that took, J.
+/// Softens bristles that are stiffer than their load, as after its fall: energy that sliding frees stretches
+/// them at unchanged forces, until they are as soft as the load makes them. Returns the energy that this
+/// took, J.
 template <class T>
 double soften(Patch& p, double dissipated) noexcept {
   Sliders<T>& r = sliders<T>(p);
