@@ -243,6 +243,31 @@ double error_under_loads(double cv, double resolution, bool back_and_forth) {
 
 }  // namespace
 
+namespace {
+
+/// As error_under_loads(), of a material that renews, in the plane, against representatives.
+double error_with_renewal() {
+  constexpr std::uint32_t count = 20000;
+  const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
+                                .with_residual_length(0.1 * dbar)
+                                .with_shared_renewal(1.0);
+  Brush truth(material, plain_options(count)), brush(material);
+  Random random(3);
+  double errors = 0.0, forces = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const double share = 0.1 + 0.9 * flat(random), angle = 6.28318 * flat(random);
+    const double jerk = i % 50 < 49 ? 0.0 : 0.3;
+    truth.load = share * count;
+    brush.load = share * load_n;
+    for (Brush* b : {&truth, &brush}) b->step(jerk * std::cos(angle), jerk * std::sin(angle));
+    errors += share * share * (std::pow(brush.x() - truth.x(), 2) + std::pow(brush.y() - truth.y(), 2));
+    forces += share * share * (std::pow(truth.x(), 2) + std::pow(truth.y(), 2));
+  }
+  return std::sqrt(errors / forces);
+}
+
+}  // namespace
+
 TEST_CASE("A load drawn anew in each step follows bristles that know who came last", "[cohorts][load]") {
   for (double resolution : {4.0, 8.0, 32.0}) {
     INFO("resolution " << resolution);
@@ -250,4 +275,12 @@ TEST_CASE("A load drawn anew in each step follows bristles that know who came la
     CHECK(error_under_loads(0.3, resolution, false) < 0.02);  // noise of the 30,000: 0.01
     CHECK(error_under_loads(1.0, resolution, false) < 0.06);
   }
+  CHECK(error_with_renewal() < 0.06);  // COHORTS.md, "Load": 0.044
+}
+
+TEST_CASE("Long single strokes harden a brush without renewal", "[cohorts][physics]") {
+  // 300,000 bristles one by one, strokes of 8 mean lengths: 1.136 after 400.
+  Brush brush(SnapLength::lognormal(dbar, 0.4), infinite_options(0.0, 0, 1));
+  for (int i = 0; i < 400; ++i) brush.step(i % 2 == 0 ? 8.0 : -8.0);
+  CHECK(std::abs(brush.x()) / kinetic(SnapLength::lognormal(dbar, 0.4)) == Approx(1.136).epsilon(0.02));
 }

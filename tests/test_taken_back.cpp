@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bristle/bed.hpp"
+#include "core/bed_table.hpp"
 #include "core/common/hashing.hpp"
 #include "core/patches/saved_state.hpp"
 #include "scenes.hpp"
@@ -482,6 +483,177 @@ TEST_CASE("Times and paths of beds that nobody gave are refused, or step on in n
     CHECK(taken > 0);
     batch.restore_state({good.data(), good.size()});
     CHECK(save() == good);
+  }
+}
+
+namespace {
+
+/// The saved state of a batch of one bed, number by number.
+struct SavedBed {
+  // Behind magic, count and checksum of the batch, slot and count of the bed.
+  static constexpr std::size_t head = 24, rolled_last = head + 8, numbers = rolled_last + 8,
+                               columns = numbers + 17 * 8;
+  enum Number {
+    root = 0,
+    size = 4,
+    load,
+    pressure_sum,
+    limit,
+    rolled,
+    along = 10,
+    force = 12,
+    torque = 14,
+    energy
+  };
+
+  std::vector<std::byte> bytes;
+
+  double get(int number) const {
+    double x;
+    std::memcpy(&x, bytes.data() + numbers + 8 * static_cast<std::size_t>(number), 8);
+    return x;
+  }
+  void set(int number, double x) {
+    std::memcpy(bytes.data() + numbers + 8 * static_cast<std::size_t>(number), &x, 8);
+  }
+  static std::size_t place(bristle::detail::BedColumn c, std::size_t i) {
+    constexpr std::size_t lanes = bristle::detail::lane_count;
+    return columns + 4 * ((i / lanes * bristle::detail::bed_state_columns + c) * lanes + i % lanes);
+  }
+  float at(bristle::detail::BedColumn c, std::size_t i) const {
+    float x;
+    std::memcpy(&x, bytes.data() + place(c, i), 4);
+    return x;
+  }
+  void put(bristle::detail::BedColumn c, std::size_t i, double value) {
+    const float x = static_cast<float>(value);
+    std::memcpy(bytes.data() + place(c, i), &x, 4);
+  }
+  void seal() {
+    bristle::detail::Hasher checksum;
+    for (std::size_t at = head; at < bytes.size(); ++at) checksum.add(static_cast<std::uint64_t>(bytes[at]));
+    const std::uint64_t value = checksum.value();
+    std::memcpy(bytes.data() + 16, &value, sizeof value);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", "[state][hostile]") {
+  using namespace bristle::detail;
+  using bristle::BedMaterial, bristle::BedShape, bristle::BedPressure;
+  using S = SavedBed;
+  constexpr std::size_t bristles = 24, padded = 32;  // padding has no stiffness
+  const BedMaterial plain = BedMaterial(0.6).with_presliding(1e-4),
+                    drops = BedMaterial(0.9, 0.6).with_presliding(1e-4);
+  enum Kind { ball, wheel, disc, any };
+  const BedShape shapes[] = {BedShape::disc(1e-3, BedPressure::parabolic).rolling(8, 3),
+                             BedShape::wheel_row(1e-3, BedPressure::parabolic, 24),
+                             BedShape::disc(2e-3, BedPressure::uniform, 3, 8)};
+  struct Forged {
+    const char* bound;
+    Kind kind;
+    void (*forge)(S&, std::size_t in,
+                  std::size_t out);  ///< a bristle in contact that bears little, one without
+  };
+  const Forged table[] = {
+      {"load", disc,
+       [](S& s, auto, auto) {
+         s.set(S::limit, s.get(S::limit) * (1e16 / s.get(S::load))), s.set(S::load, 1e16);
+       }},
+      {"size", any, [](S& s, auto, auto) { s.set(S::size, 1.1); }},
+      {"limit", any, [](S& s, auto, auto) { s.set(S::limit, s.get(S::limit) * (1.0 + 1e-6)); }},
+      {"rolled_last of a bed that does not roll", disc,
+       [](S& s, auto, auto) { s.bytes[S::rolled_last] = std::byte{1}; }},
+      {"rolled_last", ball, [](S& s, auto, auto) { s.bytes[S::rolled_last] = std::byte{2}; }},
+      {"torque", any, [](S& s, auto, auto) { s.set(S::torque, 1e46); }},
+      {"length of along", ball,
+       [](S& s, auto, auto) {
+         s.set(S::along, 1.1 * s.get(S::along)), s.set(S::along + 1, 1.1 * s.get(S::along + 1));
+       }},
+      {"along of rows that do not turn", wheel,
+       [](S& s, auto, auto) { s.set(S::along, 0.0), s.set(S::along + 1, 1.0); }},
+      {"rolled", ball, [](S& s, auto, auto) { s.set(S::rolled, 1e-6); }},
+      {"rolled of a bed that does not roll", disc, [](S& s, auto, auto) { s.set(S::rolled, 1e-12); }},
+      {"rolled across", wheel, [](S& s, auto, auto) { s.set(S::rolled + 1, 1e-12); }},
+      {"force", any, [](S& s, auto, auto) { s.set(S::force, 1e46); }},
+      {"force across", any, [](S& s, auto, auto) { s.set(S::force + 1, -1e46); }},
+      {"energy below 0", any, [](S& s, auto, auto) { s.set(S::energy, -1.0); }},
+      {"energy", any, [](S& s, auto, auto) { s.set(S::energy + 1, 1e46); }},
+      {"root", wheel,
+       [](S& s, auto, auto) {  // the tips follow it
+         const double far = 1e12 + s.get(S::root);
+         s.set(S::root, far);
+         for (std::size_t i = 0; i < bristles; ++i) s.put(bed_tip_x, i, far);
+       }},
+      {"stiffness below 0", ball, [](S& s, auto, std::size_t out) { s.put(bed_stiffness, out, -1e-3); }},
+      {"stiffness", ball,
+       [](S& s, std::size_t in, auto) {
+         s.put(bed_stiffness, in, 1e6 * static_cast<double>(s.at(bed_stiffness, in))),
+             s.put(bed_pressure, in, 1e-6 * static_cast<double>(s.at(bed_pressure, in)));
+       }},
+      {"pressure below 0", ball, [](S& s, auto, std::size_t out) { s.put(bed_pressure, out, -1.0); }},
+      {"pressure", ball,
+       [](S& s, std::size_t in, auto) {
+         s.put(bed_stiffness, in, 1e-9), s.put(bed_pressure, in, 1.01), s.put(bed_over_pressure2, in, 0.9);
+       }},
+      {"pressure without stiffness", ball, [](S& s, std::size_t in, auto) { s.put(bed_pressure, in, 0.0); }},
+      {"inverse pressure below 0", ball,
+       [](S& s, std::size_t in, auto) { s.put(bed_over_pressure2, in, -1.0); }},
+      {"inverse pressure", ball,
+       [](S& s, std::size_t in, auto) {
+         s.put(bed_over_pressure2, in, 1.1 * static_cast<double>(s.at(bed_over_pressure2, in)));
+       }},
+      {"inverse pressure out of contact", ball,
+       [](S& s, auto, std::size_t out) { s.put(bed_over_pressure2, out, 1.0); }},
+      {"x", wheel, [](S& s, std::size_t in, auto) { s.put(bed_x, in, 5.0); }},
+      {"y", wheel, [](S& s, std::size_t in, auto) { s.put(bed_y, in, -5.0); }},
+      {"along of a bristle", wheel, [](S& s, std::size_t in, auto) { s.put(bed_along, in, 3.0); }},
+      {"slid of a bed without drop", disc, [](S& s, std::size_t in, auto) { s.put(bed_slid, in, 1.0); }},
+      {"slid", wheel, [](S& s, std::size_t in, auto) { s.put(bed_slid, in, 0.5); }},
+      {"kept", any, [](S& s, std::size_t in, auto) { s.put(bed_kept, in, 1.1); }},
+      {"moved", any, [](S& s, std::size_t in, auto) { s.put(bed_moved, in, -0.1); }},
+      {"tip", any, [](S& s, std::size_t in, auto) { s.put(bed_tip_x, in, s.get(S::root) + 1e12); }},
+      {"tip across", any,
+       [](S& s, std::size_t in, auto) { s.put(bed_tip_y, in, s.get(S::root + 1) - 1e12); }},
+      {"tip out of contact", ball, [](S& s, auto, std::size_t out) { s.put(bed_tip_x, out, 1e35); }},
+      {"pressure_sum", any, [](S& s, auto, auto) {
+         s.set(S::pressure_sum, 1.05 * s.get(S::pressure_sum)), s.set(S::limit, s.get(S::limit) / 1.05);
+       }}};
+  for (const Kind kind : {ball, wheel, disc}) {
+    bristle::BedBatch batch;
+    bristle::BedOptions options;
+    options.max_normal_load = 20.0;
+    bristle::BedMotion motion;
+    motion.id = batch.add(kind == wheel ? drops : plain, shapes[kind], options);
+    bristle::BedResponse out;
+    for (int k = 0; k < 6; ++k) {
+      motion.displacement[0] = 1e-5;
+      motion.rolled[0] = kind == disc ? 0.0 : 3e-4;
+      motion.normal_load = 10.0;
+      batch.step({&motion, 1}, {&out, 1});
+    }
+    SavedBed good{std::vector<std::byte>(batch.state_size(), std::byte{0x55})};
+    REQUIRE(batch.save_state({good.bytes.data(), good.bytes.size()}) == good.bytes.size());
+    std::size_t weak = padded, without = padded - 1;
+    const auto borne = [&](std::size_t i) { return good.at(bed_stiffness, i) * good.at(bed_pressure, i); };
+    for (std::size_t i = 0; i < padded; ++i) {
+      if (borne(i) == 0.0f) without = i;
+      if (borne(i) > 0.0f && (weak == padded || borne(i) < borne(weak))) weak = i;
+    }
+    REQUIRE(weak < padded);
+    const auto restore = [&](SavedBed& state) {
+      state.seal();
+      batch.restore_state({state.bytes.data(), state.bytes.size()});
+    };
+    REQUIRE_NOTHROW(restore(good));
+    for (const Forged& forged : table) {
+      if (forged.kind != kind && forged.kind != any) continue;
+      INFO(forged.bound << ", bed " << kind);
+      SavedBed bad = good;
+      forged.forge(bad, weak, without);
+      CHECK_THROWS_AS(restore(bad), bristle::Error);
+    }
   }
 }
 

@@ -39,7 +39,7 @@ void for_each_number(State& s, Visit&& visit) {
   visit(s.torque);
   for (auto& x : s.energy) visit(x);
 }
-constexpr std::size_t state_numbers = 18;
+constexpr std::size_t state_numbers = 17;
 
 std::size_t saved_bytes(const Bed& bed) {
   return 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t) + state_numbers * sizeof(double) +

@@ -229,7 +229,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   slide.move.times.births = births;
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    const bool forgets = is_forgetful(r, slide.move, r.law.forget * slide.growth);
+    const bool forgets = is_forgetful(r, slide.move, r.follow * slide.growth);
     if (!forgets || needs_pieces(r, slide.move)) {
       const auto& moves = r.noise == nullptr ? r.kernels->move : r.noise->move;
       moves[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
