@@ -59,7 +59,7 @@ struct ShedReport {
   double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
   double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
                                  ///< least share of its representatives: share^-1/2
-  double rate_s = 0.0;           ///< s per bristle, estimated
+  double rate_s = 0.0;           ///< s per bristle, estimated; a patch that glides counts as 280, unmeasured
   std::uint64_t late_steps = 0;  ///< steps that took more than the budget, so far
   std::uint64_t decisions = 0;   ///< changes of the number of representatives, so far
   std::uint64_t decisions_lost = 0;  ///< decisions missing from the record because it was full
