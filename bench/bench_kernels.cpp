@@ -58,19 +58,6 @@ void register_laws() {
   }
 }
 
-void register_literal_rule() {
-  if (BRISTLE_MINIMAL) return;
-  for (SnapRule rule : rules()) {
-    for (const Regime& regime : regimes) {
-      OnePatchCase what;
-      what.regime = regime;
-      what.rule = rule;
-      what.step_rule = bristle::StepRule::literal;
-      add_one_patch_benchmark(std::string("literal/") + name_of(rule) + '/' + regime.name, what);
-    }
-  }
-}
-
 void register_instruction_sets() {
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     if (!isa.usable) continue;
@@ -92,7 +79,6 @@ void register_instruction_sets() {
 void register_kernels() {
   register_features();
   register_laws();
-  register_literal_rule();
   register_instruction_sets();
 }
 

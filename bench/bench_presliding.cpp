@@ -18,7 +18,7 @@ void register_presliding() {
         what.rule = rule;
         what.outputs = Outputs::end;
         what.bristles = 262144;
-        what.batch.eager = eager;
+        what.batch.compared.eager = eager;
         add_one_patch_benchmark(
             std::string("presliding/") + name_of(rule) + (eager ? "/eager/" : "/skipping/") + text, what);
       }

@@ -168,7 +168,6 @@ struct OnePatchCase {
   Outputs outputs = usual_outputs();
   Precision precision = Precision::single;
   SnapLength law = usual_law();
-  bristle::StepRule step_rule = bristle::StepRule::exact;
   BatchOptions batch = {};
 };
 
@@ -177,9 +176,7 @@ inline void add_one_patch_benchmark(const std::string& name, const OnePatchCase&
     auto& scene = keep_while_named<MeasuredScene>(name, [&] {
       auto made = std::make_shared<MeasuredScene>(what.batch);
       made->add(plain_material(what.law, what.rule),
-                plain_options(what.bristles, what.axes, what.precision, what.outputs)
-                    .with_step_rule(what.step_rule),
-                what.regime);
+                plain_options(what.bristles, what.axes, what.precision, what.outputs), what.regime);
       made->settle();
       return made;
     });

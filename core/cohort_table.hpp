@@ -107,6 +107,44 @@ struct CohortState {
   double slack = -1.0;
 };
 
+namespace {  // a copy for each object: instruction sets share no function
+
+inline double& entry(double* rows, std::uint32_t i, CohortColumn column) noexcept {
+  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
+}
+inline double entry(const double* rows, std::uint32_t i, CohortColumn column) noexcept {
+  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
+}
+inline double mass_of(const double* rows, std::uint32_t i) noexcept {
+  return __builtin_floor(entry(rows, i, cohort_fresh) * entry(rows, i, cohort_left));
+}
+/// Returns u for a cohort whose mass is the whole number m and of which the share S is left: floor(u S) gives
+/// m again, half a unit from the next number.
+inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
+
+/// Clears a lane, so that it holds no cohort: it never snaps and weighs nothing.
+inline void clear_lane(double* rows, std::uint32_t i) noexcept {
+  for (std::uint32_t c = 0; c < cohort_columns; ++c) entry(rows, i, static_cast<CohortColumn>(c)) = 0.0;
+  entry(rows, i, cohort_reach) = unused_reach;
+}
+
+/// Removes cohort i: the last cohort takes its place. `births`: null without ageing.
+inline void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) noexcept {
+  const std::uint32_t last = --s.count;
+  for (std::uint32_t& open : s.open)
+    if (open == i)
+      open = no_cohort;
+    else if (open == last)
+      open = i;
+  if (i != last)
+    for (std::uint32_t c = 0; c < cohort_columns; ++c)
+      entry(rows, i, static_cast<CohortColumn>(c)) = entry(rows, last, static_cast<CohortColumn>(c));
+  if (births != nullptr) births[i] = births[last];
+  clear_lane(rows, last);
+}
+
+}  // namespace
+
 /// A straight move of a patch; positions count from the base of the places.
 struct CohortMove {
   double from[2], to[2];

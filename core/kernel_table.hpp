@@ -199,14 +199,16 @@ struct SlideView {
   T kinetic;           ///< of the limit, that a bristle holds while it slides: 1 - drop
 };
 
-enum Rule : std::int32_t { rule_keep, rule_redraw, rule_literal_keep, rule_literal_redraw };
-
-/// Returns the index of a step kernel: each set of features has an instance of its own.
-constexpr int variant_index(int axes, Rule rule, bool mean, bool energy, bool residual) {
-  return (axes - 1) | (rule << 1) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
+/// Returns the index of a step kernel.
+constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool residual) {
+  return (axes - 1) | (redraw ? 2 : 0) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
+}
+/// Returns the index of the paper's loop, to be compared with: the scalar reference alone has it.
+constexpr int literal_variant_index(int axes, bool redraw) {
+  return 4 | variant_index(axes, redraw, false, true, false);
 }
 /// Bristles that age: one instance for all outputs, with and without a residual.
-constexpr int aged_variant_index(int axes, Rule rule) { return 64 + ((axes - 1) | (rule << 1)); }
+constexpr int aged_variant_index(int axes, bool redraw) { return 64 | (axes - 1) | (redraw ? 2 : 0); }
 constexpr int variant_count = 68;
 
 template <class T>
@@ -264,5 +266,6 @@ struct KernelEntry {
   bool (*usable)();
 };
 const KernelEntry* kernel_entries(int* count) noexcept;
+const KernelTable& scalar_kernels() noexcept;  ///< the reference: always built
 
 }  // namespace bristle::detail

@@ -1,13 +1,33 @@
-// The kernels of beds and joints for one instruction set. All but the table has internal linkage.
+// The kernels of beds and joints for one instruction set, or the scalar reference: one bristle at a time. All
+// but the table has internal linkage.
 #include "bed_step.hpp"
 #include "joint_step.hpp"
-
-#define BRISTLE_JOIN2(a, b) a##b
-#define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
+#include "tables.hpp"
 
 namespace bristle::detail {
+namespace {
 
-extern const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA);
-const BedKernels BRISTLE_JOIN(bed_kernels_, BRISTLE_KERNEL_ISA) = BRISTLE_BED_KERNELS(BRISTLE_JOINT_STEPS);
+template <int variant = 0>
+constexpr void fill_variants(BedKernels& kernels) {
+  static_assert(int{bed_variants} == int{joint_variants});
+  kernels.step[variant] = &step_bed<BedEngine, variant>;
+  kernels.joint[variant] = &step_joints<JointEngine, variant>;
+  if constexpr (variant + 1 < bed_variants) fill_variants<variant + 1>(kernels);
+}
+
+constexpr BedKernels make_bed_kernels() {
+  BedKernels kernels{};
+  fill_variants(kernels);
+  kernels.place = &place_bed<BedEngine>;
+  kernels.place_rows = &roll_bed<BedEngine, false>;
+  kernels.roll = &roll_bed<BedEngine, true>;
+  kernels.rebase = &rebase_bed<BedEngine>;
+  return kernels;
+}
+
+}  // namespace
+
+extern const BedKernels BRISTLE_TABLE(bed_kernels_);
+constinit const BedKernels BRISTLE_TABLE(bed_kernels_) = make_bed_kernels();
 
 }  // namespace bristle::detail

@@ -389,18 +389,5 @@ void rebase_bed(const BedPlaces& places, float* columns) {
   });
 }
 
-#define BRISTLE_BED_KERNELS(joint_steps)                                                \
-  {                                                                                     \
-    {                                                                                   \
-        &step_bed<BedEngine, 0>,  &step_bed<BedEngine, 1>,  &step_bed<BedEngine, 2>,    \
-        &step_bed<BedEngine, 3>,  &step_bed<BedEngine, 4>,  &step_bed<BedEngine, 5>,    \
-        &step_bed<BedEngine, 6>,  &step_bed<BedEngine, 7>,  &step_bed<BedEngine, 8>,    \
-        &step_bed<BedEngine, 9>,  &step_bed<BedEngine, 10>, &step_bed<BedEngine, 11>,   \
-        &step_bed<BedEngine, 12>, &step_bed<BedEngine, 13>, &step_bed<BedEngine, 14>,   \
-        &step_bed<BedEngine, 15>},                                                      \
-        &place_bed<BedEngine>, &roll_bed<BedEngine, false>, &roll_bed<BedEngine, true>, \
-        &rebase_bed<BedEngine>, joint_steps                                             \
-  }
-
 }  // namespace
 }  // namespace bristle::detail

@@ -1,14 +1,12 @@
 // The infinite brush's kernel table of one instruction set. Compiled once per set, see CMakeLists.txt;
 // everything but the table has internal linkage.
 #include "cohort_step.hpp"
-
-#define BRISTLE_JOIN2(a, b) a##b
-#define BRISTLE_JOIN(a, b) BRISTLE_JOIN2(a, b)
+#include "tables.hpp"
 
 namespace bristle::detail {
 
-extern const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA);
-const CohortKernels BRISTLE_JOIN(cohort_kernels_, BRISTLE_KERNEL_ISA) = {
+extern const CohortKernels BRISTLE_TABLE(cohort_kernels_);
+const CohortKernels BRISTLE_TABLE(cohort_kernels_) = {
     {&move_cohorts<VectorEngine, 1, false, false>, &move_cohorts<VectorEngine, 2, false, false>,
      &move_cohorts<VectorEngine, 1, true, false>, &move_cohorts<VectorEngine, 2, true, false>,
      &move_cohorts<VectorEngine, 1, true, true>, &move_cohorts<VectorEngine, 2, true, true>},

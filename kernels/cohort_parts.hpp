@@ -15,19 +15,6 @@ constexpr double unlimited_cost = 1e300;
 constexpr double merge_margin = 3.0;         ///< pairs that cost so much more are merged in the same search
 constexpr std::uint32_t merged_at_once = 4;  ///< one pair for so many cohorts at most
 
-inline double& cohort(double* rows, std::uint32_t i, CohortColumn column) {
-  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
-}
-inline double cohort(const double* rows, std::uint32_t i, CohortColumn column) {
-  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
-}
-inline double mass_of(const double* rows, std::uint32_t i) {
-  return whole_part(cohort(rows, i, cohort_fresh) * cohort(rows, i, cohort_left));
-}
-/// Returns u for a cohort whose mass is the whole number m and of which the share S is left: floor(u S) gives
-/// m again, half a unit from the next number.
-inline double fresh_mass(double mass, double left) { return (mass + 0.5) / left; }
-
 /// Share of a law stronger than x, and E[delta; delta < x].
 struct Survival {
   double left, moment;
@@ -107,28 +94,6 @@ inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double be
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
-/// Clears a lane, so that it holds no cohort: it never snaps and weighs nothing.
-inline void clear_lane(double* rows, std::uint32_t i) {
-  for (std::uint32_t c = 0; c < cohort_columns; ++c) cohort(rows, i, static_cast<CohortColumn>(c)) = 0.0;
-  cohort(rows, i, cohort_reach) = unused_reach;
-}
-
-/// Removes cohort i: the last cohort takes its place.
-template <bool ages>
-inline void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) {
-  const std::uint32_t last = --s.count;
-  for (std::uint32_t& open : s.open)
-    if (open == i)
-      open = no_cohort;
-    else if (open == last)
-      open = i;
-  if (i != last)
-    for (std::uint32_t c = 0; c < cohort_columns; ++c)
-      cohort(rows, i, static_cast<CohortColumn>(c)) = cohort(rows, last, static_cast<CohortColumn>(c));
-  if (ages) births[i] = births[last];
-  clear_lane(rows, last);
-}
-
 /// Set of cohorts, as a bit for each.
 struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
@@ -156,7 +121,7 @@ struct CohortBits {
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
-    remove_cohort<ages>(s, rows, births, i);
+    remove_cohort(s, rows, ages ? births : nullptr, i);
 }
 
 /// Ranks [low, high) of a mixture: equal mean and variance, inside [0, all).
@@ -196,9 +161,9 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   const double m = mass_of(rows, i);
   const double all = m + n.mass;
   const double share = n.mass / all;
-  double& x = cohort(rows, i, cohort_x);
-  double& y = cohort(rows, i, cohort_y);
-  double& reach = cohort(rows, i, cohort_reach);
+  double& x = entry(rows, i, cohort_x);
+  double& y = entry(rows, i, cohort_y);
+  double& reach = entry(rows, i, cohort_reach);
   const double dx = n.x - x;
   const double dy = n.y - y;
   x += share * dx;
@@ -214,12 +179,12 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   }
   reach = most(mean, bent + reach_margin);
   const Survival at = young_survival_at(law, reach);
-  cohort(rows, i, cohort_fresh) = fresh_mass(all, at.left);
-  cohort(rows, i, cohort_left) = at.left;
-  cohort(rows, i, cohort_moment) = at.moment;
+  entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
+  entry(rows, i, cohort_left) = at.left;
+  entry(rows, i, cohort_moment) = at.moment;
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);  // both have all ranks
-  double& low = cohort(rows, i, cohort_low);
-  double& high = cohort(rows, i, cohort_high);
+  double& low = entry(rows, i, cohort_low);
+  double& high = entry(rows, i, cohort_high);
   const double of_ranks = rank_mean(low, high);
   const double of_squares = rank_square(low, high);
   const Ranks ranks = ranks_of(of_ranks + share * (n.rank_mean - of_ranks),
@@ -236,15 +201,15 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   if (ages) times.births[i] = n.birth;
   const Survival at = young_survival_at(law, n.reach);
   BRISTLE_ASSERT(at.left > 0.0);
-  cohort(rows, i, cohort_x) = n.x;
-  cohort(rows, i, cohort_y) = n.y;
-  cohort(rows, i, cohort_reach) = n.reach;
-  cohort(rows, i, cohort_fresh) = fresh_mass(n.mass, at.left);
-  cohort(rows, i, cohort_left) = at.left;
-  cohort(rows, i, cohort_moment) = at.moment;
+  entry(rows, i, cohort_x) = n.x;
+  entry(rows, i, cohort_y) = n.y;
+  entry(rows, i, cohort_reach) = n.reach;
+  entry(rows, i, cohort_fresh) = fresh_mass(n.mass, at.left);
+  entry(rows, i, cohort_left) = at.left;
+  entry(rows, i, cohort_moment) = at.moment;
   const Ranks ranks = s.layered == 0 ? Ranks{0.0, s.mass} : ranks_of(n.rank_mean, n.rank_square, s.mass);
-  cohort(rows, i, cohort_low) = ranks.low;
-  cohort(rows, i, cohort_high) = ranks.high;
+  entry(rows, i, cohort_low) = ranks.low;
+  entry(rows, i, cohort_high) = ranks.high;
 }
 
 /// Cohort i with its place moved: its new R, S(R) and M(R). Its mass stays.
@@ -256,19 +221,19 @@ struct Moved {
 template <bool ages>
 inline Moved move_place(const CohortLaw& law, const double* rows, std::uint32_t i, double dx, double dy,
                         const double to[2], const CohortTimes& times, double dt) {
-  const double x = cohort(rows, i, cohort_x) + dx;
-  const double y = cohort(rows, i, cohort_y) + dy;
+  const double x = entry(rows, i, cohort_x) + dx;
+  const double y = entry(rows, i, cohort_y) + dy;
   const double before =
-      root(square_of(to[0] - cohort(rows, i, cohort_x)) + square_of(to[1] - cohort(rows, i, cohort_y)));
+      root(square_of(to[0] - entry(rows, i, cohort_x)) + square_of(to[1] - entry(rows, i, cohort_y)));
   const double after = root(square_of(to[0] - x) + square_of(to[1] - y));
-  double moved = cohort(rows, i, cohort_reach) + (after - before);
+  double moved = entry(rows, i, cohort_reach) + (after - before);
   double bent = after - law.residual;
   double birth = 0.0;
   if (ages) {
     birth = least(times.births[i] + dt, times.now);
     const double was = ageing_at(times, most(times.now - times.births[i], 0.0));
     const double is = ageing_at(times, times.now - birth);
-    moved = (cohort(rows, i, cohort_reach) * was + (after - before)) / is;
+    moved = (entry(rows, i, cohort_reach) * was + (after - before)) / is;
     bent = bent / is;
   }
   const double reach = most(most(moved, law.sure), bent + reach_margin);
@@ -277,12 +242,12 @@ inline Moved move_place(const CohortLaw& law, const double* rows, std::uint32_t 
 template <bool ages>
 inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const CohortTimes& times) {
   if (ages) times.births[i] = moved.birth;
-  cohort(rows, i, cohort_fresh) = fresh_mass(mass_of(rows, i), moved.at.left);
-  cohort(rows, i, cohort_x) = moved.x;
-  cohort(rows, i, cohort_y) = moved.y;
-  cohort(rows, i, cohort_reach) = moved.reach;
-  cohort(rows, i, cohort_left) = moved.at.left;
-  cohort(rows, i, cohort_moment) = moved.at.moment;
+  entry(rows, i, cohort_fresh) = fresh_mass(mass_of(rows, i), moved.at.left);
+  entry(rows, i, cohort_x) = moved.x;
+  entry(rows, i, cohort_y) = moved.y;
+  entry(rows, i, cohort_reach) = moved.reach;
+  entry(rows, i, cohort_left) = moved.at.left;
+  entry(rows, i, cohort_moment) = moved.at.moment;
 }
 
 /// Closes the cohort that grew when it is full. Every second time it moves this cohort and the one before it
@@ -309,8 +274,8 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   if (j == no_cohort) return spread;
   const double m = mass_of(rows, i);
   const double n = mass_of(rows, j);
-  const double dx = cohort(rows, j, cohort_x) - cohort(rows, i, cohort_x);
-  const double dy = cohort(rows, j, cohort_y) - cohort(rows, i, cohort_y);
+  const double dx = entry(rows, j, cohort_x) - entry(rows, i, cohort_x);
+  const double dy = entry(rows, j, cohort_y) - entry(rows, i, cohort_y);
   const double apart = dx * dx + dy * dy;
   if (!(apart > 0.0) || !(m > 0.0) || !(n > 0.0)) return spread;
   const double reduced = m * (n / (m + n));
@@ -477,11 +442,11 @@ struct Partner {
 template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                     std::uint32_t j, const double at[2], const CohortTimes& times) {
-  const double low = cohort(rows, j, cohort_low);
-  const double high = cohort(rows, j, cohort_high);
+  const double low = entry(rows, j, cohort_low);
+  const double high = entry(rows, j, cohort_high);
   return join<ages>(
       law, s, rows, i,
-      {mass_of(rows, j), cohort(rows, j, cohort_x), cohort(rows, j, cohort_y), cohort(rows, j, cohort_reach),
+      {mass_of(rows, j), entry(rows, j, cohort_x), entry(rows, j, cohort_y), entry(rows, j, cohort_reach),
        rank_mean(low, high), rank_square(low, high), ages ? times.births[j] : 0.0},
       at, times, false);
 }
@@ -541,7 +506,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
         lost += s.spread;
         s.spread = 0.0;
       }
-    cohort(rows, pair.j, cohort_fresh) = 0.0;
+    entry(rows, pair.j, cohort_fresh) = 0.0;
     emptied.set(pair.j);
     --left;
   }
@@ -661,13 +626,13 @@ double enter(const CohortLaw& law, CohortState& s, double* rows, const double at
 inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double bent) {
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
-  const double mass = whole_part(cohort(rows, i, cohort_fresh));
+  const double mass = whole_part(entry(rows, i, cohort_fresh));
   // At the longest length S may be negative by a rounding error.
   const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
-  cohort(rows, i, cohort_reach) = reach;
-  cohort(rows, i, cohort_left) = at.left;
-  cohort(rows, i, cohort_moment) = at.moment;
-  cohort(rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, at.left) : 0.0;
+  entry(rows, i, cohort_reach) = reach;
+  entry(rows, i, cohort_left) = at.left;
+  entry(rows, i, cohort_moment) = at.moment;
+  entry(rows, i, cohort_fresh) = kept > 0.0 ? fresh_mass(kept, at.left) : 0.0;
   return kept;
 }
 

@@ -24,8 +24,8 @@ struct ReferenceSums {
   void add(const double* rows, std::uint32_t i, double zx, double zy, double square, double kept,
            double left_behind, double g) {
     const std::uint32_t k = i % cohort_lanes;
-    const double low = cohort(rows, i, cohort_low);
-    const double high = cohort(rows, i, cohort_high);
+    const double low = entry(rows, i, cohort_low);
+    const double high = entry(rows, i, cohort_high);
     const double lost_gap = left_behind * g;
     lost.lane[k] += left_behind;
     gap.lane[k] += lost_gap;
@@ -35,8 +35,8 @@ struct ReferenceSums {
     squares.lane[k] += left_behind * square;
     ranks.lane[k] += left_behind * rank_mean(low, high);
     rank_squares.lane[k] += left_behind * rank_square(low, high);
-    x.lane[k] += kept * cohort(rows, i, cohort_x);
-    y.lane[k] += kept * cohort(rows, i, cohort_y);
+    x.lane[k] += kept * entry(rows, i, cohort_x);
+    y.lane[k] += kept * entry(rows, i, cohort_y);
   }
   PieceSums totals() const {
     return {lost.total(),  gap.total(),     gap_gap.total(),   gap_x.total(),
@@ -64,13 +64,13 @@ template <int axes, bool rubs, bool ages, class Losses>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
           double length, const double at[2], const CohortTimes& times, ReferenceSums& sums, Losses& losses) {
   const std::uint32_t lane = i % cohort_lanes;
-  const double x = cohort(rows, i, cohort_x);
-  const double y = cohort(rows, i, cohort_y);
+  const double x = entry(rows, i, cohort_x);
+  const double y = entry(rows, i, cohort_y);
   const double zx = at[0] - x;
   const double zy = at[1] - y;
   const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
   double bent = rubs ? most(root(square) - law.residual, 0.0) : root(square);
-  const double reach = cohort(rows, i, cohort_reach);
+  const double reach = entry(rows, i, cohort_reach);
   Strength strength{};
   if (ages) {
     strength = strength_at(times, most(times.now - times.births[i], 0.0));
@@ -85,9 +85,9 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
     sums.y.lane[lane] += mass * y;
     return false;
   }
-  const double fresh = cohort(rows, i, cohort_fresh);
-  const double left = cohort(rows, i, cohort_left);
-  const double moment = cohort(rows, i, cohort_moment);
+  const double fresh = entry(rows, i, cohort_fresh);
+  const double left = entry(rows, i, cohort_left);
+  const double moment = entry(rows, i, cohort_moment);
   const Survival now = survival_at(law, bent);
   double kept = losses.kept_of(i, mass, least(whole_part(fresh * now.left), mass));
   if (kept < least_mass) kept = 0.0;
@@ -111,11 +111,11 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   sums.add(rows, i, zx, zy, square, kept, lost, gap);
   if (rubs) sums.renewable.lane[lane] += kept * renewable;
 
-  cohort(rows, i, cohort_reach) = bent + reach_margin;
+  entry(rows, i, cohort_reach) = bent + reach_margin;
   if (kept == 0.0) sums.emptied.set(i);
-  cohort(rows, i, cohort_fresh) = kept > 0.0 ? losses.fresh_of(fresh, kept, now.left) : 0.0;
-  cohort(rows, i, cohort_left) = now.left;
-  cohort(rows, i, cohort_moment) = now.moment;
+  entry(rows, i, cohort_fresh) = kept > 0.0 ? losses.fresh_of(fresh, kept, now.left) : 0.0;
+  entry(rows, i, cohort_left) = now.left;
+  entry(rows, i, cohort_moment) = now.moment;
   return true;
 }
 
@@ -124,8 +124,8 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
 template <int axes, class Losses>
 void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
                  double length, const double at[2], double hazard, ReferenceSums& sums, Losses& losses) {
-  const double zx = at[0] - cohort(rows, i, cohort_x);
-  const double zy = at[1] - cohort(rows, i, cohort_y);
+  const double zx = at[0] - entry(rows, i, cohort_x);
+  const double zy = at[1] - entry(rows, i, cohort_y);
   const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
   const double along = axes == 2 ? zx * a.direction[0] + zy * a.direction[1] : zx * a.direction[0];
   const double path = renewable_path(law, along, length);
@@ -134,8 +134,8 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double quarter = 0.25 * hazard * path;
   const double root_left = 1.0 - quarter * (1.0 - 0.5 * quarter);  // exp(-quarter)
   const double twice = root_left * root_left;
-  double fresh = cohort(rows, i, cohort_fresh) * (twice * twice);
-  const double left = cohort(rows, i, cohort_left);
+  double fresh = entry(rows, i, cohort_fresh) * (twice * twice);
+  const double left = entry(rows, i, cohort_left);
   double kept = losses.renewed_of(i, mass, least(whole_part(fresh * left), mass));
   if (path > 0.0 && kept < least_mass) kept = 0.0;
   fresh = kept > 0.0 ? losses.fresh_of(fresh, kept, left) : 0.0;
@@ -144,7 +144,7 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
 
   const double gap = 0.5 * path * length;
   sums.add(rows, i, zx, zy, square, kept, lost, gap);
-  cohort(rows, i, cohort_fresh) = fresh;
+  entry(rows, i, cohort_fresh) = fresh;
 }
 
 /// Returns the shortest path from `at` after which some cohort is bent farther than ever.
@@ -153,10 +153,10 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
                   const CohortTimes& times) {
   double slack = unused_reach;
   for (std::uint32_t i = 0; i < s.count; ++i) {
-    const double zx = at[0] - cohort(rows, i, cohort_x);
-    const double zy = at[1] - cohort(rows, i, cohort_y);
+    const double zx = at[0] - entry(rows, i, cohort_x);
+    const double zy = at[1] - entry(rows, i, cohort_y);
     const double bent = root(axes == 2 ? zx * zx + zy * zy : zx * zx);
-    double reach = cohort(rows, i, cohort_reach);
+    double reach = entry(rows, i, cohort_reach);
     if (ages) reach = reach * ageing_at(times, most(times.now - times.births[i], 0.0));
     slack = least(slack, reach + law.residual - bent);
   }
@@ -169,9 +169,9 @@ Partner find_partner(const double* rows, const double* masses, const double* gro
                      std::uint32_t i) {
   Partner best{unlimited_cost, i, i};
   for (std::uint32_t j = i + 1; j < count; ++j) {
-    const double dx = cohort(rows, j, cohort_x) - cohort(rows, i, cohort_x);
-    const double dy = cohort(rows, j, cohort_y) - cohort(rows, i, cohort_y);
-    const double dr = cohort(rows, j, cohort_reach) - cohort(rows, i, cohort_reach);
+    const double dx = entry(rows, j, cohort_x) - entry(rows, i, cohort_x);
+    const double dy = entry(rows, j, cohort_y) - entry(rows, i, cohort_y);
+    const double dr = entry(rows, j, cohort_reach) - entry(rows, i, cohort_reach);
     const double reduced = masses[i] * masses[j] / (masses[i] + masses[j]);
     double apart = (dx * dx + dy * dy) + dr * dr;
     if (ages) apart = apart + square_of(grown[j] - grown[i]);
@@ -248,8 +248,8 @@ struct DrawnReference : Reference {
 void mass_above(const CohortState& s, const double* rows, double cut, double* mass, double* density) {
   LaneSum masses, densities;
   for (std::uint32_t i = 0; i < s.count; ++i) {
-    const double low = cohort(rows, i, cohort_low);
-    const double high = cohort(rows, i, cohort_high);
+    const double low = entry(rows, i, cohort_low);
+    const double high = entry(rows, i, cohort_high);
     const double m = mass_of(rows, i);
     const double per_rank = m / (high - low);  // never empty: ranks_of, cut_cohort
     const double above = least(most(high - cut, 0.0), high - low);

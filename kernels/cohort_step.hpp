@@ -351,9 +351,9 @@ struct VectorEngine {
   template <bool ages>
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
                               std::uint32_t count, std::uint32_t i, double limit) {
-    const Vector x(cohort(rows, i, cohort_x));
-    const Vector y(cohort(rows, i, cohort_y));
-    const Vector reach(cohort(rows, i, cohort_reach));
+    const Vector x(entry(rows, i, cohort_x));
+    const Vector y(entry(rows, i, cohort_y));
+    const Vector reach(entry(rows, i, cohort_reach));
     const Vector mass(masses[i]);
     const Vector last(static_cast<double>(count));
     const Vector self(static_cast<double>(i));

@@ -1,10 +1,11 @@
 // Steps computed in double precision: too long for float to hold the remainder (above far_length), or under a
 // law with a single snap length, whose bristles must stay in phase for ever.
 //
-// The reference and every instruction set share this text. With SnapRule::keep they differ in how many
-// bristles they compute at once (far_width).
+// The reference and every instruction set share this text: bristle by bristle, and with SnapRule::keep
+// without ageing row by row, where they differ in how many bristles they compute at once (far_width).
 #pragma once
 
+#include "ageing.hpp"
 #include "core/common/assert.hpp"
 #include "law.hpp"
 #if defined(BRISTLE_KERNEL_ISA)
@@ -19,7 +20,7 @@ namespace {
 /// Length (scaled) beyond which double does not resolve the phase, so it is drawn.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// State of a bristle that snapped, at the end of the step.
+/// A bristle that snapped, after the path that remained.
 struct AfterFarStep {
   double deflection;  ///< along the motion
   double squares;     ///< sum of delta^2 over the snaps after the first
@@ -46,10 +47,44 @@ inline double jump_renewals(const KernelLaw& law, double rest, double share, Aft
   return jumped;
 }
 
-/// Redraw: carries a bristle along `rest` after its first snap. `delta` becomes the snap length that it ends
-/// with, `state` its draw state.
-template <class T>
-inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std::uint32_t& state) {
+/// Ageing of a block's bristles in a far step.
+struct FarAge {
+  BlockAge block;
+  AgeingLaw<double> ageing;
+  double largest_growth;
+};
+
+/// A bristle met at a random place of a long slide. Its density is proportional to the path between its
+/// snaps: it is drawn in proportion to delta and accepted in proportion to l / delta, which grows with delta.
+struct MetBristle {
+  double delta, length;
+};
+template <class Next>
+inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ageing, double largest_growth,
+                               const Next& next) {
+  MetBristle met{};
+  for (int n = 0; n < most_trials; ++n) {
+    if (law.kind == law_exponential) {
+      const double u = next();
+      met.delta =
+          least(most(-law.location * (natural_log<double>(u) + natural_log<double>(next())), law.shortest),
+                law.longest);
+    } else {
+      met.delta = length_met<double>(law, next());
+    }
+    met.length = aged_length<double>(ageing, met.delta, largest_growth * met.delta);
+    if (next() * largest_growth * met.delta <= met.length) break;
+  }
+  return met;
+}
+
+/// Redraw: `delta` becomes the fresh snap length of the bristle it ends on, `state` its draw state. At
+/// constant velocity the paths from snap to snap are independent with ageing too, but follow another law: l =
+/// delta g(l / v). `law` then holds the moments of that one (core, aged_law.cpp) with the parameters of
+/// delta's.
+template <class T, bool ages>
+inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
+                                std::uint32_t& state) {
   const auto next = [&state] {
     state += draw_stride;
     return share_of<double>(mix(state));
@@ -57,20 +92,28 @@ inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std
   AfterFarStep land{0.0, 0.0, 0.0, 0.0};
   for (;;) {
     if (rest > law.stationary_from || rest > phase_is_lost) {
-      const double u = next();
-      const double v = next();
-      const bool memoryless = law.kind == law_exponential;
+      const bool memoryless = !ages && law.kind == law_exponential;
       double age;
-      double met;
-      if (memoryless) {
-        age = -law.location * natural_log<double>(u);
-        met = age + most(-law.location * natural_log<double>(v), law.shortest);
+      if constexpr (ages) {
+        const MetBristle met = meet_bristle(law, aged.ageing, aged.largest_growth, next);
+        age = least(next() * met.length, rest);
+        delta = static_cast<T>(met.delta);
+        land.deflection = age;
       } else {
-        met = length_met<double>(law, u);
-        age = v * met;
+        const double u = next();
+        const double v = next();
+        double met;
+        if (memoryless) {
+          age = -law.location * natural_log<double>(u);
+          met = age + most(-law.location * natural_log<double>(v), law.shortest);
+        } else {
+          met = length_met<double>(law, u);
+          age = v * met;
+        }
+        delta = static_cast<T>(met - most(age - rest, 0.0));
+        age = least(age, rest);
+        land.deflection = least(age, static_cast<double>(delta));
       }
-      met -= most(age - rest, 0.0);
-      age = least(age, rest);
       const double jumped = rest - age;
       if (memoryless) {
         const double x = jumped * law.inverse_mean;
@@ -83,8 +126,6 @@ inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std
         land.variance += most(law.variance_per_length * jumped + law.variance_offset, 0.0);
       }
       if (jumped > 0.0) land.count += whole_part(jumped * law.inverse_mean + law.count_offset + 0.5);
-      delta = static_cast<T>(met);
-      land.deflection = least(age, static_cast<double>(delta));
       return land;
     }
     if (rest > law.jump_from) {
@@ -92,8 +133,9 @@ inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std
       continue;
     }
     delta = static_cast<T>(length_at<double>(law, next()));
-    const auto length = static_cast<double>(delta);
+    auto length = static_cast<double>(delta);
     BRISTLE_ASSERT(length > 0.0);
+    if constexpr (ages) length = aged_length<double>(aged.ageing, length, rest);
     if (rest < length) {
       land.deflection = rest;
       return land;
@@ -102,6 +144,18 @@ inline AfterFarStep land_redraw(const KernelLaw& law, double rest, T& delta, std
     land.squares += length * length;
     land.count += 1.0;
   }
+}
+
+/// Keep: all paths from snap to snap of one bristle are equal.
+inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest, double delta,
+                                   std::uint32_t phase) {
+  AfterFarStep land{rest, 0.0, 0.0, 0.0};
+  const double length = aged_length<double>(ageing, delta, rest);
+  land.count = whole_part(rest / length);
+  land.deflection = least(most(rest - land.count * length, 0.0), length);
+  if (rest > phase_is_lost) land.deflection = share_of<double>(phase) * length;
+  land.squares = land.count * (length * length);
+  return land;
 }
 
 /// Returns the key of a block's noise: the draw states of its first row before the step. One of 16 bristles
@@ -159,7 +213,7 @@ inline FarNumbers read_far(const double* from) { return *from; }
 inline void write_far(FarNumbers x, double* to) { *to = x; }
 #endif
 
-/// State and results of a row of 16 bristles with SnapRule::keep.
+/// A row of 16 bristles, keep.
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections
   alignas(64) double end[2][lane_count];    ///< if no bristle snaps; then after the step
@@ -168,7 +222,7 @@ struct FarRow {
   alignas(64) double phase[lane_count];  ///< of steps so long that it is lost: share of the snap length
 };
 
-/// Advances the bristles of the row from k on, as many as a vector has. `left` is the residual.
+/// Bristles of the row from k on, as many as a vector has. `left` is the residual.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = FarNumbers;
@@ -244,56 +298,78 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
   }
 }
 
-/// Advances one bristle with SnapRule::redraw.
-template <class T, int axes, bool residual>
-inline void far_redraw_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
-                               std::uint32_t i, double w, FarLanes& lanes) {
+/// One bristle, redraw or ageing.
+template <class T, int axes, bool redraw, bool residual, bool ages>
+inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
+                        const FarAge& aged, std::uint32_t i, double w, FarLanes& lanes) {
   const std::uint32_t lane = i % lane_count;
+  const double left = residual ? motion.residual : 0.0;
   const double sx = static_cast<double>(patch.zx[i]) + motion.p0[0];
   const double sy = axes == 2 ? static_cast<double>(patch.zy[i]) + motion.p0[1] : 0.0;
   T x = patch.zx[i] + static_cast<T>(motion.p1[0]);
   T y = axes == 2 ? patch.zy[i] + static_cast<T>(motion.p1[1]) : T(0);
-  T delta = patch.delta[i];
-  const auto before = static_cast<double>(delta);
-  const double along = sx * motion.ex + sy * motion.ey;
+  [[maybe_unused]] T end_age{};
+  if constexpr (ages) end_age = patch.age[i] + static_cast<T>(aged.block.after);
+  T limit = patch.delta[i];
+  const auto before = static_cast<double>(limit);
   const double aside = sx * motion.ey - sy * motion.ex;
-  const double reach = axes == 2 ? root(most(before * before - aside * aside, 0.0)) : before;
-  const double tau = most(reach - along, 0.0);
+  const Bent<double> bent{sx * motion.ex + sy * motion.ey, aside * aside};
+  double reach = before;
+  if constexpr (ages)
+    reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
+  double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
+    if (ages && advance.snaps_all) {  // longer than a far step: the position stays, so the bristle is carried
+      x = static_cast<T>(sx + motion.ex * motion.length);
+      if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);
+    }
     lanes.mean[0][lane] += w * (sx + static_cast<double>(x));
     lanes.mean[1][lane] += w * (sy + static_cast<double>(y));
   } else {
-    std::uint32_t state = patch.draw[i];
+    if constexpr (ages)
+      tau = aged_way<double, axes>(aged.ageing, bent, left, before - left,
+                                   static_cast<double>(patch.age[i]) + aged.block.before, tau, true);
     const double rest = motion.length - tau;
-    const AfterFarStep land = land_redraw<T>(*patch.law, rest, delta, state);
-    const double left = residual ? motion.residual : 0.0;
+    AfterFarStep land;
+    if constexpr (redraw) {
+      std::uint32_t state = patch.draw[i];
+      land = land_redraw<T, ages>(*patch.law, aged, rest, limit, state);
+      if constexpr (residual) limit = static_cast<T>(left) + limit;
+      if (advance.commit) {
+        patch.delta[i] = limit;
+        patch.draw[i] = state;
+      }
+    } else {
+      const std::uint32_t phase = mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(i + 1));
+      land = land_keep_aged(aged.ageing, rest, before - left, phase);
+    }
     const double r = land.deflection;
     const double part = tau * motion.inverse;
     double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;
-    double first_squares = before * before;
-    double further = land.squares;
-    if constexpr (residual) {
-      integral += 2.0 * left * (rest * motion.inverse);
-      first_squares = (before - left) * (before + left);
-      further += 2.0 * left * (rest - r);
-      delta = static_cast<T>(left) + delta;
+    if constexpr (residual) integral += 2.0 * left * (rest * motion.inverse);
+    double squares;
+    if constexpr (ages) {
+      const double reached = bent.along + tau;
+      squares = (reached * reached + bent.aside2 - left * left) + land.squares + 2.0 * left * (rest - r);
+      end_age = static_cast<T>(least(aged.ageing.per_length * r, oldest));
+    } else if constexpr (residual) {
+      squares = (before - left) * (before + left) + (land.squares + 2.0 * left * (rest - r));
+    } else {
+      squares = before * before + land.squares;
     }
     x = static_cast<T>((left + r) * motion.ex);
     y = static_cast<T>((left + r) * motion.ey);
     lanes.mean[0][lane] += w * (2.0 * sx * part + motion.ex * integral);
     lanes.mean[1][lane] += w * (2.0 * sy * part + motion.ey * integral);
-    lanes.squares[lane] += w * (first_squares + further);
+    lanes.squares[lane] += w * squares;
     lanes.further[lane] += w * land.squares;
     lanes.variance[lane] += w * (w * land.variance);
     lanes.snaps[lane] += 1.0 + land.count;
-    if (advance.commit) {
-      patch.delta[i] = delta;
-      patch.draw[i] = state;
-    }
   }
   if (advance.commit) {
     patch.zx[i] = x;
     if constexpr (axes == 2) patch.zy[i] = y;
+    if constexpr (ages) patch.age[i] = least(end_age, static_cast<T>(oldest));
   }
   lanes.stored[0][lane] += w * static_cast<double>(x);
   lanes.stored[1][lane] += w * static_cast<double>(y);
@@ -314,20 +390,24 @@ inline FarSums far_total(FarLanes& lanes, const Advance& advance, [[maybe_unused
 }
 
 /// Advances the bristles [start, start + active) of one block in which a bristle snaps.
-template <class T, int axes, bool redraw, bool residual>
+template <class T, int axes, bool redraw, bool residual, bool ages>
 [[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
                                     std::uint32_t active, const double (&p0)[2], const double (&p1)[2]) {
   const FarMotion motion{advance.direction[0], advance.direction[1], advance.length, 1.0 / advance.length,
                          advance.residual,     {p0[0], p0[1]},       {p1[0], p1[1]}};
+  FarAge aged{};
+  if constexpr (ages)
+    aged = {age_since(advance, patch.since[start / block_size]), ageing_of<double>(advance),
+            advance.largest_growth};
   const std::uint32_t end = start + active;
   const auto weight_of = [&patch, end](std::uint32_t i) {
     return i < patch.whole ? 1.0 : i < end ? static_cast<double>(patch.fraction) : 0.0;
   };
   [[maybe_unused]] const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
   FarLanes lanes;
-  if constexpr (redraw) {
+  if constexpr (redraw || ages) {
     for (std::uint32_t i = start; i < end; ++i)
-      far_redraw_bristle<T, axes, residual>(patch, advance, motion, i, weight_of(i), lanes);
+      far_bristle<T, axes, redraw, residual, ages>(patch, advance, motion, aged, i, weight_of(i), lanes);
   } else {
     FarRow row;
     for (std::uint32_t i = start; i < end; i += lane_count) {

@@ -217,15 +217,5 @@ void step_joints(const JointStep& step) {
   }
 }
 
-#define BRISTLE_JOINT_STEPS                                                                          \
-  {                                                                                                  \
-    &step_joints<JointEngine, 0>, &step_joints<JointEngine, 1>, &step_joints<JointEngine, 2>,        \
-        &step_joints<JointEngine, 3>, &step_joints<JointEngine, 4>, &step_joints<JointEngine, 5>,    \
-        &step_joints<JointEngine, 6>, &step_joints<JointEngine, 7>, &step_joints<JointEngine, 8>,    \
-        &step_joints<JointEngine, 9>, &step_joints<JointEngine, 10>, &step_joints<JointEngine, 11>,  \
-        &step_joints<JointEngine, 12>, &step_joints<JointEngine, 13>, &step_joints<JointEngine, 14>, \
-        &step_joints<JointEngine, 15>                                                                \
-  }
-
 }  // namespace
 }  // namespace bristle::detail

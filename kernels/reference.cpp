@@ -1,14 +1,13 @@
 // The scalar reference: the same step, one bristle at a time, written to be read beside the paper and
 // core/MODEL.md. It is the instruction set "scalar" of the kernel table; every other set must give the
 // same bits, so it keeps the same roundings: 16 logical lanes for sums, no fused operations.
-#include "block_squares.hpp"
+#include "blocks.hpp"
 #include "core/kernel_table.hpp"
-#include "far_aged.hpp"
+#include "far.hpp"
 #include "invariants.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
 #include "slide_reference.hpp"
-#include "variants.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -167,27 +166,16 @@ AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
   return after;
 }
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
+template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages, bool literal>
 void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t b, Totals& totals) {
-  constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
-  constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
   Block& block = patch.blocks[b];
   const std::uint32_t start = b * block_size;
-  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
-  const std::uint32_t end = start + block_size < in_contact ? start + block_size : in_contact;
-  const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
+  const std::uint32_t contact = in_contact(patch);
+  const std::uint32_t end = start + block_size < contact ? start + block_size : contact;
   totals.visited += end - start;
   ++totals.blocks_visited;
 
-  if (block.zero) {  // entered together: written down only now
-    for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {
-      patch.zx[i] = T(0);
-      if constexpr (axes == 2) patch.zy[i] = T(0);
-      if constexpr (redraw) patch.delta[i] = patch.first[i];
-      if constexpr (ages) patch.age[i] = T(0);
-    }
-    block.zero = 0;
-  }
+  write_zero_block<T, axes, redraw, ages>(patch, b);
   // Deflection = stored + displacement since the block was last rewritten.
   const double q0[2] = {displacement(advance.from[0], block.position[0]),
                         displacement(advance.from[1], block.position[1])};
@@ -200,7 +188,6 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   const T ey = static_cast<T>(advance.direction[1]);
   const T length = static_cast<T>(advance.length);
   const T left = residual ? static_cast<T>(advance.residual) : T(0);  // bent by this after a snap
-  const auto weight = [&patch](std::uint32_t i) { return i < patch.whole ? T(1) : patch.fraction; };
   // Age = stored + what went by since the block was last rewritten.
   const AgeingLaw<T> ageing = ages ? ageing_of<T>(advance) : AgeingLaw<T>{};
   const BlockAge since = ages ? age_since(advance, patch.since[b]) : BlockAge{};
@@ -229,12 +216,8 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
   if (!any) return;  // nothing is written: the displacement grows by itself
 
   if (advance.in_double) {
-    const FarSums far = [&] {
-      if constexpr (ages)
-        return far_block_aged<T, axes, redraw>(patch, advance, start, end - start, q0, q1);
-      else
-        return far_block<T, axes, redraw, residual>(patch, advance, start, end - start, q0, q1);
-    }();
+    const FarSums far =
+        far_block<T, axes, redraw, residual, ages>(patch, advance, start, end - start, q0, q1);
     for (int axis = 0; axis < axes; ++axis) {
       stored[axis] = far.stored[axis];
       twice_mean[axis] = far.twice_mean[axis];
@@ -246,7 +229,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     const bool jumps = redraw && !literal && (mean || energy) && advance.length > patch.law->jump_from;
     const std::uint32_t key = jumps ? noise_key(patch.draw + start) : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
-      const T w = weight(i);
+      const T w = weight_of(patch, i);
       const T start_x = patch.zx[i] + p0[0];
       const T start_y = axes == 2 ? patch.zy[i] + p0[1] : T(0);
       T next_x = patch.zx[i] + p1[0];
@@ -254,7 +237,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       T limit = patch.delta[i];  // residual + snap length
       std::uint32_t state = redraw ? patch.draw[i] : 0u;
       [[maybe_unused]] T next_age{};
-      if constexpr (literal) {
+      if constexpr (literal) {  // the paper's loop: z += v dt; if |z| > delta then z = 0
         if (beyond_at(i)) {
           squares_sum.add(i, (axes == 2 ? next_x * next_x + next_y * next_y : next_x * next_x) * w);
           snaps.add(i, T(1));
@@ -373,48 +356,45 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     if (advance.commit) patch.since[b] = advance.start + advance.duration;
 }
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
-struct StepOf {
-  static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
-                  Totals& totals) {
-    assert_step(patch, advance, first, last, axes, rule == rule_redraw || rule == rule_literal_redraw);
-    for (std::uint32_t b = first; b < last; ++b)
-      step_block<T, axes, rule, mean, energy, residual, ages>(patch, advance, b, totals);
-  }
-};
+template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages,
+          bool literal = false>
+void step_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
+                 Totals& totals) {
+  assert_step(patch, advance, first, last, axes, redraw);
+  for (std::uint32_t b = first; b < last; ++b)
+    step_block<T, axes, redraw, mean, energy, residual, ages, literal>(patch, advance, b, totals);
+}
 
 /// Counts the bristles that the step will carry beyond their length.
 template <class T, int axes, bool redraw, bool ages>
-struct ForeseeOf {
-  static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
-                           std::uint32_t last) {
-    const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
-    const std::uint32_t end = last * block_size < in_contact ? last * block_size : in_contact;
-    std::uint64_t count = 0;
-    for (std::uint32_t i = first * block_size; i < end; ++i) {
-      const Block& block = patch.blocks[i / block_size];
-      const T px = static_cast<T>(displacement(advance.to[0], block.position[0]));
-      const T py = static_cast<T>(displacement(advance.to[1], block.position[1]));
-      const T x = (block.zero ? T(0) : patch.zx[i]) + px;
-      const T y = axes == 2 ? (block.zero ? T(0) : patch.zy[i]) + py : T(0);
-      const auto beyond = [&](T limit) {
-        if constexpr (axes == 1) return x > limit || -x > limit;
-        return x * x + y * y > limit * limit;
-      };
-      const T limit = (block.zero ? patch.first : patch.delta)[i];
-      if (!beyond(limit)) continue;
-      if constexpr (ages) {
-        const T left = static_cast<T>(advance.residual);
-        const T age = (block.zero ? T(0) : patch.age[i]) +
-                      static_cast<T>(age_since(advance, patch.since[i / block_size]).after);
-        const T factor = growth<T>(ageing_of<T>(advance), most(age, T(0)));
-        if (!beyond(left + (limit - left) * factor)) continue;
-      }
-      ++count;
+std::uint64_t foresee_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+                             std::uint32_t last) {
+  const std::uint32_t contact = in_contact(patch);
+  const std::uint32_t end = last * block_size < contact ? last * block_size : contact;
+  std::uint64_t count = 0;
+  for (std::uint32_t i = first * block_size; i < end; ++i) {
+    const Block& block = patch.blocks[i / block_size];
+    const T px = static_cast<T>(displacement(advance.to[0], block.position[0]));
+    const T py = static_cast<T>(displacement(advance.to[1], block.position[1]));
+    const T x = (block.zero ? T(0) : patch.zx[i]) + px;
+    const T y = axes == 2 ? (block.zero ? T(0) : patch.zy[i]) + py : T(0);
+    const auto beyond = [&](T limit) {
+      if constexpr (axes == 1) return x > limit || -x > limit;
+      return x * x + y * y > limit * limit;
+    };
+    const T limit = (block.zero ? patch.first : patch.delta)[i];
+    if (!beyond(limit)) continue;
+    if constexpr (ages) {
+      const T left = static_cast<T>(advance.residual);
+      const T age = (block.zero ? T(0) : patch.age[i]) +
+                    static_cast<T>(age_since(advance, patch.since[i / block_size]).after);
+      const T factor = growth<T>(ageing_of<T>(advance), most(age, T(0)));
+      if (!beyond(left + (limit - left) * factor)) continue;
     }
-    return count;
+    ++count;
   }
-};
+  return count;
+}
 
 /// Samples snap lengths from draw states.
 template <class T>
@@ -425,55 +405,7 @@ struct FreshLengths {
   }
 };
 
-template <class T>
-void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
-  Block& block = patch.blocks[b];
-  const std::uint32_t start = b * block_size;
-  const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
-  const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
-  T* const columns[2] = {patch.zx, patch.zy};
-  for (int axis = 0; axis < 2; ++axis) {
-    T* const z = columns[axis];
-    const T p = static_cast<T>(displacement(at[axis], block.position[axis]));
-    LaneSum<T> sum;
-    if (z != nullptr) {
-      for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {
-        z[i] = i >= in_contact ? T(0) : (block.zero ? T(0) : z[i]) + p;
-        sum.add(i, z[i] * (i < patch.whole ? T(1) : patch.fraction));
-      }
-    }
-    block.stored[axis] = to_integer(sum.total() * fixed_per_length);
-    block.position[axis] = at[axis];
-  }
-  if (block.zero && patch.draw != nullptr)
-    for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) patch.delta[i] = patch.first[i];
-  block.zero = 0;
-  block.reach = -1.0f;
-}
-
 }  // namespace
-
-#if BRISTLE_MINIMAL
-constexpr const CohortKernels* cohorts = nullptr;
-constexpr const BedKernels* beds = nullptr;
-#else
-extern const CohortKernels cohort_kernels_scalar;
-extern const BedKernels bed_kernels_scalar;
-constexpr const CohortKernels* cohorts = &cohort_kernels_scalar;
-constexpr const BedKernels* beds = &bed_kernels_scalar;
-#endif
-extern const KernelTable kernels_scalar;
-const KernelTable kernels_scalar {
-  "scalar", cohorts, beds,
-      make_kernel_set<float, StepOf, ForeseeOf, FreshLengths<float>>(&rewrite_block<float>,
-                                                                     &block_squares<float>),
-#if BRISTLE_WITH_DOUBLE
-      make_kernel_set<double, StepOf, ForeseeOf, FreshLengths<double>>(&rewrite_block<double>,
-                                                                       &block_squares<double>)
-#else
-  {
-  }
-#endif
-};
-
 }  // namespace bristle::detail
+
+#include "variants.hpp"

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "ageing.hpp"
+#include "blocks.hpp"
 #include "core/common/assert.hpp"
 #include "core/kernel_table.hpp"
 #include "law.hpp"
@@ -37,13 +38,13 @@ class Renewer {
         size(last_block * block_size - first),
         left(static_cast<double>(static_cast<T>(the_renewal.residual))),
         part(the_renewal.length / static_cast<double>(the_renewal.draws)),
-        in_contact(the_patch.whole + (the_patch.fraction > T(0) ? 1u : 0u)),
+        contact(in_contact(the_patch)),
         ageing(ages ? ageing_of<double>(the_renewal) : AgeingLaw<double>{}) {}
 
   void run() {
-    BRISTLE_ASSERT(in_contact > 0 || renewal.draws == 0);
+    BRISTLE_ASSERT(contact > 0 || renewal.draws == 0);
     clear_marks();
-    if (size >= in_contact)
+    if (size >= contact)
       renew_all();
     else
       renew_range();
@@ -59,7 +60,7 @@ class Renewer {
   const std::uint32_t first, size;  ///< bristles of the range; the last block may have more than there are
   const double left;                ///< residual
   const double part;                ///< of the piece, for each draw
-  const std::uint32_t in_contact;
+  const std::uint32_t contact;
   const AgeingLaw<double> ageing;
   std::uint8_t marked[by_columns ? marks : 1];  ///< by the bristle's last digits: `mark` when it was drawn
   std::uint8_t mark = 0;
@@ -179,7 +180,7 @@ class Renewer {
   void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
     const std::uint64_t seed = renewal.key + (renewal.first_draw + k_first) * 0x9E3779B97F4A7C15u;
-    const std::uint64_t count = in_contact;
+    const std::uint64_t count = contact;
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       const std::uint64_t random = mix64(seed + k * 0x9E3779B97F4A7C15u);
       low[k] = static_cast<std::uint32_t>(random) >> 8;
@@ -279,7 +280,7 @@ class Renewer {
   }
 
   void clear_marks() {
-    if constexpr (by_columns) std::memset(marked, 0, in_contact < marks ? in_contact : marks);
+    if constexpr (by_columns) std::memset(marked, 0, contact < marks ? contact : marks);
     mark = 0;
   }
 
@@ -409,7 +410,7 @@ class Renewer {
     const double end = start.along + way;
     const bool snaps = ages ? snaps_within(i, way, start) : end > 0.0 && start.chord2 <= end * end;
     if (!snaps && !(end > left)) return;  // the draw is spent
-    if (block.zero) write_down(block, i / block_size * block_size);
+    write_zero_block<T, axes, redraw, ages>(patch, i / block_size);
     if constexpr (ages) age_block(i / block_size);
     T fresh{};
     const auto draw_length = [&] {
@@ -436,7 +437,7 @@ class Renewer {
     patch.since[b] = renewal.start;
     if (!(before > T(0))) return;
     const std::uint32_t start = b * block_size;
-    for (std::uint32_t i = start; i < start + block_size && i < in_contact; ++i) patch.age[i] += before;
+    for (std::uint32_t i = start; i < start + block_size && i < contact; ++i) patch.age[i] += before;
   }
 
   void bend(const Start& start, double way, Passed& passed) const {
@@ -488,7 +489,7 @@ class Renewer {
   /// Stores the bristle such that it is bent by the residual after the path `way`, and sums the changes.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
-    const double weight = i < patch.whole ? 1.0 : static_cast<double>(patch.fraction);
+    const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
     const double written = (2.0 * left - way) * way;  // twice the integral that the kernels will count
@@ -508,18 +509,6 @@ class Renewer {
     ++totals.renewed;
     block.reach = -1.0f;
     patch.groups[i / block_size / blocks_per_group].reach = -1.0;
-  }
-
-  /// Writes a block whose bristles entered together and that was not visited since.
-  void write_down(Block& block, std::uint32_t start) const {
-    const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
-    for (std::uint32_t i = start; i < start + block_size && i < padded; ++i) {
-      patch.zx[i] = T(0);
-      if constexpr (axes == 2) patch.zy[i] = T(0);
-      if constexpr (redraw) patch.delta[i] = patch.first[i];
-      if constexpr (ages) patch.age[i] = T(0);
-    }
-    block.zero = 0;
   }
 };
 

@@ -310,35 +310,5 @@ inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& wal
   weights.add(variance, open);
 }
 
-/// The paper's loop: z += v dt; if |z| > delta then z = 0. Loses what a bristle overshoots.
-template <class T, int axes, bool redraw, bool partial>
-[[gnu::always_inline]] inline void advance_literal(const BlockMotion<T, axes, false>& motion,
-                                                   const BlockOutput<T>& output, std::uint32_t i,
-                                                   const T* row_weights, const KernelLaw* law,
-                                                   RowSums<T>& sums) {
-  const Lanes<T> none(T(0));
-  const Weights<T, partial> weights(row_weights);
-  const std::uint32_t w = i % block_size;
-  Mask<T> snapped = motion.beyond_at(i);
-  if constexpr (partial) snapped = snapped & (weights.weight > none);
-  const Lanes<T> end_x = load(motion.zx + i) + motion.p1x;
-  Lanes<T> end_y = none;
-  Lanes<T> end2 = end_x * end_x;
-  if constexpr (axes == 2) {
-    end_y = load(motion.zy + i) + motion.p1y;
-    end2 = end2 + end_y * end_y;
-  }
-  if constexpr (redraw) {
-    DrawStates<T> states(motion.draw + i);
-    const Lanes<T> drawn = length_at<T>(*law, states.next(snapped));
-    states.store(output.draw + w);
-    select_lanes(snapped, drawn, load(motion.delta + i)).store_aligned(output.delta + w);
-  }
-  weights.add(sums.squares, select_lanes(snapped, end2, none));
-  sums.snaps = sums.snaps + select_lanes(snapped, Lanes<T>(T(1)), none);
-  put_deflections<T, axes, partial>(output, w, select_lanes(snapped, none, end_x),
-                                    select_lanes(snapped, none, end_y), weights, sums);
-}
-
 }  // namespace
 }  // namespace bristle::detail

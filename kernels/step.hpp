@@ -9,7 +9,8 @@
 
 #include <type_traits>
 
-#include "far_aged.hpp"
+#include "blocks.hpp"
+#include "far.hpp"
 #include "invariants.hpp"
 #include "lanes.hpp"
 #include "snap_aged.hpp"
@@ -17,7 +18,7 @@
 namespace bristle::detail {
 namespace {
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages = false>
+template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages = false>
 class Stepper {
  public:
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
@@ -35,7 +36,7 @@ class Stepper {
       Block& block = patch.blocks[b];
       if (advance.skips_blocks && within(block.anchor, static_cast<double>(block.reach))) continue;
       const Extent extent = find_extent(b);
-      if (block.zero) write_zero_block(block, extent.start);
+      write_zero_block<T, axes, redraw, ages>(patch, b);
       count += count_beyond(b, extent);
     }
     return count;
@@ -57,10 +58,7 @@ class Stepper {
   }
 
  private:
-  static constexpr bool redraw = rule == rule_redraw || rule == rule_literal_redraw;
-  static constexpr bool literal = rule == rule_literal_keep || rule == rule_literal_redraw;
-  static constexpr bool squares_wanted = energy || literal;
-  static_assert(!ages || (mean && energy && residual && !literal));  // one instance serves all outputs
+  static_assert(!ages || (mean && energy && residual));  // one instance serves all outputs
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
@@ -135,7 +133,7 @@ class Stepper {
     const Extent extent = find_extent(b);
     totals.visited += extent.active;
     ++totals.blocks_visited;
-    if (block.zero) write_zero_block(block, extent.start);
+    write_zero_block<T, axes, redraw, ages>(patch, b);
 
     const double q0[2] = {displacement(advance.from[0], block.position[0]),
                           displacement(advance.from[1], block.position[1])};
@@ -219,31 +217,18 @@ class Stepper {
 
   Extent find_extent(std::uint32_t b) const {
     const std::uint32_t start = b * block_size;
-    const std::uint32_t in_contact = patch.whole + (patch.fraction > T(0) ? 1u : 0u);
+    const std::uint32_t contact = in_contact(patch);
     const std::uint32_t whole = patch.whole - start < block_size ? patch.whole - start : block_size;
     Extent extent;
     extent.start = start;
-    extent.active = in_contact - start < block_size ? in_contact - start : block_size;
+    extent.active = contact - start < block_size ? contact - start : block_size;
     extent.full_rows = whole / lane_count;
     extent.partial = extent.active > extent.full_rows * lane_count;
     if (extent.partial) {
       const std::uint32_t first = start + extent.full_rows * lane_count;
-      for (std::uint32_t k = 0; k < lane_count; ++k)
-        extent.weights[k] = first + k < patch.whole ? T(1) : first + k == patch.whole ? patch.fraction : T(0);
+      for (std::uint32_t k = 0; k < lane_count; ++k) extent.weights[k] = weight_of(patch, first + k);
     }
     return extent;
-  }
-
-  void write_zero_block(Block& block, std::uint32_t start) const {
-    const std::uint32_t padded = (patch.bristles + lane_count - 1) / lane_count * lane_count;
-    const std::uint32_t end = start + block_size < padded ? start + block_size : padded;
-    for (std::uint32_t i = start; i < end; i += width) {
-      Lanes<T>(T(0)).store_aligned(patch.zx + i);
-      if constexpr (axes == 2) Lanes<T>(T(0)).store_aligned(patch.zy + i);
-      if constexpr (redraw) load(patch.first + i).store_aligned(patch.delta + i);
-      if constexpr (ages) Lanes<T>(T(0)).store_aligned(patch.age + i);
-    }
-    block.zero = 0;
   }
 
   /// Whether any bristle of the block snaps. If none does and bounds are kept, `margin` becomes the
@@ -326,13 +311,7 @@ class Stepper {
     }
     RowSums<T> sums[parts];
     double noise = 0.0;
-    if constexpr (literal) {
-      for (std::uint32_t part = 0; part < parts; ++part)
-        for_rows(
-            extent, part * width, [&, sum = &sums[part]](auto partial, std::uint32_t i, const T* weights) {
-              advance_literal<T, axes, redraw, partial.value>(motion, output, i, weights, patch.law, *sum);
-            });
-    } else if constexpr (!redraw) {
+    if constexpr (!redraw) {
       double shortest = static_cast<double>(patch.blocks[extent.start / block_size].shortest);
       if constexpr (residual) shortest -= advance.residual;
       const bool again = advance.length >= shortest;
@@ -454,7 +433,7 @@ class Stepper {
   }
 
   std::uint32_t foreseen_rounds() const {
-    if constexpr (!redraw || literal) return 0;
+    if constexpr (!redraw) return 0;
     const KernelLaw& law = *patch.law;
     if (!(advance.length < law.jump_from)) return 0;
     if (looks_up_in_registers && (law.kind == law_normal || law.kind == law_lognormal)) {
@@ -494,14 +473,7 @@ class Stepper {
       });
       sums[part] = sum;
     }
-    if (!jumps) return 0.0;
-    Row<T> squares, variance;
-    for (std::uint32_t part = 0; part < parts; ++part)
-      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-        add_jumped<T, partial.value>(i, weights, walk, motion.length, squares.part[part],
-                                     variance.part[part]);
-      });
-    return jump_noise(tree_sum(squares), tree_sum(variance), key);
+    return jumps ? open_noise(extent, walk, motion.length, key) : 0.0;
   }
 
   static double tree_total(const RowSums<T> (&sums)[parts], Lanes<T> RowSums<T>::*which) {
@@ -526,7 +498,7 @@ class Stepper {
         block.twice_mean[axis] = (tree_sum(integral) + advance.direction[axis] * noise) / advance.length;
       }
     }
-    if constexpr (squares_wanted) {
+    if constexpr (energy) {
       block.squares = tree_total(sums, &RowSums<T>::squares) + tree_total(sums, &RowSums<T>::further) + noise;
       totals.snaps += to_count(tree_total(sums, &RowSums<T>::snaps));
     }
@@ -534,19 +506,15 @@ class Stepper {
   }
 
   BlockSums rewrite_far(const Extent& extent, const double (&q0)[2], const double (&q1)[2]) {
-    const FarSums far = [&] {
-      if constexpr (ages)
-        return far_block_aged<T, axes, redraw>(patch, advance, extent.start, extent.active, q0, q1);
-      else
-        return far_block<T, axes, redraw, residual>(patch, advance, extent.start, extent.active, q0, q1);
-    }();
+    const FarSums far =
+        far_block<T, axes, redraw, residual, ages>(patch, advance, extent.start, extent.active, q0, q1);
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) {
       block.stored[axis] = far.stored[axis];
       block.twice_mean[axis] = far.twice_mean[axis];
     }
     block.squares = far.squares;
-    if constexpr (squares_wanted) totals.snaps += to_count(far.snaps);
+    if constexpr (energy) totals.snaps += to_count(far.snaps);
     return block;
   }
 
@@ -577,27 +545,22 @@ class Stepper {
       }
     }
     if (tail) totals.tail_snapped = 1;
-    if constexpr (squares_wanted) totals.squares += to_integer(sums.squares * advance.energy_unit);
+    if constexpr (energy) totals.squares += to_integer(sums.squares * advance.energy_unit);
   }
 };
 
 template <class T, int axes, bool redraw, bool ages>
-struct ForeseeOf {
-  static std::uint64_t run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
-                           std::uint32_t last) {
-    Totals unused{};
-    constexpr Rule rule = redraw ? rule_redraw : rule_keep;
-    return Stepper<T, axes, rule, ages, true, ages, ages>(patch, advance, unused).foresee(first, last);
-  }
-};
+std::uint64_t foresee_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+                             std::uint32_t last) {
+  Totals unused{};
+  return Stepper<T, axes, redraw, ages, true, ages, ages>(patch, advance, unused).foresee(first, last);
+}
 
-template <class T, int axes, Rule rule, bool mean, bool energy, bool residual, bool ages>
-struct StepOf {
-  static void run(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
-                  Totals& totals) {
-    Stepper<T, axes, rule, mean, energy, residual, ages>(patch, advance, totals).run(first, last);
-  }
-};
+template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages>
+void step_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
+                 Totals& totals) {
+  Stepper<T, axes, redraw, mean, energy, residual, ages>(patch, advance, totals).run(first, last);
+}
 
 }  // namespace
 }  // namespace bristle::detail

@@ -1,50 +1,44 @@
-// The variants of a step that a build has, as one list: features are taken out here and nowhere else.
+// The kernel table of one instruction set: the variants of a step that a build has, as one list. Features are
+// taken out here and nowhere else.
+//
+// Included last by kernels.cpp and by reference.cpp: it lists step_blocks, foresee_blocks and FreshLengths of
+// either; SlideOf is that of slide_step.hpp or of slide_reference.hpp.
 #pragma once
 
+#include "blocks.hpp"
 #include "core/kernel_table.hpp"
 #include "renew.hpp"
+#include "tables.hpp"
+
+#define BRISTLE_TEXT2(a) #a
+#define BRISTLE_TEXT(a) BRISTLE_TEXT2(a)
 
 namespace bristle::detail {
 namespace {
 
-/// `StepOf<T, axes, rule, mean, energy, residual, ages>::run` is the step of a variant.
-template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf, int axes, Rule rule,
-          bool residual>
-constexpr void fill_outputs(KernelSet<T>& set) {
-  const auto fill = [&set](auto* step, bool mean, bool energy) {
-    set.step[variant_index(axes, rule, mean, energy, residual)] = step;
+template <class T, int axes, bool redraw>
+constexpr void fill_steps(KernelSet<T>& set) {
+  const auto at = [&set](bool mean, bool energy, bool residual) -> auto& {
+    return set.step[variant_index(axes, redraw, mean, energy, residual)];
   };
-  fill(&StepOf<T, axes, rule, false, false, residual, false>::run, false, false);
+  at(false, false, false) = &step_blocks<T, axes, redraw, false, false, false, false>;
 #if !defined(BRISTLE_MINIMAL)
-  fill(&StepOf<T, axes, rule, true, false, residual, false>::run, true, false);
-  fill(&StepOf<T, axes, rule, false, true, residual, false>::run, false, true);
-  fill(&StepOf<T, axes, rule, true, true, residual, false>::run, true, true);
+  at(true, false, false) = &step_blocks<T, axes, redraw, true, false, false, false>;
+  at(false, true, false) = &step_blocks<T, axes, redraw, false, true, false, false>;
+  at(true, true, false) = &step_blocks<T, axes, redraw, true, true, false, false>;
+  // A residual comes with shared renewal, which counts snaps: instances with energy serve without it too.
+  at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
+  at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;
+  set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;
+#if !defined(BRISTLE_KERNEL_ISA)
+  set.step[literal_variant_index(axes, redraw)] =
+      &step_blocks<T, axes, redraw, false, true, false, false, true>;
 #endif
-}
-
-template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf, int axes>
-constexpr void fill_axes(KernelSet<T>& set) {
-  fill_outputs<T, StepOf, axes, rule_keep, false>(set);
-#if !defined(BRISTLE_MINIMAL)
-  fill_outputs<T, StepOf, axes, rule_redraw, false>(set);
-  fill_outputs<T, StepOf, axes, rule_keep, true>(set);
-  fill_outputs<T, StepOf, axes, rule_redraw, true>(set);
-  set.step[variant_index(axes, rule_literal_keep, false, true, false)] =
-      &StepOf<T, axes, rule_literal_keep, false, true, false, false>::run;
-  set.step[variant_index(axes, rule_literal_redraw, false, true, false)] =
-      &StepOf<T, axes, rule_literal_redraw, false, true, false, false>::run;
-  set.step[aged_variant_index(axes, rule_keep)] = &StepOf<T, axes, rule_keep, true, true, true, true>::run;
-  set.step[aged_variant_index(axes, rule_redraw)] =
-      &StepOf<T, axes, rule_redraw, true, true, true, true>::run;
+  set.foresee[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, false>;
+  set.foresee_aged[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, true>;
+  set.renew[axes - 1][redraw] = &renew_bristles<T, axes, redraw, false, FreshLengths<T>>;
+  set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, FreshLengths<T>>;
 #endif
-}
-
-template <class T, int axes, bool redraw, template <class, int, bool, bool> class ForeseeOf, class Lengths>
-constexpr void fill_renewal(KernelSet<T>& set) {
-  set.foresee[axes - 1][redraw] = &ForeseeOf<T, axes, redraw, false>::run;
-  set.foresee_aged[axes - 1][redraw] = &ForeseeOf<T, axes, redraw, true>::run;
-  set.renew[axes - 1][redraw] = &renew_bristles<T, axes, redraw, false, Lengths>;
-  set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, Lengths>;
 }
 
 /// Fills the table of sliding kernels. `SlideOf` is that of slide_step.hpp or of slide_reference.hpp.
@@ -58,25 +52,44 @@ constexpr void fill_slide(KernelSet<T>& set) {
   set.slide_aged[axes - 1] = &SlideOf<T, axes, true, true, true>::run;
 }
 
-template <class T, template <class, int, Rule, bool, bool, bool, bool> class StepOf,
-          template <class, int, bool, bool> class ForeseeOf, class Lengths>
-constexpr KernelSet<T> make_kernel_set(decltype(KernelSet<T>::rewrite) rewrite,
-                                       decltype(KernelSet<T>::squares) squares) {
+template <class T>
+constexpr KernelSet<T> make_kernel_set() {
   KernelSet<T> set{};
-  fill_axes<T, StepOf, 1>(set);
+  fill_steps<T, 1, false>(set);
 #if !defined(BRISTLE_MINIMAL)
-  fill_axes<T, StepOf, 2>(set);
-  fill_renewal<T, 1, false, ForeseeOf, Lengths>(set);
-  fill_renewal<T, 1, true, ForeseeOf, Lengths>(set);
-  fill_renewal<T, 2, false, ForeseeOf, Lengths>(set);
-  fill_renewal<T, 2, true, ForeseeOf, Lengths>(set);
+  fill_steps<T, 1, true>(set);
+  fill_steps<T, 2, false>(set);
+  fill_steps<T, 2, true>(set);
   fill_slide<T, 1>(set);
   fill_slide<T, 2>(set);
 #endif
-  set.rewrite = rewrite;
-  set.squares = squares;
+  set.rewrite = &rewrite_block<T>;
+  set.squares = &block_squares<T>;
   return set;
 }
 
 }  // namespace
+
+#if !defined(BRISTLE_MINIMAL)
+extern const CohortKernels BRISTLE_TABLE(cohort_kernels_);
+extern const BedKernels BRISTLE_TABLE(bed_kernels_);
+#endif
+extern const KernelTable BRISTLE_TABLE(kernels_);
+constinit const KernelTable BRISTLE_TABLE(kernels_) = {
+    .name = BRISTLE_TEXT(BRISTLE_TABLE()),
+#if defined(BRISTLE_MINIMAL)
+    .cohorts = nullptr,
+    .beds = nullptr,
+#else
+    .cohorts = &BRISTLE_TABLE(cohort_kernels_),
+    .beds = &BRISTLE_TABLE(bed_kernels_),
+#endif
+    .f32 = make_kernel_set<float>(),
+#if BRISTLE_WITH_DOUBLE
+    .f64 = make_kernel_set<double>(),
+#else
+    .f64 = {},
+#endif
+};
+
 }  // namespace bristle::detail

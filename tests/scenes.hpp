@@ -27,7 +27,6 @@ using bristle::Response;
 using bristle::SnapLength;
 using bristle::SnapRule;
 using bristle::Status;
-using bristle::StepRule;
 
 /// Mean snap length of most scenes, m.
 constexpr double dbar = 10e-6;
@@ -56,6 +55,19 @@ inline Material plain_material(const SnapLength& law, SnapRule rule) {
       .with_asperity_height_deviation(1e-6)
       .with_snap_length(law)
       .with_snap_rule(rule);
+}
+
+inline PatchOptions with_literal_rule(PatchOptions options, bool literal = true) {
+  options.compared.literal = literal;
+  return options;
+}
+inline PatchOptions with_random_lengths(PatchOptions options, bool random = true) {
+  options.compared.random_lengths = random;
+  return options;
+}
+inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {}, bool eager = true) {
+  options.compared.eager = eager;
+  return options;
 }
 
 /// With plain_material: `bristles` representatives of weight 1, all in contact at a load of `bristles`

@@ -16,10 +16,12 @@
 #include <bristle/patch_batch.hpp>
 
 #include "expect.hpp"
+#include "scenes.hpp"
 #include "temporary_folder.hpp"
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/scene/scene.hpp"
 
+using bristle_test::with_random_lengths;
 using nlohmann::json;
 
 namespace {
@@ -37,10 +39,11 @@ std::string ramp_scene(const std::string& rule, double velocity) {
   return text.str();
 }
 
-std::vector<double> snap_lengths(bristle::Sampling sampling, std::uint32_t n, std::uint32_t seed) {
+std::vector<double> snap_lengths(bool random, std::uint32_t n, std::uint32_t seed) {
   bristle::PatchBatch batch;
-  const auto id = batch.add(bristle::Material{},
-                            bristle::PatchOptions{}.with_bristles(n).with_seed(seed).with_sampling(sampling));
+  const auto id =
+      batch.add(bristle::Material{},
+                with_random_lengths(bristle::PatchOptions{}.with_bristles(n).with_seed(seed), random));
   const bristle::Motion motion{id, {0.0, 0.0}, 1.0, false, {0.0, 0.0}};
   bristle::Response response;
   batch.step(1e-3, {&motion, 1}, {&response, 1});
@@ -57,7 +60,7 @@ double mean_of(const std::vector<double>& values) {
 
 // Shares of the law (uniform, 5 to 15 um) below the lengths of the first k bristles of a patch.
 std::vector<double> shares(std::uint32_t n, std::uint32_t seed) {
-  std::vector<double> found = snap_lengths(bristle::Sampling::stratified, n, seed);
+  std::vector<double> found = snap_lengths(false, n, seed);
   for (double& x : found) x = (x - 5e-6) / 10e-6;
   return found;
 }
@@ -79,8 +82,7 @@ std::vector<double> late_places() {
 
 /// Errors of the mean deflection of kept lengths at late_places, over the mean length; under a share of the
 /// largest load.
-std::vector<double> late_errors(bristle::Sampling sampling, std::uint32_t n, double load_share,
-                                std::uint32_t seed) {
+std::vector<double> late_errors(bool random, std::uint32_t n, double load_share, std::uint32_t seed) {
   static const std::vector<double> places = late_places();
   static const std::vector<double> expected = [] {
     std::vector<double> all;
@@ -90,7 +92,7 @@ std::vector<double> late_errors(bristle::Sampling sampling, std::uint32_t n, dou
   const bristle::Material m = bristle::Material{}.with_snap_rule(bristle::SnapRule::keep);
   bristle::PatchBatch batch;
   const auto id = batch.add(
-      m, bristle::PatchOptions{}.with_bristles(n).with_axes(1).with_seed(seed).with_sampling(sampling));
+      m, with_random_lengths(bristle::PatchOptions{}.with_bristles(n).with_axes(1).with_seed(seed), random));
   std::vector<double> errors;
   double at = 0.0;
   for (std::size_t k = 0; k < places.size(); ++k) {
@@ -118,10 +120,10 @@ double correlation(const std::vector<double>& x, const std::vector<double>& y) {
 struct Pairs {
   double mean = 0.0, largest = 0.0, root_mean_square = 0.0;
 };
-Pairs compare_seeds(bristle::Sampling sampling, std::uint32_t n, double load_share, std::uint32_t last) {
+Pairs compare_seeds(bool random, std::uint32_t n, double load_share, std::uint32_t last) {
   std::vector<std::vector<double>> errors;
   for (std::uint32_t seed = 2; seed <= last; ++seed)
-    errors.push_back(late_errors(sampling, n, load_share, seed));
+    errors.push_back(late_errors(random, n, load_share, seed));
   Pairs found;
   double count = 0.0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -138,17 +140,15 @@ Pairs compare_seeds(bristle::Sampling sampling, std::uint32_t n, double load_sha
 }
 
 // Relative difference of the force at x mean snap lengths from the virgin curve, rms over seeds.
-double virgin_error(bristle::Sampling sampling, std::uint32_t n, int seeds) {
+double virgin_error(bool random, std::uint32_t n, int seeds) {
   const bristle::Material m = bristle::Material{}.with_snap_rule(bristle::SnapRule::keep);
   const double dbar = m.snap_length.mean();
   double squares = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
     bristle::PatchBatch batch;
-    const auto id = batch.add(m, bristle::PatchOptions{}
-                                     .with_bristles(n)
-                                     .with_axes(1)
-                                     .with_seed(static_cast<std::uint32_t>(977 * seed))
-                                     .with_sampling(sampling));
+    const auto options = bristle::PatchOptions{}.with_bristles(n).with_axes(1).with_seed(
+        static_cast<std::uint32_t>(977 * seed));
+    const auto id = batch.add(m, with_random_lengths(options, random));
     const bristle::Motion motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}};
     bristle::Response r;
     batch.step(1e-3, {&motion, 1}, {&r, 1});
@@ -163,9 +163,9 @@ double virgin_error(bristle::Sampling sampling, std::uint32_t n, int seeds) {
 
 TEST_CASE("Random sampling draws independent snap lengths of the law, the same for a seed", "[accuracy]") {
   const std::uint32_t n = 20'000;
-  std::vector<double> delta = snap_lengths(bristle::Sampling::random, n, 3);
-  CHECK(delta == snap_lengths(bristle::Sampling::random, n, 3));
-  CHECK(delta != snap_lengths(bristle::Sampling::random, n, 4));
+  std::vector<double> delta = snap_lengths(true, n, 3);
+  CHECK(delta == snap_lengths(true, n, 3));
+  CHECK(delta != snap_lengths(true, n, 4));
   // Uniform on 5 to 15 um: mean 10, variance 100/12; neighbours uncorrelated. Five standard errors.
   const double error = 5.0 / std::sqrt(static_cast<double>(n));
   const double mean = mean_of(delta), deviation = 10e-6 / std::sqrt(12.0);
@@ -186,7 +186,7 @@ TEST_CASE("Random sampling draws independent snap lengths of the law, the same f
   };
   CHECK(distance(delta) < 2.47 / std::sqrt(static_cast<double>(n)));
   CHECK(distance(delta) > 0.3 / std::sqrt(static_cast<double>(n)));
-  CHECK(distance(snap_lengths(bristle::Sampling::stratified, n, 3)) < 10.0 / n);
+  CHECK(distance(snap_lengths(false, n, 3)) < 10.0 / n);
 }
 
 TEST_CASE("Any seed's first 2^m bristles have one length in each 2^m-th of the law", "[accuracy][seeds]") {
@@ -229,16 +229,14 @@ TEST_CASE("The shares of a seed are those on record", "[accuracy][seeds]") {
 }
 
 TEST_CASE("Patches with kept lengths that differ in the seed are independent", "[accuracy][seeds]") {
-  using bristle::Sampling;
   // Seeds that only rotate one sequence: of these two one had the other's bristles, 13 places further on, and
   // their errors correlated by 0.98.
-  CHECK(std::abs(correlation(late_errors(Sampling::stratified, 2000, 1.0, 34),
-                             late_errors(Sampling::stratified, 2000, 1.0, 66))) < 0.5);
+  CHECK(std::abs(correlation(late_errors(false, 2000, 1.0, 34), late_errors(false, 2000, 1.0, 66))) < 0.5);
   // Also where a tenth of the bristles is in contact. Independent lengths are the measure of chance.
   for (const double load_share : {1.0, 0.1}) {
     INFO("load share " << load_share);
-    const Pairs stratified = compare_seeds(Sampling::stratified, 2000, load_share, 41);
-    const Pairs random = compare_seeds(Sampling::random, 2000, load_share, 41);
+    const Pairs stratified = compare_seeds(false, 2000, load_share, 41);
+    const Pairs random = compare_seeds(true, 2000, load_share, 41);
     CHECK(std::abs(stratified.mean) < 0.02);
     CHECK(stratified.root_mean_square < 1.15 * random.root_mean_square);
     CHECK(stratified.largest < 1.15 * random.largest);
@@ -257,7 +255,7 @@ TEST_CASE("Seeds that scramble err no more on the virgin curve than the golden r
     const double error = sum / n / 6.05e-6 - 1.0;
     rotated += error * error / seeds;
   }
-  CHECK(virgin_error(bristle::Sampling::stratified, n, seeds) < 1.2 * std::sqrt(rotated));
+  CHECK(virgin_error(false, n, seeds) < 1.2 * std::sqrt(rotated));
 }
 
 TEST_CASE("On the virgin curve random lengths err as n^-1/2, stratified ones as 1/n", "[accuracy]") {
@@ -267,11 +265,11 @@ TEST_CASE("On the virgin curve random lengths err as n^-1/2, stratified ones as 
   const int seeds = 200;
   for (const std::uint32_t n : {100u, 1600u}) {
     // A variance from `seeds` samples is off by sqrt(2 / seeds), its root by half of that: five of them.
-    CHECK(virgin_error(bristle::Sampling::random, n, seeds) ==
+    CHECK(virgin_error(true, n, seeds) ==
           Approx(per_bristle / std::sqrt(n)).epsilon(2.5 * std::sqrt(2.0 / seeds)));
     // Koksma: variation of f over the shares (0.3 x down from x, once: 0.8 up and the slope's 0.3) times the
     // discrepancy, below (2 + log2 n) / n for the golden ratio.
-    CHECK(virgin_error(bristle::Sampling::stratified, n, 20) < 1.2 / 0.605 * (2.0 + std::log2(n)) / n);
+    CHECK(virgin_error(false, n, 20) < 1.2 / 0.605 * (2.0 + std::log2(n)) / n);
   }
 }
 
@@ -488,7 +486,7 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
   const cli::Scene scene = cli::read_scene(folder.write("rubbed.toml", text));
   const cli::AccuracyResult result = cli::study_accuracy(scene, options);
   CHECK(result.no_literal.find("'tip'") != std::string::npos);
-  for (const cli::SettingResult& s : result.settings) CHECK(s.setting.rule == bristle::StepRule::exact);
+  for (const cli::SettingResult& s : result.settings) CHECK(!s.setting.compared.literal);
   CHECK(cli::accuracy_table(scene, options, result).find("the paper's loop, is not among") !=
         std::string::npos);
 }
@@ -508,7 +506,7 @@ TEST_CASE("A tuned scene changes its population, and keys of the other one leave
   bristle::PatchOptions o = tuned("bristles = 100\nstep_rule = \"literal\"\n");
   CHECK(o.population == bristle::Population::infinite);
   CHECK(o.resolution == 4.0);
-  CHECK(o.step_rule == bristle::StepRule::exact);
+  CHECK(!o.compared.literal);
   result.recommendation.setting = {};
   result.recommendation.setting.bristles = 76;
   o = tuned("population = \"infinite\"\nresolution = 12\ncohorts = 64\n");

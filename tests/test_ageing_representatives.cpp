@@ -708,9 +708,9 @@ TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
       plain_material(uniform, SnapRule::keep).with_ageing(Ageing::logarithmic(0.2, tau));
   const std::string message = message_of([&] {
     PatchBatch batch;
-    batch.add(material, plain_options(100).with_step_rule(StepRule::literal));
+    batch.add(material, with_literal_rule(plain_options(100)));
   });
-  CHECK(names(message, {"ageing_strength", "0.2", "StepRule::exact"}));
+  CHECK(names(message, {"ageing_strength", "0.2", "literal rule"}));
 }
 
 TEST_CASE("the rest of a patch that ages is over after a slide in any direction", "[ageing]") {

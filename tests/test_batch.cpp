@@ -217,7 +217,7 @@ TEST_CASE("A patch that names no number of bristles is the infinite brush where 
       {smooth, PatchOptions{}.with_precision(bristle::Precision::double_), Population::infinite},
       {smooth, PatchOptions{}.with_fluctuation(100), Population::infinite},
       {smooth, PatchOptions{}.with_bristles(100), Population::representatives},
-      {smooth, PatchOptions{}.with_sampling(bristle::Sampling::random), Population::representatives},
+      {smooth, with_random_lengths(PatchOptions{}), Population::representatives},
       {one_length, PatchOptions{}, Population::representatives},
       {keeping, PatchOptions{}, Population::representatives},
       {smooth, PatchOptions{}.with_population(Population::representatives), Population::representatives},
@@ -230,8 +230,7 @@ TEST_CASE("A patch that names no number of bristles is the infinite brush where 
     CHECK((kernel.find("infinite") != std::string::npos) == (c.chosen == Population::infinite));
   }
   const Material paper = Material::from_coefficients(bristle::Coefficients::paper());
-  CHECK(bristle::choose_population(paper, PatchOptions{}.with_step_rule(bristle::StepRule::literal)) ==
-        Population::representatives);
+  CHECK(bristle::choose_population(paper, with_literal_rule({})) == Population::representatives);
 }
 
 TEST_CASE("info tells what a patch is and uses", "[batch]") {

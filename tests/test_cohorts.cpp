@@ -295,7 +295,7 @@ TEST_CASE("The infinite brush has the same bits on every instruction set, lazy o
             std::mt19937 generator(7);
             std::uniform_real_distribution<double> flat(-1.0, 1.0);
             OnePatch patch(plain_material(law, SnapRule::redraw), infinite_options(8.0, cohorts, axes),
-                           BatchOptions{}.with_isa(isa.name).with_eager(eager));
+                           stepped_eagerly(BatchOptions{}.with_isa(isa.name), eager));
             double sum = 0.0, load = load_n;
             for (int i = 0; i < 2000; ++i) {
               const double s = (i % 700 < 350 ? 0.08 : i % 97 == 0 ? 9.0 : 0.6) * dbar;
@@ -464,8 +464,8 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
                     Catch::Contains("SnapRule::redraw"));
   CHECK_THROWS_WITH(batch.add(plain_material(SnapLength::single(dbar), SnapRule::redraw), infinite_options()),
                     Catch::Contains("snap_length.cv = 0") && Catch::Contains("representatives"));
-  CHECK_THROWS_WITH(batch.add(redraw, infinite_options().with_step_rule(StepRule::literal)),
-                    Catch::Contains("StepRule::exact"));
+  CHECK_THROWS_WITH(batch.add(redraw, with_literal_rule(infinite_options())),
+                    Catch::Contains("literal rule"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
   // Wider than bristle by bristle: taken.

@@ -632,7 +632,7 @@ TEST_CASE("A saved state brings cells, turn and scale back", "[extended][state]"
     CHECK(message_of([&] { second.restore_state(damaged); }) != "(no error)");
     CHECK(second.state_hash() == before);
   }
-  CHECK(names(message_of([&] { second.restore_state({}); }), {"ExtendedPatches", "shorter"}));
+  CHECK(names(message_of([&] { second.restore_state({}); }), {"ExtendedPatches", "cut short"}));
 }
 
 TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]") {
@@ -810,8 +810,7 @@ TEST_CASE("An outline turned any way has the same answer byte by byte, lazy or e
   const PatchOptions options = infinite_options(4.0).with_outputs(Outputs::end);
   const Outline outline = Outline::disc(150.0 * dbar, Pressure::hertz, 2);
   Pad lazy(plain_material(smooth, SnapRule::redraw), options, outline, load_n);
-  Pad eager(plain_material(smooth, SnapRule::redraw), options, outline, load_n,
-            BatchOptions{}.with_eager(true));
+  Pad eager(plain_material(smooth, SnapRule::redraw), options, outline, load_n, stepped_eagerly());
   REQUIRE(lazy.id.value == eager.id.value);
   for (int i = 0; i < 24; ++i) {
     // All around in eight turns, a glide after each: then nothing is looked at, and nothing damps.

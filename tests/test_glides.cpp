@@ -238,7 +238,7 @@ TEST_CASE("A step that sticks or glides has the same bits by the short way",
   for (const Case& what : cases) {
     INFO(what.name);
     OnePatch quick(what.material, what.options);
-    OnePatch eager(what.material, what.options, BatchOptions{}.with_eager(true));
+    OnePatch eager(what.material, what.options, stepped_eagerly());
     int unasked = 0;  // steps in which no bristle was looked at
     for (int i = 0; i < 3600; ++i) {
       Motion motion = motion_of(i);

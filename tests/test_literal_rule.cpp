@@ -16,7 +16,7 @@ using namespace bristle_test;
 namespace {
 
 PatchOptions literal_options(std::uint32_t n, int axes, Precision precision) {
-  return plain_options(n, axes, precision).with_step_rule(StepRule::literal);
+  return with_literal_rule(plain_options(n, axes, precision));
 }
 
 bool whole(double x) { return std::abs(x - std::round(x)) < 1e-9; }
@@ -126,8 +126,7 @@ TEST_CASE("A step of the literal rule beyond every length is one along either ax
   const std::uint32_t n = 50;
   for (const double length : {1e4, 1e6, 3e6, 1e9, 1e290}) {
     for (const Precision precision : precisions()) {
-      const PatchOptions options =
-          plain_options(n, 2, precision, Outputs::all).with_step_rule(StepRule::literal);
+      const PatchOptions options = with_literal_rule(plain_options(n, 2, precision, Outputs::all));
       OnePatch along_x(plain_material(uniform, SnapRule::keep), options);
       OnePatch along_y(plain_material(uniform, SnapRule::keep), options);
       Response x, y;

@@ -41,7 +41,7 @@ TEST_CASE("a minimal build refuses what it leaves out and says how to get it") {
   REQUIRE_THROWS_WITH(batch.add(keep, small_options(100).with_outputs(Outputs::mean)), refused);
   REQUIRE_THROWS_WITH(batch.add(keep, small_options(100).with_outputs(Outputs::energy)), refused);
   REQUIRE_THROWS_WITH(batch.add(keep, small_options(100).with_precision(Precision::double_)), refused);
-  REQUIRE_THROWS_WITH(batch.add(keep, small_options(100).with_step_rule(StepRule::literal)), refused);
+  REQUIRE_THROWS_WITH(batch.add(keep, with_literal_rule(small_options(100))), refused);
   REQUIRE_THROWS_WITH(batch.add(redraw, small_options(100)), refused);
   REQUIRE_THROWS_WITH(batch.add(redraw, small_options(100).with_population(bristle::Population::infinite)),
                       refused);

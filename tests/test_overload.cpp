@@ -240,7 +240,8 @@ TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determi
   bool eager = true;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
     if (isa.usable && (std::string(isa.name) != "scalar" || is_scalar(PatchBatch()))) {
-      compare(expected, run(BatchOptions{}.with_isa(isa.name).with_eager(eager).with_threads(eager ? 3 : 1)),
+      compare(expected,
+              run(stepped_eagerly(BatchOptions{}.with_isa(isa.name).with_threads(eager ? 3 : 1), eager)),
               isa.name);
       eager = !eager;
     }

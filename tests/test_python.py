@@ -308,7 +308,7 @@ class Copies(unittest.TestCase):
             np.testing.assert_array_equal(slide(other, ids, 3e-6, 5), forces)
 
     def test_an_empty_batch_can_be_copied(self):
-        for other in self.ways(bristle.PatchBatch(isa="scalar", eager=True)):
+        for other in self.ways(bristle.PatchBatch(isa="scalar")):
             self.assertEqual((len(other), other.isa), (0, "scalar"))
 
     def test_batches_go_to_other_processes(self):

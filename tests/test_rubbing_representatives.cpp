@@ -580,7 +580,7 @@ TEST_CASE("A rubbed patch has the same bits lazy or eager, and on any number of 
     const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);
     const auto options = plain_options(test_size(60000), 2);
     OnePatch one(material, options, BatchOptions{}.with_threads(1));
-    OnePatch eager(material, options, BatchOptions{}.with_threads(1).with_eager(true));
+    OnePatch eager(material, options, stepped_eagerly());
     OnePatch four(material, options, BatchOptions{}.with_threads(4));
     std::mt19937_64 random(11);
     int wrong = 0;
@@ -629,11 +629,11 @@ TEST_CASE("A material without residual lets bristles beyond its lengths slip alo
 
 TEST_CASE("The literal rule refuses a residual and shared renewal by name", "[rubbing]") {
   PatchBatch batch;
-  const auto options = plain_options(10, 1).with_step_rule(StepRule::literal);
+  const auto options = with_literal_rule(plain_options(10, 1));
   CHECK(names(message_of([&] { batch.add(rubbed(uniform, SnapRule::redraw, 0.4, 0.0), options); }),
-              {"residual_length", "StepRule::literal", "StepRule::exact"}));
+              {"residual_length", "literal rule"}));
   CHECK(names(message_of([&] { batch.add(rubbed(uniform, SnapRule::redraw, 0.0, 1.0), options); }),
-              {"shared_renewal", "StepRule::literal"}));
+              {"shared_renewal", "literal rule"}));
 }
 
 TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") {
@@ -840,7 +840,7 @@ TEST_CASE("A slide that bends keeps its energy, and its bits on any instruction 
       const std::uint32_t n = test_size(70000);
       const auto options = plain_options(n, 2, precision);
       OnePatch one(material, options, BatchOptions{}.with_threads(1));
-      OnePatch eager(material, options, BatchOptions{}.with_threads(1).with_eager(true));
+      OnePatch eager(material, options, stepped_eagerly());
       OnePatch four(material, options, BatchOptions{}.with_threads(4));
       OnePatch scalar(material, options, BatchOptions{}.with_threads(1).with_isa("scalar"));
       int different = 0, off = 0;

@@ -15,11 +15,12 @@ namespace {
 
 using namespace bristle;
 using bristle_test::is_scalar;
+using bristle_test::stepped_eagerly;
 
 /// Two batches that must never differ: one skips, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy{BatchOptions{}};
-  PatchBatch eager{BatchOptions{}.with_eager(true)};
+  PatchBatch eager{stepped_eagerly()};
   PatchId id;
   std::uint64_t visited_lazy = 0;
   std::uint64_t visited_eager = 0;

@@ -17,7 +17,7 @@ constexpr std::uint32_t many = 50000;  // 196 blocks, 4 groups
 /// Two batches that must never differ: one skips, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy;
-  PatchBatch eager{BatchOptions{}.with_eager(true)};
+  PatchBatch eager{stepped_eagerly()};
   PatchId id;
   std::uint64_t visited_lazy = 0, visited_eager = 0;
   int wrong = 0;

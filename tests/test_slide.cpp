@@ -589,7 +589,7 @@ TEST_CASE("a patch that cannot slide is refused by name", "[slide]") {
   };
   CHECK_THAT(message(PatchOptions{}.with_population(bristle::Population::infinite)),
              Catch::Contains("SnapRule::slide"));
-  CHECK_THAT(message(PatchOptions{}.with_step_rule(StepRule::literal)), Catch::Contains("step_rule"));
+  CHECK_THAT(message(with_literal_rule(PatchOptions{})), Catch::Contains("literal rule"));
   CHECK_THAT(message(PatchOptions{}.with_fluctuation(10)), Catch::Contains("fluctuation"));
   const PatchId id = batch.add(material, PatchOptions{});
   CHECK(batch.info(id).bristles == 32);

@@ -249,7 +249,7 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
   std::vector<OnePatch> patches;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
     if (isa.usable) patches.emplace_back(material, plain_options(300), BatchOptions{}.with_isa(isa.name));
-  patches.emplace_back(material, plain_options(300), BatchOptions{}.with_eager(true));
+  patches.emplace_back(material, plain_options(300), stepped_eagerly());
   for (OnePatch& patch : patches) {
     patch.step(0.0, 0.0, 1.0, 1e300);  // now it stands
     patch.batch.remove(patch.id);
@@ -282,7 +282,7 @@ TEST_CASE(
                                       .with_shared_renewal(renewal)
                                       .with_ageing(Ageing::logarithmic(0.3, 1e-14 * clock));
         const PatchOptions options = infinite ? infinite_options() : plain_options(300);
-        OnePatch lazy(material, options), eager(material, options, BatchOptions{}.with_eager(true));
+        OnePatch lazy(material, options), eager(material, options, stepped_eagerly());
         const double full = options.max_normal_load;
         for (OnePatch* patch : {&lazy, &eager}) patch->step(0.0, 0.0, full, clock);
         std::mt19937_64 random(5);

@@ -232,12 +232,12 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
         for (Precision precision : precisions()) {
-          for (StepRule step_rule : {StepRule::exact, StepRule::literal}) {
+          for (bool literal : {false, true}) {
             for (const SnapLength& law : all_laws()) {
               std::ostringstream name;
               name << axes << " axes, " << table_name(rule) << ", outputs " << static_cast<int>(outputs)
-                   << ", " << name_of(precision)
-                   << (step_rule == StepRule::literal ? ", literal, " : ", exact, ") << to_string(law.law());
+                   << ", " << name_of(precision) << (literal ? ", literal, " : ", exact, ")
+                   << to_string(law.law());
               Material material = plain_material(law, rule)
                                       .with_bristle_stiffness(80.0)
                                       .with_bristle_damping(0.01)
@@ -250,10 +250,9 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
                                                .with_axes(axes)
                                                .with_outputs(outputs)
                                                .with_precision(precision)
-                                               .with_step_rule(step_rule)
                                                .with_seed(seed);
               ++seed;
-              cases.push_back({name.str(), material, later, options});
+              cases.push_back({name.str(), material, later, with_literal_rule(options, literal)});
             }
           }
         }

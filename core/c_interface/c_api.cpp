@@ -84,9 +84,7 @@ static_assert(same_value<BRISTLE_RULE_KEEP, SnapRule::keep> &&
               same_value<BRISTLE_DECAY_GAUSSIAN, DamperDecay::gaussian> &&
               same_value<BRISTLE_OUTPUT_MEAN, Outputs::mean> &&
               same_value<BRISTLE_OUTPUT_ENERGY, Outputs::energy> &&
-              same_value<BRISTLE_PRECISION_DOUBLE, Precision::double_> &&
-              same_value<BRISTLE_STEP_LITERAL, StepRule::literal> &&
-              same_value<BRISTLE_SAMPLING_RANDOM, Sampling::random>);
+              same_value<BRISTLE_PRECISION_DOUBLE, Precision::double_>);
 static_assert(same_value<BRISTLE_POPULATION_AUTOMATIC, Population::automatic> &&
               same_value<BRISTLE_POPULATION_REPRESENTATIVES, Population::representatives> &&
               same_value<BRISTLE_POPULATION_INFINITE, Population::infinite>);
@@ -97,14 +95,18 @@ static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
               same_value<BRISTLE_STATUS_OVERLOAD, Status::overload>);
 
-struct bristle_batch {
-  explicit bristle_batch(const BatchOptions& options) : batch(options, header_build) {}
-  PatchBatch batch;
+/// The C++ object of a handle.
+template <class Part>
+struct Holds {
+  Part it;
 };
-
-struct bristle_shedder {
-  LoadShedder shedder;
-};
+struct bristle_batch : Holds<PatchBatch> {};
+struct bristle_shedder : Holds<LoadShedder> {};
+struct bristle_extended : Holds<ExtendedPatches> {};
+struct bristle_beds : Holds<BedBatch> {};
+struct bristle_joints : Holds<JointFriction> {};
+struct bristle_matcher : Holds<ContactMatcher> {};
+struct bristle_monitor : Holds<DeadlineMonitor> {};
 
 /// A pool by key: of patches (points or outlines) or of beds.
 struct KeyedPool {
@@ -120,37 +122,15 @@ struct KeyedPool {
     std::visit([&](auto& keys) { keys.restore_state(from); }, pool);
   }
 };
-struct bristle_keyed {
-  KeyedPool keys;
-
+struct bristle_keyed : Holds<KeyedPool> {
   template <class Call>
   auto visit(Call&& call) {
-    return std::visit(call, keys.pool);
+    return std::visit(call, it.pool);
   }
   template <class Call>
   auto visit(Call&& call) const {
-    return std::visit(call, keys.pool);
+    return std::visit(call, it.pool);
   }
-};
-
-struct bristle_extended {
-  ExtendedPatches patches;
-};
-
-struct bristle_beds {
-  BedBatch batch;
-};
-
-struct bristle_joints {
-  JointFriction batch;
-};
-
-struct bristle_matcher {
-  ContactMatcher matcher;
-};
-
-struct bristle_monitor {
-  DeadlineMonitor monitor;
 };
 
 namespace {
@@ -199,24 +179,45 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
 
-/// The three calls on the saved state of a part of a handle: size, save, restore.
-template <class Handle, class Part>
-size_t size_of_state(const Handle* handle, Part Handle::*part) {
-  return handle != nullptr ? (handle->*part).state_size() : 0;
-}
-template <class Handle, class Part>
-size_t write_state(const Handle* handle, Part Handle::*part, void* to, size_t size) {
-  if (handle == nullptr || to == nullptr) return 0;
-  return (handle->*part).save_state({static_cast<std::byte*>(to), size});
-}
-template <class Handle, class Part>
-bristle_result read_state(Handle* handle, const char* name, Part Handle::*part, const void* from,
-                          size_t size) {
+/// The three calls on the saved state of what a handle holds.
+#define BRISTLE_STATE_CALLS(prefix, handle)                                                        \
+  size_t prefix##_state_size(const bristle_##handle* handle) {                                     \
+    return handle != nullptr ? handle->it.state_size() : 0;                                        \
+  }                                                                                                \
+  size_t prefix##_save_state(const bristle_##handle* handle, void* to, size_t size) {              \
+    if (handle == nullptr || to == nullptr) return 0;                                              \
+    return handle->it.save_state({static_cast<std::byte*>(to), size});                             \
+  }                                                                                                \
+  bristle_result prefix##_restore_state(bristle_##handle* handle, const void* from, size_t size) { \
+    return guarded([&] {                                                                           \
+      need(handle, #handle);                                                                       \
+      need(from, "from");                                                                          \
+      handle->it.restore_state({static_cast<const std::byte*>(from), size});                       \
+    });                                                                                            \
+  }
+
+/// Makes what a handle holds.
+template <class Handle, class Make>
+bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {
     need(handle, name);
-    need(from, "from");
-    (handle->*part).restore_state({static_cast<const std::byte*>(from), size});
+    *handle = new Handle{{make()}};
   });
+}
+
+template <class Handle>
+bristle_result remove_id(Handle* handle, const char* name, bristle_id id) {
+  return guarded([&] {
+    need(handle, name);
+    handle->it.remove({id});
+  });
+}
+
+/// Of one id, or of all where it is 0.
+template <class Handle>
+uint64_t hash_of(const Handle* handle, bristle_id id) {
+  if (handle == nullptr) return 0;
+  return id == 0 ? handle->it.state_hash() : handle->it.state_hash({id});
 }
 
 void need_columns(const void* in, const char* in_name, const void* out, const char* out_name,
@@ -243,6 +244,13 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
+/// Options whose last field, `compared`, is no part of the interface.
+template <class Cpp>
+constexpr std::size_t compared_modes = requires {
+  &Cpp::compared;
+}
+? 1 : 0;
+
 /// Lists each pair of fields once. The list copies both ways and is counted, so that no field is forgotten.
 /// `unused`: reserved fields.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
@@ -252,7 +260,7 @@ struct Mirror;
     using Cpp = cpp_type;                                                                                 \
     static constexpr const char* name = #c_type;                                                          \
     static constexpr auto fields = std::make_tuple(__VA_ARGS__);                                          \
-    static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)>,                        \
+    static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)> + compared_modes<Cpp>,  \
                   "a field of " #cpp_type " is missing in " #c_type);                                     \
     static_assert(detail::field_count<C> == 1 + std::tuple_size_v<decltype(fields)> + (unused),           \
                   "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \
@@ -283,12 +291,11 @@ BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BR
                BRISTLE_FIELD(growth_per_decade), BRISTLE_FIELD(ageing_time),
                BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(speed_strengthening),
                BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread), BRISTLE_FIELD(drop));
-BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 1, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
-               BRISTLE_FIELD(servo_core), BRISTLE_FIELD(eager));
+BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
+               BRISTLE_FIELD(servo_core));
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
                BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
                BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
-               BRISTLE_CHOICE(step_rule, StepRule::literal), BRISTLE_CHOICE(sampling, Sampling::random),
                BRISTLE_CHOICE(population, Population::infinite), BRISTLE_FIELD(cohorts),
                BRISTLE_FIELD(fluctuation), BRISTLE_FIELD(resolution));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
@@ -366,6 +373,12 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
     *s = defaults;
   });
 }
+
+/// bristle_init_KIND; `name` is that of the caller's argument.
+#define BRISTLE_INIT(kind, name, defaults)                                       \
+  bristle_result bristle_init_##kind(bristle_##kind* kind, size_t struct_size) { \
+    return init_struct(kind, struct_size, defaults, #name);                      \
+  }
 
 SnapLength to_cpp(const bristle_snap_length& s) {
   if (s.law > static_cast<std::uint32_t>(SnapLaw::table))
@@ -445,6 +458,24 @@ typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
 template <class C>
 typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
+}
+
+/// Takes a step and reports it. Checks the size of `report` first: a step cannot be undone.
+template <class Step>
+void report_step(bristle_step_report* report, const Step& step) {
+  if (report != nullptr) check_size(*report, "report");
+  const StepReport done = step();
+  if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+}
+
+/// Tries motions one by one.
+template <class CppMotion, class Motion, class Response, class Try>
+void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto response = find_force(reinterpret_cast<const CppMotion&>(motions[i]));
+    static_assert(sizeof response == sizeof *responses);
+    std::memcpy(&responses[i], &response, sizeof response);
+  }
 }
 
 Material read_material(const bristle_material* from) {
@@ -533,15 +564,9 @@ const char* bristle_instruction_set(size_t index, uint32_t* usable) {
 
 // --- materials
 
-bristle_result bristle_init_material(bristle_material* material, size_t struct_size) {
-  return init_struct(material, struct_size, to_c<bristle_material>(Material{}), "material");
-}
-bristle_result bristle_init_coefficients(bristle_coefficients* coefficients, size_t struct_size) {
-  return init_struct(coefficients, struct_size, to_c<bristle_coefficients>(Coefficients{}), "coefficients");
-}
-bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size) {
-  return init_struct(facts, struct_size, bristle_material_facts{}, "facts");
-}
+BRISTLE_INIT(material, material, to_c<bristle_material>(Material{}))
+BRISTLE_INIT(coefficients, coefficients, to_c<bristle_coefficients>(Coefficients{}))
+BRISTLE_INIT(material_facts, facts, bristle_material_facts{})
 
 bristle_result bristle_material_from_coefficients(const bristle_coefficients* coefficients,
                                                   bristle_material* material) {
@@ -646,24 +671,13 @@ bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length
 
 // --- batches
 
-bristle_result bristle_init_batch_options(bristle_batch_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c<bristle_batch_options>(BatchOptions{}), "batch_options");
-}
-bristle_result bristle_init_patch_options(bristle_patch_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c<bristle_patch_options>(PatchOptions{}), "patch_options");
-}
-bristle_result bristle_init_step_report(bristle_step_report* report, size_t struct_size) {
-  return init_struct(report, struct_size, bristle_step_report{}, "report");
-}
-bristle_result bristle_init_patch_info(bristle_patch_info* info, size_t struct_size) {
-  return init_struct(info, struct_size, bristle_patch_info{}, "info");
-}
+BRISTLE_INIT(batch_options, batch_options, to_c<bristle_batch_options>(BatchOptions{}))
+BRISTLE_INIT(patch_options, patch_options, to_c<bristle_patch_options>(PatchOptions{}))
+BRISTLE_INIT(step_report, report, bristle_step_report{})
+BRISTLE_INIT(patch_info, info, bristle_patch_info{})
 
 bristle_result bristle_create(const bristle_batch_options* options, bristle_batch** batch) {
-  return guarded([&] {
-    need(batch, "batch");
-    *batch = new bristle_batch(read_options(options, "options"));
-  });
+  return create(batch, "batch", [&] { return PatchBatch(read_options(options, "options"), header_build); });
 }
 
 void bristle_destroy(bristle_batch* batch) { delete batch; }
@@ -673,7 +687,7 @@ bristle_result bristle_add(bristle_batch* batch, const bristle_material* materia
   return guarded([&] {
     need(batch, "batch");
     need(id, "id");
-    *id = batch->batch.add(read_material(material), read_options(options, "options")).value;
+    *id = batch->it.add(read_material(material), read_options(options, "options")).value;
   });
 }
 
@@ -691,39 +705,34 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     std::vector<PatchId> added;
     added.reserve(count);
     try {
-      for (const PatchOptions& o : all) added.push_back(batch->batch.add(m, o));
+      for (const PatchOptions& o : all) added.push_back(batch->it.add(m, o));
     } catch (...) {
-      for (; !added.empty(); added.pop_back()) batch->batch.remove(added.back());
+      for (; !added.empty(); added.pop_back()) batch->it.remove(added.back());
       throw;
     }
     for (size_t i = 0; i < count; ++i) ids[i] = added[i].value;
   });
 }
 
-bristle_result bristle_remove(bristle_batch* batch, bristle_id id) {
-  return guarded([&] {
-    need(batch, "batch");
-    batch->batch.remove({id});
-  });
-}
+bristle_result bristle_remove(bristle_batch* batch, bristle_id id) { return remove_id(batch, "batch", id); }
 
 bristle_result bristle_set_material(bristle_batch* batch, bristle_id id, const bristle_material* material) {
   return guarded([&] {
     need(batch, "batch");
-    batch->batch.set_material({id}, read_material(material));
+    batch->it.set_material({id}, read_material(material));
   });
 }
 
 bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key) {
   if (batch == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "batch is null");
-  if (!batch->batch.reset({id}, seed, key)) return fail_no_patch("bristle_reset", id);
+  if (!batch->it.reset({id}, seed, key)) return fail_no_patch("bristle_reset", id);
   return BRISTLE_OK;
 }
 
 bristle_result bristle_warm_up(bristle_batch* batch) {
   return guarded([&] {
     need(batch, "batch");
-    batch->batch.warm_up();
+    batch->it.warm_up();
   });
 }
 
@@ -735,8 +744,8 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
   if (report != nullptr &&
       report->struct_size != sizeof *report)  // before the step, which cannot be taken back
     return guarded([&] { check_size(*report, "report"); });
-  const StepReport done = batch->batch.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
-                                            {reinterpret_cast<Response*>(responses), count});
+  const StepReport done = batch->it.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
+                                         {reinterpret_cast<Response*>(responses), count});
   if (report != nullptr) {
     *report = to_c<bristle_step_report>(done);
     report->struct_size = sizeof *report;
@@ -749,48 +758,35 @@ bristle_result bristle_find_force(bristle_batch* batch, double dt_s, const brist
                                   size_t count) {
   if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
     return fail(BRISTLE_BAD_ARGUMENT, refusal);
-  for (size_t i = 0; i < count; ++i) {
-    const Response response = batch->batch.find_force(dt_s, reinterpret_cast<const Motion&>(motions[i]));
-    std::memcpy(&responses[i], &response, sizeof response);
-  }
+  try_each<Motion>(motions, responses, count,
+                   [&](const Motion& motion) { return batch->it.find_force(dt_s, motion); });
   return BRISTLE_OK;
 }
 
 bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id, bristle_patch_info* info) {
   return guarded([&] {
     need(batch, "batch");
-    const PatchInfo p = batch->batch.info({id});
+    const PatchInfo p = batch->it.info({id});
     if (p.bristles == 0) throw Error("bristle_find_info: there is no patch with id " + std::to_string(id));
     write_struct(to_c<bristle_patch_info>(p), info, "info");
   });
 }
 
 double bristle_stored_energy(const bristle_batch* batch, bristle_id id) {
-  return batch != nullptr ? batch->batch.stored_energy({id}) : 0.0;
+  return batch != nullptr ? batch->it.stored_energy({id}) : 0.0;
 }
 
-uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id) {
-  if (batch == nullptr) return 0;
-  return id == 0 ? batch->batch.state_hash() : batch->batch.state_hash({id});
-}
+uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id) { return hash_of(batch, id); }
 
 size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* zx, double* zy, double* delta,
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
   // C++ leaves out a column of length 0.
-  return std::min(capacity, batch->batch.read_bristles({id}, column(zx), column(zy), column(delta)));
+  return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 
-size_t bristle_state_size(const bristle_batch* batch) { return size_of_state(batch, &bristle_batch::batch); }
-
-size_t bristle_save_state(const bristle_batch* batch, void* to, size_t size) {
-  return write_state(batch, &bristle_batch::batch, to, size);
-}
-
-bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size) {
-  return read_state(batch, "batch", &bristle_batch::batch, from, size);
-}
+BRISTLE_STATE_CALLS(bristle, batch)
 
 bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path, const void* extra,
                                        size_t extra_size) {
@@ -798,7 +794,7 @@ bristle_result bristle_save_state_file(const bristle_batch* batch, const char* p
     need(batch, "batch");
     need(path, "path");
     if (extra_size > 0) need(extra, "extra");
-    save_state_file(path, batch->batch, {static_cast<const std::byte*>(extra), extra_size});
+    save_state_file(path, batch->it, {static_cast<const std::byte*>(extra), extra_size});
   });
 }
 
@@ -808,7 +804,7 @@ bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path
     need(batch, "batch");
     need(path, "path");
     const std::vector<std::byte> found =
-        restore_state_file(path, batch->batch, std::max(capacity, std::size_t{1} << 20));
+        restore_state_file(path, batch->it, std::max(capacity, std::size_t{1} << 20));
     const size_t held = extra != nullptr ? std::min(capacity, found.size()) : 0;
     if (held > 0) std::memcpy(extra, found.data(), held);
     if (extra_size != nullptr) *extra_size = found.size();
@@ -816,36 +812,26 @@ bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path
 }
 
 size_t bristle_patch_count(const bristle_batch* batch) {
-  return batch != nullptr ? batch->batch.patch_count() : 0;
+  return batch != nullptr ? batch->it.patch_count() : 0;
 }
-int32_t bristle_threads(const bristle_batch* batch) { return batch != nullptr ? batch->batch.threads() : 0; }
+int32_t bristle_threads(const bristle_batch* batch) { return batch != nullptr ? batch->it.threads() : 0; }
 int32_t bristle_unbound_workers(const bristle_batch* batch) {
-  return batch != nullptr ? batch->batch.unbound_workers() : 0;
+  return batch != nullptr ? batch->it.unbound_workers() : 0;
 }
-const char* bristle_isa(const bristle_batch* batch) {
-  return batch != nullptr ? batch->batch.isa() : nullptr;
-}
+const char* bristle_isa(const bristle_batch* batch) { return batch != nullptr ? batch->it.isa() : nullptr; }
 
 uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles) {
-  return batch != nullptr ? static_cast<std::uint32_t>(batch->batch.set_detail({id}, bristles))
+  return batch != nullptr ? static_cast<std::uint32_t>(batch->it.set_detail({id}, bristles))
                           : static_cast<std::uint32_t>(BRISTLE_STATUS_UNKNOWN_ID);
 }
 
 // --- load shedding
 
-bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c<bristle_shedder_options>(LoadShedderOptions{}),
-                     "shedder_options");
-}
-bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size) {
-  return init_struct(report, struct_size, bristle_shed_report{}, "report");
-}
+BRISTLE_INIT(shedder_options, shedder_options, to_c<bristle_shedder_options>(LoadShedderOptions{}))
+BRISTLE_INIT(shed_report, report, bristle_shed_report{})
 
 bristle_result bristle_shedder_create(const bristle_shedder_options* options, bristle_shedder** shedder) {
-  return guarded([&] {
-    need(shedder, "shedder");
-    *shedder = new bristle_shedder{LoadShedder(read_options(options, "options"))};
-  });
+  return create(shedder, "shedder", [&] { return LoadShedder(read_options(options, "options")); });
 }
 
 void bristle_shedder_destroy(bristle_shedder* shedder) { delete shedder; }
@@ -854,12 +840,12 @@ bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, i
                                    uint32_t least_bristles) {
   return guarded([&] {
     need(shedder, "shedder");
-    shedder->shedder.add({patch}, priority, least_bristles);
+    shedder->it.add({patch}, priority, least_bristles);
   });
 }
 
 void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch) {
-  if (shedder != nullptr) shedder->shedder.remove({patch});
+  if (shedder != nullptr) shedder->it.remove({patch});
 }
 
 int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
@@ -867,7 +853,7 @@ int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* bat
   int32_t changed = 0;
   guarded([&] {
     const Span<const Motion> in = motions_of(shedder, batch, motions, motion_size, count);
-    changed = shedder->shedder.before_step(batch->batch, in);
+    changed = shedder->it.before_step(batch->it, in);
   });
   return changed;
 }
@@ -878,7 +864,7 @@ int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batc
   int32_t changed = 0;
   guarded([&] {
     const Span<const Motion> in = motions_of(shedder, batch, motions, motion_size, count);
-    changed = shedder->shedder.after_step(batch->batch, in, step_time_s, read_cpp(report, "report"));
+    changed = shedder->it.after_step(batch->it, in, step_time_s, read_cpp(report, "report"));
   });
   return changed;
 }
@@ -888,14 +874,14 @@ bristle_result bristle_shedder_find_report(const bristle_shedder* shedder, const
   return guarded([&] {
     need(shedder, "shedder");
     need(batch, "batch");
-    write_struct(to_c<bristle_shed_report>(shedder->shedder.report(batch->batch)), report, "report");
+    write_struct(to_c<bristle_shed_report>(shedder->it.report(batch->it)), report, "report");
   });
 }
 
 size_t bristle_shedder_read_decisions(const bristle_shedder* shedder, bristle_detail_decision* decisions,
                                       size_t capacity) {
   if (shedder == nullptr) return 0;
-  const Span<const DetailDecision> all = shedder->shedder.decisions();
+  const Span<const DetailDecision> all = shedder->it.decisions();
   if (decisions != nullptr)
     for (size_t i = 0; i < std::min(capacity, all.size()); ++i)
       decisions[i] = {all[i].step, all[i].patch.value, all[i].bristles, 0};
@@ -903,13 +889,13 @@ size_t bristle_shedder_read_decisions(const bristle_shedder* shedder, bristle_de
 }
 
 void bristle_shedder_clear_decisions(bristle_shedder* shedder) {
-  if (shedder != nullptr) shedder->shedder.clear_decisions();
+  if (shedder != nullptr) shedder->it.clear_decisions();
 }
 
 size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions, size_t count,
                                uint64_t step) {
   if (batch == nullptr || decisions == nullptr) return 0;
-  return apply_decisions(batch->batch, {reinterpret_cast<const DetailDecision*>(decisions), count}, step);
+  return apply_decisions(batch->it, {reinterpret_cast<const DetailDecision*>(decisions), count}, step);
 }
 
 // --- patches with an extent
@@ -984,15 +970,10 @@ GivenBed read_bed(const bristle_bed* bed) {
 
 }  // namespace
 
-bristle_result bristle_init_bed(bristle_bed* bed, size_t struct_size) {
-  return init_struct(bed, struct_size, default_bed(), "bed");
-}
+BRISTLE_INIT(bed, bed, default_bed())
 
 bristle_result bristle_beds_create(const bristle_batch_options* options, bristle_beds** beds) {
-  return guarded([&] {
-    need(beds, "beds");
-    *beds = new bristle_beds{BedBatch(read_options(options, "options"))};
-  });
+  return create(beds, "beds", [&] { return BedBatch(read_options(options, "options")); });
 }
 
 void bristle_beds_destroy(bristle_beds* beds) { delete beds; }
@@ -1002,30 +983,25 @@ bristle_result bristle_beds_add(bristle_beds* beds, const bristle_bed* bed, bris
     need(beds, "beds");
     need(id, "id");
     const GivenBed given = read_bed(bed);
-    *id = beds->batch.add(given.material, given.shape, given.options).value;
+    *id = beds->it.add(given.material, given.shape, given.options).value;
   });
 }
 
 uint32_t bristle_beds_reset(bristle_beds* beds, bristle_id id) {
-  return beds != nullptr && beds->batch.reset({id}) ? 1 : 0;
+  return beds != nullptr && beds->it.reset({id}) ? 1 : 0;
 }
 
-bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) {
-  return guarded([&] {
-    need(beds, "beds");
-    beds->batch.remove({id});
-  });
-}
+bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) { return remove_id(beds, "beds", id); }
 
 bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
                                  bristle_bed_response* responses, size_t count, bristle_step_report* report) {
   return guarded([&] {
     need(beds, "beds");
     need_columns(motions, "motions", responses, "responses", count);
-    if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
-    const StepReport done = beds->batch.step({reinterpret_cast<const BedMotion*>(motions), count},
-                                             {reinterpret_cast<BedResponse*>(responses), count});
-    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+    report_step(report, [&] {
+      return beds->it.step({reinterpret_cast<const BedMotion*>(motions), count},
+                           {reinterpret_cast<BedResponse*>(responses), count});
+    });
   });
 }
 
@@ -1034,44 +1010,25 @@ bristle_result bristle_beds_find_force(bristle_beds* beds, const bristle_bed_mot
   return guarded([&] {
     need(beds, "beds");
     need_columns(motions, "motions", responses, "responses", count);
-    for (size_t i = 0; i < count; ++i) {
-      const BedResponse response = beds->batch.find_force(reinterpret_cast<const BedMotion&>(motions[i]));
-      std::memcpy(&responses[i], &response, sizeof response);
-    }
+    try_each<BedMotion>(motions, responses, count,
+                        [&](const BedMotion& motion) { return beds->it.find_force(motion); });
   });
 }
 
-uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id) {
-  if (beds == nullptr) return 0;
-  return id == 0 ? beds->batch.state_hash() : beds->batch.state_hash({id});
-}
+uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id) { return hash_of(beds, id); }
 
-size_t bristle_beds_state_size(const bristle_beds* beds) { return size_of_state(beds, &bristle_beds::batch); }
+BRISTLE_STATE_CALLS(bristle_beds, beds)
 
-size_t bristle_beds_save_state(const bristle_beds* beds, void* to, size_t size) {
-  return write_state(beds, &bristle_beds::batch, to, size);
-}
-
-bristle_result bristle_beds_restore_state(bristle_beds* beds, const void* from, size_t size) {
-  return read_state(beds, "beds", &bristle_beds::batch, from, size);
-}
-
-bristle_result bristle_init_joint_options(bristle_joint_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c<bristle_joint_options>({}), "options");
-}
-bristle_result bristle_init_joint_step(bristle_joint_step* step, size_t struct_size) {
-  return init_struct(step, struct_size, bristle_joint_step{}, "step");
-}
+BRISTLE_INIT(joint_options, options, to_c<bristle_joint_options>({}))
+BRISTLE_INIT(joint_step, step, bristle_joint_step{})
 
 bristle_result bristle_joints_create(size_t count, const bristle_joint_material* materials,
                                      size_t material_count, const bristle_joint_options* options,
                                      const bristle_batch_options* batch, bristle_joints** joints) {
-  return guarded([&] {
-    need(joints, "joints");
+  return create(joints, "joints", [&] {
     need(materials, "materials");
-    *joints = new bristle_joints{
-        JointFriction(count, {reinterpret_cast<const JointMaterial*>(materials), material_count},
-                      read_options(options, "options"), read_options(batch, "batch"))};
+    return JointFriction(count, {reinterpret_cast<const JointMaterial*>(materials), material_count},
+                         read_options(options, "options"), read_options(batch, "batch"));
   });
 }
 
@@ -1088,7 +1045,7 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
     check_size(*step, "step");
     need(step->angle, "step.angle");
     if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
-    const std::size_t n = joints->batch.joint_count();
+    const std::size_t n = joints->it.joint_count();
     const auto in = [n](const double* column) {
       return Span<const double>(column, column != nullptr ? n : 0);
     };
@@ -1096,15 +1053,15 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
       return Span<double>(column, column != nullptr ? rows * n : 0);
     };
     const StepReport done =
-        (joints->batch.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
-                            {out(step->torque),
-                             out(step->mean),
-                             out(step->by_angle),
-                             out(step->by_speed),
-                             out(step->by_motor),
-                             out(step->by_outside),
-                             {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
-                             out(step->gradient, joint_parameters)});
+        (joints->it.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
+                         {out(step->torque),
+                          out(step->mean),
+                          out(step->by_angle),
+                          out(step->by_speed),
+                          out(step->by_motor),
+                          out(step->by_outside),
+                          {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
+                          out(step->gradient, joint_parameters)});
     if (done.tasks == 0) throw Error("bristle_joints_step: a gradient needs bristle_joint_options.gradients");
     if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
   });
@@ -1124,35 +1081,26 @@ bristle_result bristle_joints_find_torque(bristle_joints* joints, const bristle_
 bristle_result bristle_joints_reset(bristle_joints* joints) {
   return guarded([&] {
     need(joints, "joints");
-    joints->batch.reset();
+    joints->it.reset();
   });
 }
 bristle_result bristle_joints_reset_one(bristle_joints* joints, size_t joint) {
   return guarded([&] {
     need(joints, "joints");
-    if (!joints->batch.reset(joint))
+    if (!joints->it.reset(joint))
       throw Error("bristle_joints_reset_one: there is no joint " + std::to_string(joint));
   });
 }
 
 uint64_t bristle_joints_state_hash(const bristle_joints* joints) {
-  return joints != nullptr ? joints->batch.state_hash() : 0;
+  return joints != nullptr ? joints->it.state_hash() : 0;
 }
-size_t bristle_joints_state_size(const bristle_joints* joints) {
-  return size_of_state(joints, &bristle_joints::batch);
-}
-size_t bristle_joints_save_state(const bristle_joints* joints, void* to, size_t size) {
-  return write_state(joints, &bristle_joints::batch, to, size);
-}
-bristle_result bristle_joints_restore_state(bristle_joints* joints, const void* from, size_t size) {
-  return read_state(joints, "joints", &bristle_joints::batch, from, size);
-}
+BRISTLE_STATE_CALLS(bristle_joints, joints)
 
 bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended) {
-  return guarded([&] {
+  return create(extended, "extended", [&] {
     need(batch, "batch");
-    need(extended, "extended");
-    *extended = new bristle_extended{ExtendedPatches(batch->batch)};
+    return ExtendedPatches(batch->it);
   });
 }
 
@@ -1169,29 +1117,26 @@ bristle_result bristle_extended_add(bristle_extended* extended, const bristle_ma
     Outline outline;
     outline.cells.assign(first, first + count);
     outline.full_size_load = full_size_load;
-    *id = extended->patches.add(read_material(material), read_options(options, "options"), outline).value;
+    *id = extended->it.add(read_material(material), read_options(options, "options"), outline).value;
   });
 }
 
 bristle_result bristle_extended_remove(bristle_extended* extended, bristle_id id) {
-  return guarded([&] {
-    need(extended, "extended");
-    extended->patches.remove({id});
-  });
+  return remove_id(extended, "extended", id);
 }
 
 bristle_result bristle_extended_set_material(bristle_extended* extended, bristle_id id,
                                              const bristle_material* material) {
   return guarded([&] {
     need(extended, "extended");
-    extended->patches.set_material({id}, read_material(material));
+    extended->it.set_material({id}, read_material(material));
   });
 }
 
 bristle_result bristle_extended_set_scale(bristle_extended* extended, bristle_id id, double scale) {
   if (extended == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "extended is null");
-  if (extended->patches.set_scale({id}, scale)) return BRISTLE_OK;
-  if (extended->patches.cell_count({id}) == 0) return fail_no_patch("bristle_extended_set_scale", id);
+  if (extended->it.set_scale({id}, scale)) return BRISTLE_OK;
+  if (extended->it.cell_count({id}) == 0) return fail_no_patch("bristle_extended_set_scale", id);
   return fail(BRISTLE_REFUSED, "bristle_extended_set_scale: scale; allowed is 0 to 1e6");
 }
 
@@ -1202,11 +1147,10 @@ bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
   return guarded([&] {
     need(extended, "extended");
     need_columns(motions, "motions", responses, "responses", count);
-    if (report != nullptr) check_size(*report, "report");  // before the step, which cannot be taken back
-    const StepReport done =
-        extended->patches.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
+    report_step(report, [&] {
+      return extended->it.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
                                {reinterpret_cast<ExtendedResponse*>(responses), count});
-    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+    });
   });
 }
 
@@ -1216,61 +1160,40 @@ bristle_result bristle_extended_find_force(bristle_extended* extended, double dt
   return guarded([&] {
     need(extended, "extended");
     need_columns(motions, "motions", responses, "responses", count);
-    for (size_t i = 0; i < count; ++i) {
-      const ExtendedResponse response =
-          extended->patches.find_force(dt_s, reinterpret_cast<const ExtendedMotion&>(motions[i]));
-      std::memcpy(&responses[i], &response, sizeof response);
-    }
+    try_each<ExtendedMotion>(motions, responses, count, [&](const ExtendedMotion& motion) {
+      return extended->it.find_force(dt_s, motion);
+    });
   });
 }
 
 uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_id id) {
-  if (extended == nullptr) return 0;
-  return id == 0 ? extended->patches.state_hash() : extended->patches.state_hash({id});
+  return hash_of(extended, id);
 }
 
-size_t bristle_extended_state_size(const bristle_extended* extended) {
-  return size_of_state(extended, &bristle_extended::patches);
-}
-
-size_t bristle_extended_save_state(const bristle_extended* extended, void* to, size_t size) {
-  return write_state(extended, &bristle_extended::patches, to, size);
-}
-
-bristle_result bristle_extended_restore_state(bristle_extended* extended, const void* from, size_t size) {
-  return read_state(extended, "extended", &bristle_extended::patches, from, size);
-}
+BRISTLE_STATE_CALLS(bristle_extended, extended)
 
 // --- patches by key
 
-bristle_result bristle_init_keyed_options(bristle_keyed_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c<bristle_keyed_options>(KeyedOptions{}), "keyed_options");
-}
-bristle_result bristle_init_matcher_options(bristle_matcher_options* options, size_t struct_size) {
-  return init_struct(options, struct_size, to_c<bristle_matcher_options>(MatcherOptions{}),
-                     "matcher_options");
-}
+BRISTLE_INIT(keyed_options, keyed_options, to_c<bristle_keyed_options>(KeyedOptions{}))
+BRISTLE_INIT(matcher_options, matcher_options, to_c<bristle_matcher_options>(MatcherOptions{}))
 
 bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material* material,
                                     const bristle_patch_options* patch, const bristle_keyed_options* options,
                                     bristle_keyed** keyed) {
-  return guarded([&] {
+  return create(keyed, "keyed", [&] {
     need(batch, "batch");
-    need(keyed, "keyed");
-    *keyed =
-        new bristle_keyed{{KeyedPatches(batch->batch, read_material(material), read_options(patch, "patch"),
-                                        read_options(options, "options"))}};
+    return KeyedPool{KeyedPatches(batch->it, read_material(material), read_options(patch, "patch"),
+                                  read_options(options, "options"))};
   });
 }
 
 bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* bed,
                                          const bristle_keyed_options* options, bristle_keyed** keyed) {
-  return guarded([&] {
+  return create(keyed, "keyed", [&] {
     need(beds, "beds");
-    need(keyed, "keyed");
     const GivenBed given = read_bed(bed);
-    *keyed = new bristle_keyed{{KeyedBeds(beds->batch, given.material, given.shape, given.options,
-                                          read_options(options, "options"))}};
+    return KeyedPool{
+        KeyedBeds(beds->it, given.material, given.shape, given.options, read_options(options, "options"))};
   });
 }
 
@@ -1314,23 +1237,10 @@ uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
   return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.refused(); }) : 0;
 }
 
-size_t bristle_keyed_state_size(const bristle_keyed* keyed) {
-  return size_of_state(keyed, &bristle_keyed::keys);
-}
-
-size_t bristle_keyed_save_state(const bristle_keyed* keyed, void* to, size_t size) {
-  return write_state(keyed, &bristle_keyed::keys, to, size);
-}
-
-bristle_result bristle_keyed_restore_state(bristle_keyed* keyed, const void* from, size_t size) {
-  return read_state(keyed, "keyed", &bristle_keyed::keys, from, size);
-}
+BRISTLE_STATE_CALLS(bristle_keyed, keyed)
 
 bristle_result bristle_matcher_create(const bristle_matcher_options* options, bristle_matcher** matcher) {
-  return guarded([&] {
-    need(matcher, "matcher");
-    *matcher = new bristle_matcher{ContactMatcher(read_options(options, "options"))};
-  });
+  return create(matcher, "matcher", [&] { return ContactMatcher(read_options(options, "options")); });
 }
 
 void bristle_matcher_destroy(bristle_matcher* matcher) { delete matcher; }
@@ -1341,70 +1251,57 @@ bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_con
     need(matcher, "matcher");
     need_columns(contacts, "contacts", keys, "keys", count);
     const size_t seen =
-        matcher->matcher.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
+        matcher->it.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
     if (found != nullptr) *found = seen;
   });
 }
 
 void bristle_matcher_clear(bristle_matcher* matcher) {
-  if (matcher != nullptr) matcher->matcher.clear();
+  if (matcher != nullptr) matcher->it.clear();
 }
 
-size_t bristle_matcher_state_size(const bristle_matcher* matcher) {
-  return size_of_state(matcher, &bristle_matcher::matcher);
-}
-
-size_t bristle_matcher_save_state(const bristle_matcher* matcher, void* to, size_t size) {
-  return write_state(matcher, &bristle_matcher::matcher, to, size);
-}
-
-bristle_result bristle_matcher_restore_state(bristle_matcher* matcher, const void* from, size_t size) {
-  return read_state(matcher, "matcher", &bristle_matcher::matcher, from, size);
-}
+BRISTLE_STATE_CALLS(bristle_matcher, matcher)
 
 // --- deadline monitor
 
-bristle_result bristle_init_monitor_report(bristle_monitor_report* report, size_t struct_size) {
-  return init_struct(report, struct_size, bristle_monitor_report{}, "report");
-}
+BRISTLE_INIT(monitor_report, report, bristle_monitor_report{})
 
 bristle_result bristle_monitor_create(double deadline_s, double period_s, bristle_monitor** monitor) {
-  return guarded([&] {
-    need(monitor, "monitor");
+  return create(monitor, "monitor", [&] {
     const char* const where = "bristle_monitor_create";
     if (!(deadline_s > 0.0)) detail::refuse(where, "deadline_s", deadline_s, "above 0 s");
     if (!(period_s >= 0.0)) detail::refuse(where, "period_s", period_s, "0 (no period) or above, s");
-    *monitor = new bristle_monitor{DeadlineMonitor(deadline_s, period_s)};
+    return DeadlineMonitor(deadline_s, period_s);
   });
 }
 
 void bristle_monitor_destroy(bristle_monitor* monitor) { delete monitor; }
 
 void bristle_monitor_record(bristle_monitor* monitor, double wall_s, double cpu_s) {
-  if (monitor != nullptr) monitor->monitor.record(wall_s, cpu_s);
+  if (monitor != nullptr) monitor->it.record(wall_s, cpu_s);
 }
 void bristle_monitor_record_tick(bristle_monitor* monitor, double due_s, double start_s, double end_s,
                                  double cpu_s) {
-  if (monitor != nullptr) monitor->monitor.record_tick(Tick{due_s, start_s, end_s, cpu_s});
+  if (monitor != nullptr) monitor->it.record_tick(Tick{due_s, start_s, end_s, cpu_s});
 }
 void bristle_monitor_record_skipped(bristle_monitor* monitor, uint64_t ticks) {
-  if (monitor != nullptr) monitor->monitor.record_skipped(ticks);
+  if (monitor != nullptr) monitor->it.record_skipped(ticks);
 }
 void bristle_monitor_pause(bristle_monitor* monitor) {
-  if (monitor != nullptr) monitor->monitor.pause();
+  if (monitor != nullptr) monitor->it.pause();
 }
 void bristle_monitor_refresh_events(bristle_monitor* monitor) {
-  if (monitor != nullptr) monitor->monitor.refresh_events();
+  if (monitor != nullptr) monitor->it.refresh_events();
 }
 void bristle_monitor_reset(bristle_monitor* monitor) {
-  if (monitor != nullptr) monitor->monitor.reset();
+  if (monitor != nullptr) monitor->it.reset();
 }
 
 bristle_result bristle_monitor_find_report(const bristle_monitor* monitor, bristle_monitor_report* report) {
   return guarded([&] {
     need(monitor, "monitor");
     DeadlineMonitor m;
-    if (!monitor->monitor.snapshot(m))
+    if (!monitor->it.snapshot(m))
       throw Error(
           "bristle_monitor_find_report: the monitor was written to all the time: its ticks follow each other "
           "without a pause; try again");

@@ -10,11 +10,10 @@
 #include <vector>
 
 #include "core/common/hashing.hpp"
-#include "core/common/little_endian.hpp"
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
+#include "core/contacts/sealed_bytes.hpp"
 #include "core/materials/turn.hpp"
-#include "core/patches/saved_state.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/patch_pool.hpp"
@@ -332,8 +331,26 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
     refuse("ExtendedPatches", "axes", options.axes, "2 for a patch with an extent");
 }
 
-constexpr std::uint64_t saved_magic = 0x7478'656c'7473'7262;  // "brstlext"
-constexpr std::size_t saved_head = 3 * 8, saved_pose = 4 * 4 + 5 * 8;
+constexpr std::uint64_t saved_magic = 0x3278'656c'7473'7262;  // "brstlex2"
+constexpr std::size_t saved_pose = 4 * 4 + 5 * 8;
+
+/// State of an outline beside its cells, and the outline that it belongs to.
+struct SavedOutline {
+  std::uint32_t slot = 0, generation = 0, cells = 0, seed = 0;
+  std::uint64_t key = 0;
+  Pose pose;
+  double normal_load = 0.0;
+};
+template <class Io, class Outline>
+void outline_fields(Io& io, Outline& p) noexcept {
+  for (auto* number : {&p.slot, &p.generation, &p.cells, &p.seed}) io(*number);
+  io(p.key);
+  for (auto* number : {&p.pose.turn.cosine, &p.pose.turn.sine, &p.pose.scale, &p.normal_load}) io(*number);
+}
+SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept {
+  return {slot,   p.generation, static_cast<std::uint32_t>(p.cells.size()), p.seed, p.key,
+          p.pose, p.normal_load};
+}
 
 /// Working memory of a step, for all cells.
 struct Room {
@@ -784,97 +801,58 @@ std::uint64_t ExtendedPatches::state_hash() const noexcept {
 
 std::size_t ExtendedPatches::state_size() const noexcept {
   const Impl::Call call(*impl_);
-  return saved_head + call.patches.count * saved_pose + call.patches.batch->state_size();
+  return seal_size + call.patches.count * saved_pose + call.patches.batch->state_size();
 }
 
 std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
   const Impl::Call call(*impl_);
-  const std::size_t own = saved_head + call.patches.count * saved_pose;
+  const std::size_t own = seal_size + call.patches.count * saved_pose;
   if (to.size() < own) return 0;
   const std::size_t of_batch =
       call.patches.batch->save_state(Span<std::byte>(to.data() + own, to.size() - own));
   if (of_batch == 0) return 0;
-  ByteWriter poses(to.data() + saved_head);
+  ByteWriter write(to.data() + seal_size);
   for (std::uint32_t slot = 0; slot < call.patches.patches.size(); ++slot) {
     const ExtendedPatch& p = call.patches.patches[slot];
     if (p.generation == 0) continue;
-    poses(slot);
-    poses(p.generation);
-    poses(static_cast<std::uint32_t>(p.cells.size()));
-    poses(p.seed);
-    poses(p.key);
-    poses(p.pose.turn.cosine);
-    poses(p.pose.turn.sine);
-    poses(p.pose.scale);
-    poses(p.normal_load);
+    const SavedOutline saved = saved_outline(slot, p);
+    outline_fields(write, saved);
   }
-  Hasher checksum;
-  add_bytes(checksum, Span<const std::byte>(to.data() + saved_head, own - saved_head));
-  ByteWriter head(to.data());
-  head(saved_magic);
-  head(static_cast<std::uint64_t>(call.patches.count));
-  head(checksum.value());
+  seal({to.data(), own}, saved_magic);
   return own + of_batch;
 }
 
 void ExtendedPatches::restore_state(Span<const std::byte> from) {
-  const auto fail = [](const char* what) -> void {
-    throw Error(std::string("ExtendedPatches: the saved state ") + what);
-  };
+  constexpr const char* where = "ExtendedPatches";
   const Impl::Call call(*impl_);
   Stepped& impl = call.patches;
-  const std::size_t own = saved_head + impl.count * saved_pose;
-  if (from.size() < own) fail("is shorter than the state of these patches");
-  std::uint64_t magic = 0, count = 0, checksum = 0;
-  ByteReader head(from.data());
-  head(magic);
-  head(count);
-  head(checksum);
-  if (magic != saved_magic) fail("is not one of extended patches");
-  if (count != impl.count) fail("has another number of patches");
-  Hasher hasher;
-  add_bytes(hasher, Span<const std::byte>(from.data() + saved_head, own - saved_head));
-  if (hasher.value() != checksum) fail("is damaged");
-
-  struct Restored {
-    ExtendedPatch* to;
-    std::uint32_t seed;
-    std::uint64_t key;
-    Pose pose;
-    double normal_load;
-  };
-  std::vector<Restored> restored;
-  restored.reserve(impl.count);
-  ByteReader poses(from.data() + saved_head);
-  for (std::uint32_t slot = 0; slot < impl.patches.size(); ++slot) {
-    ExtendedPatch& present = impl.patches[slot];
-    if (present.generation == 0) continue;
-    Restored p{&present, 0, 0, {}, 0.0};
-    std::uint32_t its_slot = 0, generation = 0, cells = 0;
-    poses(its_slot);
-    poses(generation);
-    poses(cells);
-    poses(p.seed);
-    poses(p.key);
-    poses(p.pose.turn.cosine);
-    poses(p.pose.turn.sine);
-    poses(p.pose.scale);
-    poses(p.normal_load);
-    restored.push_back(p);
-    if (its_slot != slot || generation != present.generation || cells != present.cells.size())
-      fail("is of patches with other outlines, or added in another order");
+  const std::size_t own = seal_size + impl.count * saved_pose;
+  if (from.size() < own) refuse_saved(where, "is cut short");
+  ByteReader read = open_sealed(where, {from.data(), own}, saved_magic);
+  std::vector<SavedOutline> restored(impl.count);
+  std::vector<ExtendedPatch*> present;
+  for (ExtendedPatch& p : impl.patches)
+    if (p.generation != 0) present.push_back(&p);
+  for (std::size_t i = 0; i < impl.count; ++i) {
+    SavedOutline& p = restored[i];
+    outline_fields(read, p);
+    const SavedOutline now =
+        saved_outline(static_cast<std::uint32_t>(present[i] - impl.patches.data()), *present[i]);
+    if (p.slot != now.slot || p.generation != now.generation || p.cells != now.cells)
+      refuse_saved(where, "is of patches with other outlines, or added in another order");
     const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);
     if (!(magnitude(length - 1.0) <= 1e-9) || !(p.pose.scale >= 0.0 && p.pose.scale <= largest_scale) ||
         !(p.normal_load >= 0.0 && p.normal_load <= 1e15))
-      fail("has a value that no patch can have");
+      refuse_saved(where, "has a value that no patch can have");
   }
   impl.batch->restore_state(Span<const std::byte>(from.data() + own, from.size() - own));
-  for (const Restored& p : restored) {
-    p.to->seed = p.seed;
-    p.to->key = p.key;
-    p.to->pose = p.pose;
-    p.to->normal_load = p.normal_load;
-    p.to->common.known = false;
+  for (std::size_t i = 0; i < impl.count; ++i) {
+    ExtendedPatch& p = *present[i];
+    p.seed = restored[i].seed;
+    p.key = restored[i].key;
+    p.pose = restored[i].pose;
+    p.normal_load = restored[i].normal_load;
+    p.common.known = false;
   }
 }
 

@@ -30,6 +30,23 @@ struct AgeingWish {
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
+/// The root of a function between two places, by the false position; the value at an end that stays is
+/// halved.
+struct FalsePosition {
+  double low, high, low_excess, high_excess;
+  int side = 0;
+
+  double next() const noexcept { return low + (high - low) * low_excess / (low_excess - high_excess); }
+  void take(double place, double excess) noexcept {
+    const bool lower = (excess > 0.0) == (low_excess > 0.0);
+    const int its_side = lower ? 1 : -1;
+    (lower ? low : high) = place;
+    (lower ? low_excess : high_excess) = excess;
+    if (side == its_side) (lower ? high_excess : low_excess) *= 0.5;
+    side = its_side;
+  }
+};
+
 /// A family of laws with one mean; its first member is `single` (spread 0).
 struct Family {
   SnapLaw law;
@@ -100,29 +117,19 @@ struct Family {
   double find_strength(const SnapLength& unit) const {
     if (!wish.any()) return 0.0;
     const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
-    double low = 0.0, high = largest_ageing;
-    double low_excess = -wanted, high_excess = effect(unit, high) - wanted;
-    if (wish.path == 0.0) return std::min(wanted / (high_excess + wanted), 1.0) * high;  // a straight line
-    if (high_excess <= 0.0) return high;
-    // Solves by the false position, halved at an end that stays: the effect is concave in the strength.
-    int side = 0;
-    for (int i = 0; i < 60 && high - low > 1e-14 * high; ++i) {
-      const double middle = low - (high - low) * low_excess / (high_excess - low_excess);
-      const double excess = effect(unit, middle) - wanted;
-      if (detail::magnitude(excess) < 1e-12 * wanted) return middle;
-      if (excess > 0.0) {
-        high = middle;
-        high_excess = excess;
-        if (side > 0) low_excess *= 0.5;
-        side = 1;
-      } else {
-        low = middle;
-        low_excess = excess;
-        if (side < 0) high_excess *= 0.5;
-        side = -1;
-      }
+    const double highest_excess = effect(unit, largest_ageing) - wanted;
+    if (wish.path == 0.0)  // a straight line
+      return std::min(wanted / (highest_excess + wanted), 1.0) * largest_ageing;
+    if (highest_excess <= 0.0) return largest_ageing;
+    // The effect is concave in the strength.
+    FalsePosition root{0.0, largest_ageing, -wanted, highest_excess};
+    for (int i = 0; i < 60 && root.high - root.low > 1e-14 * root.high; ++i) {
+      const double strength = root.next();
+      const double excess = effect(unit, strength) - wanted;
+      if (detail::magnitude(excess) < 1e-12 * wanted) return strength;
+      root.take(strength, excess);
     }
-    return 0.5 * (low + high);
+    return 0.5 * (root.low + root.high);
   }
 
   double ratio(double spread) const {
@@ -210,35 +217,20 @@ double solve_spread(const Family& family, double widest, double wanted) {
   return low_excess < -high_excess ? low : high;
 }
 
-/// As the solver above, in a third of the steps and with other last bits: false position, halved at an end
-/// that stays.
+/// As solve_spread(), in a third of the steps and with other last bits: the false position.
 double solve_spread_fast(const Family& family, double widest, double wanted) {
-  double low = 0.0, high = widest;
-  double low_excess = family.ratio(low) - wanted, high_excess = family.ratio(high) - wanted;
-  if (low_excess <= 0.0) return low;
+  FalsePosition root{0.0, widest, family.ratio(0.0) - wanted, family.ratio(widest) - wanted};
+  if (root.low_excess <= 0.0) return 0.0;
   constexpr double close = 3e-8;  // the peak is known to 1e-7
-  int side = 0;
-  for (int i = 0; i < 60 && high - low > 1e-9 * high; ++i) {
-    // Where the wider laws have no hump their ratio is 1, which tells the false position nothing: the
-    // interval is halved.
-    const bool flat = high_excess > -1e-7;
-    const double middle =
-        flat ? 0.5 * (low + high) : low + (high - low) * low_excess / (low_excess - high_excess);
-    const double excess = family.ratio(middle) - wanted;
-    if (detail::magnitude(excess) < close && !flat) return middle;
-    if (excess > 0.0) {
-      low = middle;
-      low_excess = excess;
-      if (side > 0) high_excess *= 0.5;
-      side = 1;
-    } else {
-      high = middle;
-      high_excess = excess;
-      if (side < 0) low_excess *= 0.5;
-      side = -1;
-    }
+  for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
+    // Where the wider laws have no hump at all the ratio is 1 and tells nothing.
+    const bool flat = root.high_excess > -1e-7;
+    const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
+    const double excess = family.ratio(spread) - wanted;
+    if (detail::magnitude(excess) < close && !flat) return spread;
+    root.take(spread, excess);
   }
-  return high;
+  return root.high;
 }
 
 /// Describes law, rule, residual and renewal for errors about the ratio.
@@ -311,7 +303,7 @@ void check_ageing(const Coefficients& c) {
     detail::refuse(
         where, "growth_per_decade", c.growth_per_decade,
         "0 with ageing_form saturating, which ends to grow; give fall_per_decade at a kinetic_speed");
-  if (c.fall_per_decade != 0.0 && c.kinetic_speed == 0.0)
+  if (c.fall_per_decade != 0.0 && c.kinetic_speed == beyond_ageing)
     detail::refuse(where, "kinetic_speed", c.kinetic_speed,
                    "above 0 with ageing_form saturating and a fall_per_decade: friction falls near "
                    "presliding_length / ageing_time alone");
@@ -322,7 +314,7 @@ AgeingWish find_wish(const Coefficients& c) {
   wish.form = c.ageing_form;
   wish.fall = c.fall_per_decade / ln10;
   wish.growth = c.growth_per_decade / ln10;
-  if (c.kinetic_speed != 0.0)
+  if (c.kinetic_speed != beyond_ageing)
     wish.path = std::max(c.kinetic_speed, slowest_sliding) * c.ageing_time /
                 (c.presliding_length * (1.0 - c.residual_share));
   return wish;
@@ -404,7 +396,7 @@ void find_friction(const Material& m, Coefficients& c) {
     return;
   }
   const double mean = m.snap_length.mean(), residual = m.residual_length / mean;
-  if (c.kinetic_speed == 0.0) {
+  if (c.kinetic_speed == beyond_ageing) {
     const double deflection =
         detail::find_steady_sliding(m.snap_length, m.snap_rule, m.shared_renewal).deflection;
     c.fall_per_decade = ln10 * m.ageing_strength * deflection / (residual + deflection);
@@ -440,7 +432,7 @@ void require_reached(const Coefficients& c, const Family& family, const SnapLeng
   const double highest = ln10 * family.effect(unit, largest_ageing);
   if (wanted <= highest * (1.0 + 1e-9)) return;
   std::string text = "0 to " + detail::number_text(highest);
-  if (c.kinetic_speed != 0.0)
+  if (c.kinetic_speed != beyond_ageing)
     text += " at kinetic_speed " + detail::number_text(c.kinetic_speed) + " m/s, ageing_time " +
             detail::number_text(c.ageing_time) + " s";
   detail::refuse("Coefficients", grows ? "growth_per_decade" : "fall_per_decade", wanted,
@@ -513,8 +505,8 @@ Material Material::from_coefficients(const Coefficients& c) {
     material.ageing_strength = family.find_strength(unit);
   }
   material.bristle_stiffness =
-      c.kinetic / (c.kinetic_speed == 0.0 ? material.kinetic_coefficient()
-                                          : material.kinetic_coefficient(c.kinetic_speed));
+      c.kinetic / (c.kinetic_speed == beyond_ageing ? material.kinetic_coefficient()
+                                                    : material.kinetic_coefficient(c.kinetic_speed));
   material.bristle_damping = c.damping_per_newton / c.bristles_per_newton;
   material.viscous_friction = c.viscous_friction;
   material.stribeck_velocity = c.stribeck_velocity;
@@ -532,7 +524,7 @@ Coefficients Material::coefficients(double kinetic_speed_m_per_s) const {
   Coefficients c;
   c.presliding_length = residual_length + snap_length.mean();
   c.kinetic_speed = kinetic_speed_m_per_s;
-  if (ageing_strength != 0.0 && ageing_form == AgeingForm::saturating && c.kinetic_speed == 0.0)
+  if (ageing_strength != 0.0 && ageing_form == AgeingForm::saturating && c.kinetic_speed == beyond_ageing)
     c.kinetic_speed = c.presliding_length / ageing_time;
   find_friction(*this, c);
   c.residual_share = residual_length / c.presliding_length;

@@ -32,8 +32,8 @@ namespace bristle {
 
 Population choose_population(const Material& material, const PatchOptions& options) noexcept {
   if (options.population != Population::automatic) return options.population;
-  const bool wants_bristles = options.bristles != 0 || options.step_rule != StepRule::exact ||
-                              options.sampling != Sampling::stratified;
+  const bool wants_bristles =
+      options.bristles != 0 || options.compared.literal || options.compared.random_lengths;
   return wants_bristles || !detail::allows_cohorts(material) ? Population::representatives
                                                              : Population::infinite;
 }

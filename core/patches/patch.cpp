@@ -11,7 +11,7 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   p.axes = static_cast<std::uint8_t>(record.options.axes);
   p.outputs = record.options.outputs;
   p.ages = record.material->material.ageing_strength != 0.0 || record.material->material.drop != 0.0;
-  p.literal = record.options.step_rule == StepRule::literal;
+  p.literal = record.options.compared.literal;
   p.lengths_per_metre = record.material->lengths_per_metre;
   // The processor prefetches a longer row by itself.
   p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));

@@ -72,7 +72,7 @@ struct alignas(64) Patch {
   std::uint32_t whole = 0;            ///< bristles that count as one each, in full blocks
   bool skips : 1 = true;              ///< steps within bounds are not computed bristle by bristle
   bool tracks : 1 = true;             ///< bounds are renewed: worth it while most visited blocks hold still
-  bool literal : 1 = false;           ///< StepRule::literal
+  bool literal : 1 = false;           ///< the paper's loop
   bool damps : 1 = false;             ///< the damper depends on the velocity
   bool ages : 1 = false;              ///< time_of(patch) matters
   bool renews : 1 = false;            ///< a trial step changes the patch: it is made on a copy

@@ -30,7 +30,7 @@ bool is_good_time(double dt_s) noexcept {
 
 PatchBatch::Impl::Impl(const BatchOptions& options)
     : kernels(choose_kernels(options.isa)),
-      skips(!options.eager),
+      skips(!options.compared.eager),
       scheduler(check_threads(options.threads), check_core(options.servo_core)),
       queue(new MoveQueue(PatchPool::first_slots)) {
   name_kernels();

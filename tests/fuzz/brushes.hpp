@@ -87,7 +87,7 @@ inline bristle::Material any_brush(Input& input, Brush brush) {
 /// Like any_options; `infinite`: mostly the infinite brush.
 inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_bristles, bool infinite) {
   bristle::PatchOptions o = any_options(input, most_bristles);
-  o.step_rule = bristle::StepRule::exact;
+  o.compared.literal = false;
   if (input.choice(16) == (infinite ? 15u : 0u)) infinite = !infinite;
   if (!infinite) return o;
   o.population = bristle::Population::infinite;

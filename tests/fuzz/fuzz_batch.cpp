@@ -36,7 +36,7 @@ class Session {
   explicit Session(Bytes bytes)
       : input_(bytes),
         batch_(bristle::BatchOptions{}.with_threads(input_.choice(32) == 31 ? 2 : 1)),
-        twin_(bristle::BatchOptions{}.with_isa("scalar").with_eager(input_.flag())) {}
+        twin_(stepped_eagerly(bristle::BatchOptions{}.with_isa("scalar"), input_.flag())) {}
 
   void run() {
     for (int k = 0; k < 40 && !input_.empty(); ++k) {

@@ -25,7 +25,7 @@ std::vector<std::unique_ptr<Twin>> make_twins() {
   std::vector<std::unique_ptr<Twin>> twins;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
     if (isa.usable) twins.push_back(std::make_unique<Twin>(bristle::BatchOptions{}.with_isa(isa.name)));
-  twins.push_back(std::make_unique<Twin>(bristle::BatchOptions{}.with_eager(true)));
+  twins.push_back(std::make_unique<Twin>(stepped_eagerly()));
   return twins;
 }
 

@@ -17,7 +17,7 @@ std::vector<PatchBatch> make_batches() {
   std::vector<PatchBatch> batches;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
     if (isa.usable) batches.emplace_back(bristle::BatchOptions{}.with_isa(isa.name));
-  batches.emplace_back(bristle::BatchOptions{}.with_eager(true));
+  batches.emplace_back(stepped_eagerly());
   return batches;
 }
 

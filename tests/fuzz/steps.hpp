@@ -12,6 +12,11 @@
 
 namespace fuzz {
 
+inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {}, bool eager = true) {
+  options.compared.eager = eager;
+  return options;
+}
+
 /// A law with any parameters. Throws bristle::Error where they are out of range.
 inline bristle::SnapLength any_law(Input& input) {
   using bristle::SnapLength;
@@ -67,8 +72,8 @@ inline bristle::PatchOptions any_options(Input& input, unsigned most_bristles) {
   o.bristles = 1 + static_cast<std::uint32_t>(input.bits(2)) % most_bristles;
   o.outputs = static_cast<bristle::Outputs>(input.choice(4));
   o.precision = input.flag() ? bristle::Precision::double_ : bristle::Precision::single;
-  o.step_rule = input.choice(8) == 7 ? bristle::StepRule::literal : bristle::StepRule::exact;
-  o.sampling = input.choice(8) == 7 ? bristle::Sampling::random : bristle::Sampling::stratified;
+  o.compared.literal = input.choice(8) == 7;
+  o.compared.random_lengths = input.choice(8) == 7;
   o.seed = input.byte();
   o.max_normal_load = input.choice(8) == 7 ? input.number(1.0) : 1.0;
   return o;

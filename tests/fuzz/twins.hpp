@@ -100,7 +100,7 @@ class Twins {
     lived_ = 0.0;
     for (const bristle::IsaInfo& isa : bristle::instruction_sets())
       if (isa.usable) batches.emplace_back(bristle::BatchOptions{}.with_isa(isa.name));
-    batches.emplace_back(bristle::BatchOptions{}.with_eager(true));
+    batches.emplace_back(stepped_eagerly());
   }
 
   std::vector<bristle::PatchBatch> batches;

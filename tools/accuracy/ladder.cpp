@@ -263,15 +263,15 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       s.parts = p;
       add(s, paired);
       if (study.result.no_literal.empty() && (n == 300 || paired)) {
-        s.rule = bristle::StepRule::literal;
+        s.compared.literal = true;
         add(s, paired);
       }
     }
     Setting s = plain;
     s.bristles = n;
-    s.sampling = bristle::Sampling::random;
+    s.compared.random_lengths = true;
     add(s);
-    s.sampling = bristle::Sampling::stratified;
+    s.compared.random_lengths = false;
     if (study.scene.bodies.empty() && (!quick || n == 1000 || n == 10'000)) {
       s.mean = !plain.mean;
       add(s);
@@ -355,10 +355,8 @@ std::string setting_name(const Setting& s, double dt_s) {
     return fmt::format("infinite brush at resolution {}, {}, {}", s.resolution, time_text(dt_s),
                        s.mean ? "mean" : "end");
   return fmt::format("{} bristles, {}, {}, {}, {}, {}", count_text(s.bristles), time_text(dt_s),
-                     s.rule == bristle::StepRule::exact ? "exact" : "literal",
-                     s.precision == bristle::Precision::single ? "single" : "double",
-                     s.sampling == bristle::Sampling::stratified ? "stratified" : "random",
-                     s.mean ? "mean" : "end");
+                     rule_name(s.compared), s.precision == bristle::Precision::single ? "single" : "double",
+                     sampling_name(s.compared), s.mean ? "mean" : "end");
 }
 
 }  // namespace cli

@@ -34,9 +34,8 @@ Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
   if (o.population == bristle::Population::infinite)
     return {"infinite", "exact", "double", "-", o.resolution > 0.0 ? o.resolution : default_resolution};
-  return {"representatives", o.step_rule == bristle::StepRule::exact ? "exact" : "literal",
-          o.precision == bristle::Precision::single ? "single" : "double",
-          o.sampling == bristle::Sampling::stratified ? "stratified" : "random", 0.0};
+  return {"representatives", rule_name(o.compared),
+          o.precision == bristle::Precision::single ? "single" : "double", sampling_name(o.compared), 0.0};
 }
 
 // Unset where no patch has bristles to count.

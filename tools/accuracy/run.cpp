@@ -153,9 +153,8 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);
     o.bristles = setting.bristles;
-    o.step_rule = setting.rule;
     o.precision = setting.precision;
-    o.sampling = setting.sampling;
+    o.compared = setting.compared;
     o.population =
         setting.is_infinite() ? bristle::Population::infinite : bristle::Population::representatives;
     o.resolution = setting.resolution;

@@ -18,13 +18,20 @@ struct Setting {
   std::uint32_t bristles = 0;  ///< representatives of each patch
   double resolution = 0.0;     ///< more than 0: the infinite brush at that resolution, in their place
   std::uint32_t parts = 1;     ///< length of a step, in steps of the reference
-  bristle::StepRule rule = bristle::StepRule::exact;
   bristle::Precision precision = bristle::Precision::single;
-  bristle::Sampling sampling = bristle::Sampling::stratified;
+  bristle::detail::ComparisonModes compared;
   bool mean = false;  ///< the force that is used: averaged over the step, not that at its end
 
   bool is_infinite() const noexcept { return resolution > 0.0; }
 };
+
+/// Of a patch's or a setting's comparison modes, as scenes name them.
+inline const char* rule_name(const bristle::detail::ComparisonModes& modes) {
+  return modes.literal ? "literal" : "exact";
+}
+inline const char* sampling_name(const bristle::detail::ComparisonModes& modes) {
+  return modes.random_lengths ? "random" : "stratified";
+}
 
 /// The scene with its steps of `dt_s` and every patch under the setting. `round` picks the seeds; 0 keeps
 /// those of the scene.

@@ -27,8 +27,8 @@ constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;  // se
 
 // Order of convergence in the number of bristles by theory: stratified lengths help until the bristles have
 // forgotten them.
-std::string count_theory(const bristle::Material& m, double snaps_slid, bristle::Sampling sampling) {
-  if (sampling == bristle::Sampling::random) return "-1/2: independent bristles";
+std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
+  if (random) return "-1/2: independent bristles";
   if (m.snap_rule == bristle::SnapRule::redraw) {
     return snaps_slid > 1.0 ? "-1/2: redrawn at random once they have snapped" : "-1: nearly nothing snaps";
   }
@@ -56,19 +56,18 @@ void find_count_slopes(AccuracyStudy& study, std::size_t p) {
   const bristle::Material& m = study.scene.materials[study.scene.patches[p].material].material;
   const double floor = above_floor * study.same_steps.floor()[p];
   const double snaps_slid = r.way[p] / m.snap_length.mean();
-  for (const auto sampling : {bristle::Sampling::stratified, bristle::Sampling::random}) {
+  for (const bool random : {false, true}) {
     Points points;
     for (const SettingResult& s : r.settings) {
       const Setting& set = s.setting;
-      if (set.as_scene || set.is_infinite() || set.parts != r.scene_parts ||
-          set.rule != bristle::StepRule::exact || set.precision != bristle::Precision::single ||
-          set.mean != r.own_mean || set.sampling != sampling)
+      if (set.as_scene || set.is_infinite() || set.parts != r.scene_parts || set.compared.literal ||
+          set.precision != bristle::Precision::single || set.mean != r.own_mean ||
+          set.compared.random_lengths != random)
         continue;
       points.add(set.bristles, SettingResult::over_runs(s.same_steps, p).rms, floor);
     }
-    const bool stratified = sampling == bristle::Sampling::stratified;
-    add_slope(study, p, stratified ? "bristles, stratified" : "bristles, random", points,
-              count_theory(m, snaps_slid, sampling));
+    add_slope(study, p, random ? "bristles, random" : "bristles, stratified", points,
+              count_theory(m, snaps_slid, random));
   }
   Points pieces;
   for (const SettingResult& s : r.settings) {
@@ -84,7 +83,7 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
   const AccuracyResult& r = study.result;
   double rounding = 0.0;
   for (const SettingResult& s : r.settings) {
-    if (s.paired && s.setting.parts == 1 && s.setting.rule == bristle::StepRule::exact) {
+    if (s.paired && s.setting.parts == 1 && !s.setting.compared.literal) {
       rounding = std::max(rounding, above_floor * SettingResult::over_runs(s.pairs, p).rms);
     }
   }
@@ -94,7 +93,7 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
     if (!s.paired || set.precision != bristle::Precision::single) continue;
     const double error = SettingResult::over_runs(s.pairs, p).rms;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
-    if (set.rule == bristle::StepRule::exact) {
+    if (!set.compared.literal) {
       // The finest ones are measured against their like.
       if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
     } else if (reach < literal_limit) {
@@ -140,8 +139,8 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   for (const SettingResult& s : study.result.settings) {
     const Setting& like = s.setting;
     const bool alike = !like.as_scene && !like.is_infinite() && like.parts == best.parts &&
-                       like.rule == best.rule && like.precision == best.precision &&
-                       like.sampling == best.sampling && like.mean == best.mean;
+                       like.compared.literal == best.compared.literal && like.precision == best.precision &&
+                       like.compared.random_lengths == best.compared.random_lengths && like.mean == best.mean;
     if (!alike || like.bristles >= best.bristles || like.bristles < low || s.worst().rms <= wanted) continue;
     low = like.bristles;
     low_error = s.worst().rms;
@@ -200,7 +199,7 @@ bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
 
 bool is_usable(const AccuracyResult& r, const Setting& s) {
   return s.parts <= r.scene_parts && r.scene_parts % s.parts == 0 && s.mean == r.own_mean &&
-         s.sampling == bristle::Sampling::stratified;
+         !s.compared.random_lengths;
 }
 
 double scene_step_s(const AccuracyResult& r, const SettingResult& s) {

@@ -18,10 +18,6 @@ namespace cli {
 namespace {
 
 const char* name_of(bristle::Precision p) { return p == bristle::Precision::single ? "single" : "double"; }
-const char* name_of(bristle::StepRule r) { return r == bristle::StepRule::exact ? "exact" : "literal"; }
-const char* name_of(bristle::Sampling s) {
-  return s == bristle::Sampling::stratified ? "stratified" : "random";
-}
 
 // Everything of a patch that a setting touches, as it is in the tuned scene.
 bristle::PatchOptions tuned_options(const Scene& scene, const AccuracyResult& r, std::size_t p) {
@@ -144,7 +140,8 @@ std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
       text += fmt::format(
           "[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\nstep_rule = \"{}\"\nsampling = "
           "\"{}\"\n",
-          scene.patches[p].name, o.bristles, name_of(o.precision), name_of(o.step_rule), name_of(o.sampling));
+          scene.patches[p].name, o.bristles, name_of(o.precision), rule_name(o.compared),
+          sampling_name(o.compared));
     }
     if (p + 1 < scene.patches.size()) text += '\n';
   }
@@ -165,13 +162,13 @@ std::string tuned_scene(const Scene& scene, const AccuracyResult& r, const std::
     const toml::table& patch = *root["patch"][p].as_table();
     set_population(editor, patch, o);
     if (o.population == bristle::Population::infinite) {
-      if (patch.contains("step_rule")) editor.set(patch, "step_rule", quoted(name_of(o.step_rule)));
+      if (patch.contains("step_rule")) editor.set(patch, "step_rule", quoted(rule_name(o.compared)));
       continue;
     }
     editor.set(patch, "bristles", fmt::format("{}", o.bristles));
     editor.set(patch, "precision", quoted(name_of(o.precision)));
-    editor.set(patch, "step_rule", quoted(name_of(o.step_rule)));
-    editor.set(patch, "sampling", quoted(name_of(o.sampling)));
+    editor.set(patch, "step_rule", quoted(rule_name(o.compared)));
+    editor.set(patch, "sampling", quoted(sampling_name(o.compared)));
   }
   if (const toml::array* motions = root["motion"].as_array()) {
     for (const toml::node& node : *motions) {

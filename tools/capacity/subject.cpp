@@ -15,12 +15,12 @@ constexpr bristle_bench::Settling settling = {1.6, 20, 10};
 
 bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::string& isa) {
   try {
-    return {bristle::BatchOptions{}
-                .with_threads(what.threads)
-                .with_isa(isa.empty() ? nullptr : isa.c_str())
-                .with_eager(what.eager)
-                .with_servo_core(what.servo_core),
-            capacity_dt_s, settling};
+    auto options = bristle::BatchOptions{}
+                       .with_threads(what.threads)
+                       .with_isa(isa.empty() ? nullptr : isa.c_str())
+                       .with_servo_core(what.servo_core);
+    options.compared.eager = what.eager;
+    return {options, capacity_dt_s, settling};
   } catch (const bristle::Error& error) {
     throw UserError(error.what());
   }

@@ -131,14 +131,13 @@ void define_batch(py::module_& module) {
       "step. A second thread that steps gets bristle.Error. step, find_force and warm_up let "
       "go of the interpreter's lock. A batch can be copied and pickled: the other one has the same ids, and "
       "goes on with the same bits. What move() set and force() would tell is not part of it.");
-  type.def(py::init([](int threads, std::optional<std::string> isa, bool eager, int servo_core) {
-             return std::make_unique<Batch>(ThreadsAndKernels{threads, std::move(isa), eager, servo_core});
+  type.def(py::init([](int threads, std::optional<std::string> isa, int servo_core) {
+             return std::make_unique<Batch>(ThreadsAndKernels{threads, std::move(isa), servo_core});
            }),
-           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), py::arg("eager") = false,
-           py::arg("servo_core") = -1,
+           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), py::arg("servo_core") = -1,
            "threads: that may step, the caller included; 0 = one per core. isa: \"scalar\", \"sse2\", ...; "
            "None = the "
-           "best here. eager: visit every bristle, for comparison. servo_core: workers keep off this core.")
+           "best here. servo_core: workers keep off this core.")
       .def(
           "add",
           [](Batch& self, const Material& material, const PatchOptions& options) {

@@ -13,14 +13,12 @@ namespace bristle_python {
 struct ThreadsAndKernels {
   int threads = 1;
   std::optional<std::string> isa;
-  bool eager = false;
   int servo_core = -1;
 
   bristle::BatchOptions options() const {
     return bristle::BatchOptions{}
         .with_threads(threads)
         .with_isa(isa ? isa->c_str() : nullptr)
-        .with_eager(eager)
         .with_servo_core(servo_core);
   }
 };

@@ -17,7 +17,7 @@ using bristle::PatchRecipe;
 
 namespace {
 
-constexpr int format = 1;
+constexpr int format = 2;
 
 py::bytes state_of(Batch& self) {
   const std::size_t size = self.batch.state_size();
@@ -29,11 +29,11 @@ py::bytes state_of(Batch& self) {
 }
 
 bool alike(const PatchOptions& a, const PatchOptions& b) {
-  static_assert(bristle::detail::field_count<PatchOptions> == 13, "each field but seed and key is compared");
+  static_assert(bristle::detail::field_count<PatchOptions> == 12,
+                "each field but seed, key and `compared` is compared");
   return a.max_normal_load == b.max_normal_load && a.bristles == b.bristles && a.axes == b.axes &&
-         a.outputs == b.outputs && a.precision == b.precision && a.step_rule == b.step_rule &&
-         a.sampling == b.sampling && a.population == b.population && a.cohorts == b.cohorts &&
-         a.resolution == b.resolution && a.fluctuation == b.fluctuation;
+         a.outputs == b.outputs && a.precision == b.precision && a.population == b.population &&
+         a.cohorts == b.cohorts && a.resolution == b.resolution && a.fluctuation == b.fluctuation;
 }
 
 /// Patches that differ in slot, seed and key alone are of one kind: a batch has few.
@@ -100,10 +100,9 @@ py::object pickled(Batch& self) {
     return py::array_t<std::uint32_t>(static_cast<py::ssize_t>(values.size()), values.data());
   };
   const ThreadsAndKernels& made_with = self.made_with();
-  return py::make_tuple(
-      format, py::make_tuple(made_with.threads, made_with.isa, made_with.eager, made_with.servo_core),
-      recipe.materials, kinds.list(), patches, array(recipe.generations), array(recipe.free_slots),
-      state_of(self));
+  return py::make_tuple(format, py::make_tuple(made_with.threads, made_with.isa, made_with.servo_core),
+                        recipe.materials, kinds.list(), patches, array(recipe.generations),
+                        array(recipe.free_slots), state_of(self));
 }
 
 namespace {
@@ -122,7 +121,7 @@ Pickled read_state(const py::object& object) {
   const py::tuple made_with = state[1];
   Pickled read{
       ThreadsAndKernels{py::cast<int>(made_with[0]), py::cast<std::optional<std::string>>(made_with[1]),
-                        py::cast<bool>(made_with[2]), py::cast<int>(made_with[3])},
+                        py::cast<int>(made_with[2])},
       {},
       py::cast<py::bytes>(state[7])};
   BatchRecipe& recipe = read.recipe;

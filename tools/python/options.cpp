@@ -11,10 +11,6 @@ void define_options(py::module_& module) {
       {"end", Outputs::end}, {"mean", Outputs::mean}, {"energy", Outputs::energy}, {"all", Outputs::all}};
   const Names<bristle::Precision> precisions = {{"single", bristle::Precision::single},
                                                 {"double", bristle::Precision::double_}};
-  const Names<bristle::StepRule> step_rules = {{"exact", bristle::StepRule::exact},
-                                               {"literal", bristle::StepRule::literal}};
-  const Names<bristle::Sampling> samplings = {{"stratified", bristle::Sampling::stratified},
-                                              {"random", bristle::Sampling::random}};
   const Names<bristle::Population> populations = {{"automatic", bristle::Population::automatic},
                                                   {"representatives", bristle::Population::representatives},
                                                   {"infinite", bristle::Population::infinite}};
@@ -30,10 +26,6 @@ void define_options(py::module_& module) {
           "outputs", &PatchOptions::outputs, outputs,
           "\"end\", \"mean\", \"energy\" or \"all\": what is computed beside the force at the end of a step.")
       .named_field("precision", &PatchOptions::precision, precisions, "\"single\" or \"double\".")
-      .named_field("step_rule", &PatchOptions::step_rule, step_rules,
-                   "\"exact\", or \"literal\": the paper's loop, for comparison.")
-      .named_field("sampling", &PatchOptions::sampling, samplings,
-                   "\"stratified\" or \"random\" snap lengths.")
       .field("seed", &PatchOptions::seed, "Shifts stratified snap lengths, keys what is drawn at random.")
       .field("key", &PatchOptions::key, "The caller's own 64-bit name of the contact.")
       .named_field("population", &PatchOptions::population, populations,

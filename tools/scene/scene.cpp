@@ -228,7 +228,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
         "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
         "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
   }
-  if (o.step_rule != bristle::StepRule::exact) {
+  if (o.compared.literal) {
     table.fail("step_rule",
                "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
   }
@@ -279,8 +279,8 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
     }
   }
   o.precision = static_cast<bristle::Precision>(table.choice("precision", {"single", "double"}, 0));
-  o.step_rule = static_cast<bristle::StepRule>(table.choice("step_rule", {"exact", "literal"}, 0));
-  o.sampling = static_cast<bristle::Sampling>(table.choice("sampling", {"stratified", "random"}, 0));
+  o.compared.literal = table.choice("step_rule", {"exact", "literal"}, 0) == 1;
+  o.compared.random_lengths = table.choice("sampling", {"stratified", "random"}, 0) == 1;
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   read_population(table, materials[patch.material].material, o);
   check_material(patch, materials[patch.material]);

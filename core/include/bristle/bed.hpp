@@ -25,6 +25,7 @@
 #include "bristle/export.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
+#include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
@@ -191,10 +192,7 @@ struct BedMaterial {
     slip_stiffness[1] = y;
     return *this;
   }
-  BedMaterial& with_presliding(double metres) {
-    presliding = metres;
-    return *this;
-  }
+  BedMaterial& with_presliding(double metres) { return detail::set(*this, presliding, metres); }
 };
 
 struct BedOptions {
@@ -260,7 +258,7 @@ struct BedBristle {
 /// restore_state. A step never throws or locks, and waits for its own workers only.
 class BRISTLE_API BedBatch {
  public:
-  /// As PatchBatch; `eager` has no effect. Throws bristle::Error.
+  /// As PatchBatch. Throws bristle::Error.
   explicit BedBatch(const BatchOptions& options = {});
   ~BedBatch();
   BedBatch(BedBatch&&) noexcept;

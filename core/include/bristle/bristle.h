@@ -233,18 +233,12 @@ typedef struct bristle_batch_options {
   const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
   int32_t threads;    /**< threads that may step, the caller included; 0 = one per core */
   int32_t servo_core; /**< core that workers avoid; -1 = none */
-  uint32_t eager;     /**< 1: visit every bristle in every step; same bits, slower, for comparison */
-  uint32_t reserved;  /**< 0 */
 } bristle_batch_options;
 
 /** bristle::Outputs, joined by |. */
 enum { BRISTLE_OUTPUT_END = 0, BRISTLE_OUTPUT_MEAN = 1, BRISTLE_OUTPUT_ENERGY = 2 };
 /** bristle::Precision. */
 enum { BRISTLE_PRECISION_SINGLE = 0, BRISTLE_PRECISION_DOUBLE = 1 };
-/** bristle::StepRule. */
-enum { BRISTLE_STEP_EXACT = 0, BRISTLE_STEP_LITERAL = 1 };
-/** bristle::Sampling. */
-enum { BRISTLE_SAMPLING_STRATIFIED = 0, BRISTLE_SAMPLING_RANDOM = 1 };
 
 /** bristle::Population */
 enum {
@@ -263,8 +257,6 @@ typedef struct bristle_patch_options {
   int32_t axes;         /**< 1 or 2 */
   uint32_t outputs;     /**< BRISTLE_OUTPUT_... */
   uint32_t precision;   /**< BRISTLE_PRECISION_... */
-  uint32_t step_rule;   /**< BRISTLE_STEP_... */
-  uint32_t sampling;    /**< BRISTLE_SAMPLING_... */
   uint32_t population;  /**< BRISTLE_POPULATION_... */
   uint32_t cohorts;     /**< infinite: most cohorts, 8 to 512; 0 = automatic */
   uint32_t fluctuation; /**< infinite: fluctuates as so many bristles would; 0 = no noise */

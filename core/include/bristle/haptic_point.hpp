@@ -39,6 +39,7 @@
 
 #include "bristle/contact_frame.hpp"
 #include "bristle/patch.hpp"
+#include "bristle/set_field.hpp"
 
 namespace bristle {
 
@@ -94,22 +95,10 @@ struct HapticOptions {
   double resolution = 0.0;        ///< m, of the device's positions; 0 = the damper uses displacement / dt
   bool mean = false;  ///< the mean force of the tick, half a tick late; the patch needs Outputs::mean
 
-  HapticOptions& with_force_limit(double newtons) {
-    force_limit = newtons;
-    return *this;
-  }
-  HapticOptions& with_peak_coefficient(double value) {
-    peak_coefficient = value;
-    return *this;
-  }
-  HapticOptions& with_resolution(double metres) {
-    resolution = metres;
-    return *this;
-  }
-  HapticOptions& with_mean(bool value) {
-    mean = value;
-    return *this;
-  }
+  HapticOptions& with_force_limit(double newtons) { return detail::set(*this, force_limit, newtons); }
+  HapticOptions& with_peak_coefficient(double value) { return detail::set(*this, peak_coefficient, value); }
+  HapticOptions& with_resolution(double metres) { return detail::set(*this, resolution, metres); }
+  HapticOptions& with_mean(bool value) { return detail::set(*this, mean, value); }
 };
 
 class HapticPoint {

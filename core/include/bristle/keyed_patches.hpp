@@ -20,6 +20,7 @@
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
+#include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
@@ -32,18 +33,9 @@ struct KeyedOptions {
   std::uint32_t keep_steps = 0;   ///< steps that a key may be missing before its patch returns to the pool
   bool seed_from_key = true;      ///< false: all patches have PatchOptions::seed, and a new key costs less
 
-  KeyedOptions& with_capacity(std::uint32_t patches) {
-    capacity = patches;
-    return *this;
-  }
-  KeyedOptions& with_keep_steps(std::uint32_t steps) {
-    keep_steps = steps;
-    return *this;
-  }
-  KeyedOptions& with_seed_from_key(bool value) {
-    seed_from_key = value;
-    return *this;
-  }
+  KeyedOptions& with_capacity(std::uint32_t patches) { return detail::set(*this, capacity, patches); }
+  KeyedOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
+  KeyedOptions& with_seed_from_key(bool value) { return detail::set(*this, seed_from_key, value); }
 };
 
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
@@ -129,18 +121,9 @@ struct MatcherOptions {
   double reach = 1e-3;            ///< m, > 0: largest distance at which a contact is found again
   std::uint32_t keep_steps = 0;   ///< steps that a contact may be missing and still be found again
 
-  MatcherOptions& with_capacity(std::uint32_t contacts) {
-    capacity = contacts;
-    return *this;
-  }
-  MatcherOptions& with_reach(double metres) {
-    reach = metres;
-    return *this;
-  }
-  MatcherOptions& with_keep_steps(std::uint32_t steps) {
-    keep_steps = steps;
-    return *this;
-  }
+  MatcherOptions& with_capacity(std::uint32_t contacts) { return detail::set(*this, capacity, contacts); }
+  MatcherOptions& with_reach(double metres) { return detail::set(*this, reach, metres); }
+  MatcherOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
 };
 
 /// Gives contacts lasting keys, by pair of bodies and nearest point of the previous step.

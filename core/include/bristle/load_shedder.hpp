@@ -8,6 +8,7 @@
 
 #include "bristle/export.hpp"
 #include "bristle/patch_batch.hpp"
+#include "bristle/set_field.hpp"
 
 namespace bristle {
 
@@ -30,26 +31,13 @@ struct LoadShedderOptions {
   double change_s = 6e-9;     ///< s per restored bristle, once: see PatchBatch::set_detail
   std::size_t record = 4096;  ///< decisions remembered until clear_decisions
 
-  LoadShedderOptions& with_budget(double seconds) {
-    budget_s = seconds;
-    return *this;
-  }
-  LoadShedderOptions& with_late_steps(int steps) {
-    late_steps = steps;
-    return *this;
-  }
-  LoadShedderOptions& with_wait_steps(int steps) {
-    wait_steps = steps;
-    return *this;
-  }
+  LoadShedderOptions& with_budget(double seconds) { return detail::set(*this, budget_s, seconds); }
+  LoadShedderOptions& with_late_steps(int steps) { return detail::set(*this, late_steps, steps); }
+  LoadShedderOptions& with_wait_steps(int steps) { return detail::set(*this, wait_steps, steps); }
   LoadShedderOptions& with_rate(double seconds_per_bristle) {
-    rate_s = seconds_per_bristle;
-    return *this;
+    return detail::set(*this, rate_s, seconds_per_bristle);
   }
-  LoadShedderOptions& with_record(std::size_t decisions) {
-    record = decisions;
-    return *this;
-  }
+  LoadShedderOptions& with_record(std::size_t decisions) { return detail::set(*this, record, decisions); }
 };
 
 /// Report on bristles left out at present, and their effect.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bristle/export.hpp"
+#include "bristle/set_field.hpp"
 #include "bristle/snap_length.hpp"
 
 namespace bristle {
@@ -59,6 +60,9 @@ constexpr double longest_ageing_time = 1e9;
 /// diameter in a century, closed forms take this speed.
 constexpr double slowest_sliding = 1e-19;
 
+/// As Coefficients::kinetic_speed: in sliding so fast that nothing ages.
+constexpr double beyond_ageing = 0.0;
+
 /// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
 ///
 /// Ageing (struct Ageing) is given by what it does: friction falls with speed, and grows with rest. By
@@ -83,10 +87,9 @@ struct Coefficients {
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< of the presliding length: l_r / (l_r + E[delta]), that a snap leaves
   double shared_renewal = 1.0;  ///< Material::shared_renewal
-  /// m/s: `kinetic` and `peak` hold at this speed. 0: in sliding so fast that nothing ages.
-  double kinetic_speed = 0.0;
+  double kinetic_speed = beyond_ageing;  ///< m/s: `kinetic` and `peak` hold at this speed
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
-  /// kinetic_speed 0 that of slow sliding, to first order: ln 10 times beta, of the part beyond the residual.
+  /// beyond_ageing that of slow sliding, to first order: ln 10 times beta, of the part beyond the residual.
   double fall_per_decade = 0.0;
   /// Instead of fall_per_decade: growth of the static friction per decade of rest, over the kinetic friction,
   /// to first order: about twice the fall. For AgeingForm::logarithmic.
@@ -106,10 +109,7 @@ struct Coefficients {
   /// its presliding length such a contact hardens.
   static Coefficients paper() { return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0); }
 
-  Coefficients& with_kinetic(double value) {
-    kinetic = value;
-    return *this;
-  }
+  Coefficients& with_kinetic(double value) { return detail::set(*this, kinetic, value); }
   /// Sets the peak; the spread of the snap lengths follows from it.
   Coefficients& with_peak(double value) {
     peak = value;
@@ -129,65 +129,28 @@ struct Coefficients {
     return *this;
   }
   Coefficients& with_presliding_length(double metres) {
-    presliding_length = metres;
-    return *this;
+    return detail::set(*this, presliding_length, metres);
   }
   Coefficients& with_bristles_per_newton(double value) {
-    bristles_per_newton = value;
-    return *this;
+    return detail::set(*this, bristles_per_newton, value);
   }
-  Coefficients& with_law(SnapLaw value) {
-    law = value;
-    return *this;
-  }
-  Coefficients& with_rule(SnapRule value) {
-    rule = value;
-    return *this;
-  }
+  Coefficients& with_law(SnapLaw value) { return detail::set(*this, law, value); }
+  Coefficients& with_rule(SnapRule value) { return detail::set(*this, rule, value); }
   Coefficients& with_damping_per_newton(double value) {
-    damping_per_newton = value;
-    return *this;
+    return detail::set(*this, damping_per_newton, value);
   }
-  Coefficients& with_viscous_friction(double value) {
-    viscous_friction = value;
-    return *this;
-  }
-  Coefficients& with_stribeck_velocity(double value) {
-    stribeck_velocity = value;
-    return *this;
-  }
-  Coefficients& with_damper_decay(DamperDecay value) {
-    damper_decay = value;
-    return *this;
-  }
-  Coefficients& with_residual_share(double value) {
-    residual_share = value;
-    return *this;
-  }
-  Coefficients& with_shared_renewal(double value) {
-    shared_renewal = value;
-    return *this;
-  }
+  Coefficients& with_viscous_friction(double value) { return detail::set(*this, viscous_friction, value); }
+  Coefficients& with_stribeck_velocity(double value) { return detail::set(*this, stribeck_velocity, value); }
+  Coefficients& with_damper_decay(DamperDecay value) { return detail::set(*this, damper_decay, value); }
+  Coefficients& with_residual_share(double value) { return detail::set(*this, residual_share, value); }
+  Coefficients& with_shared_renewal(double value) { return detail::set(*this, shared_renewal, value); }
   Coefficients& with_kinetic_speed(double metres_per_second) {
-    kinetic_speed = metres_per_second;
-    return *this;
+    return detail::set(*this, kinetic_speed, metres_per_second);
   }
-  Coefficients& with_fall_per_decade(double share) {
-    fall_per_decade = share;
-    return *this;
-  }
-  Coefficients& with_growth_per_decade(double share) {
-    growth_per_decade = share;
-    return *this;
-  }
-  Coefficients& with_ageing_time(double seconds) {
-    ageing_time = seconds;
-    return *this;
-  }
-  Coefficients& with_ageing_form(AgeingForm value) {
-    ageing_form = value;
-    return *this;
-  }
+  Coefficients& with_fall_per_decade(double share) { return detail::set(*this, fall_per_decade, share); }
+  Coefficients& with_growth_per_decade(double share) { return detail::set(*this, growth_per_decade, share); }
+  Coefficients& with_ageing_time(double seconds) { return detail::set(*this, ageing_time, seconds); }
+  Coefficients& with_ageing_form(AgeingForm value) { return detail::set(*this, ageing_form, value); }
   Coefficients& with_speed_strengthening(double per_e_fold, double speed_m_per_s) {
     speed_strengthening = per_e_fold;
     strengthening_speed = speed_m_per_s;
@@ -226,53 +189,31 @@ struct BRISTLE_API Material {
   double drop = 0.0;
 
   Material& with_bristle_stiffness(double newtons_per_metre) {
-    bristle_stiffness = newtons_per_metre;
-    return *this;
+    return detail::set(*this, bristle_stiffness, newtons_per_metre);
   }
   Material& with_bristle_damping(double newton_seconds_per_metre) {
-    bristle_damping = newton_seconds_per_metre;
-    return *this;
+    return detail::set(*this, bristle_damping, newton_seconds_per_metre);
   }
   Material& with_viscous_friction(double newton_seconds_per_metre) {
-    viscous_friction = newton_seconds_per_metre;
-    return *this;
+    return detail::set(*this, viscous_friction, newton_seconds_per_metre);
   }
   Material& with_stribeck_velocity(double metres_per_second) {
-    stribeck_velocity = metres_per_second;
-    return *this;
+    return detail::set(*this, stribeck_velocity, metres_per_second);
   }
   Material& with_normal_stiffness(double newtons_per_metre) {
-    normal_stiffness = newtons_per_metre;
-    return *this;
+    return detail::set(*this, normal_stiffness, newtons_per_metre);
   }
   Material& with_asperity_height_deviation(double metres) {
-    asperity_height_deviation = metres;
-    return *this;
+    return detail::set(*this, asperity_height_deviation, metres);
   }
-  Material& with_snap_length(const SnapLength& law) {
-    snap_length = law;
-    return *this;
-  }
-  Material& with_snap_rule(SnapRule rule) {
-    snap_rule = rule;
-    return *this;
-  }
-  Material& with_damper_decay(DamperDecay decay) {
-    damper_decay = decay;
-    return *this;
-  }
-  Material& with_residual_length(double metres) {
-    residual_length = metres;
-    return *this;
-  }
+  Material& with_snap_length(const SnapLength& law) { return detail::set(*this, snap_length, law); }
+  Material& with_snap_rule(SnapRule rule) { return detail::set(*this, snap_rule, rule); }
+  Material& with_damper_decay(DamperDecay decay) { return detail::set(*this, damper_decay, decay); }
+  Material& with_residual_length(double metres) { return detail::set(*this, residual_length, metres); }
   Material& with_shared_renewal(double bristles_per_snap) {
-    shared_renewal = bristles_per_snap;
-    return *this;
+    return detail::set(*this, shared_renewal, bristles_per_snap);
   }
-  Material& with_drop(double share) {
-    drop = share;
-    return *this;
-  }
+  Material& with_drop(double share) { return detail::set(*this, drop, share); }
   Material& with_ageing(const Ageing& ageing) {
     ageing_form = ageing.form;
     ageing_strength = ageing.strength;
@@ -338,9 +279,9 @@ struct BRISTLE_API Material {
   static Material from_coefficients(const Coefficients& coefficients);
   /// The inverse, with peak and spread: from_coefficients gives a material of the same snap lengths and
   /// forces (of normal_stiffness and asperity_height_deviation their product counts), or says what it cannot:
-  /// no coefficients determine a table. At a speed (Coefficients::kinetic_speed; 0 with saturating ageing:
+  /// no coefficients determine a table. At a speed (Coefficients::kinetic_speed; beyond_ageing with saturating ageing:
   /// one presliding length in the ageing time). Ageing comes as fall_per_decade.
-  Coefficients coefficients(double kinetic_speed_m_per_s = 0.0) const;
+  Coefficients coefficients(double kinetic_speed_m_per_s = beyond_ageing) const;
 
   friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;
   friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
@@ -17,25 +18,21 @@ struct PatchId {
 
 enum class Precision : unsigned char { single, double_ };
 
-/// Rule that advances a bristle over a step.
-enum class StepRule : unsigned char {
-  exact,   ///< event-exact: every snap inside the step, the remainder carried. The default.
-  literal  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot; for comparison.
+namespace detail {
+/// Modes kept to be compared with, by tests and studies. No part of the interface.
+struct ComparisonModes {
+  bool literal = false;  ///< the paper's loop: z += v dt; if |z| > delta then z = 0. Loses the overshoot
+  bool random_lengths = false;  ///< first snap lengths drawn one by one: error of order n^-1/2
 };
-
-/// Sampling of the representatives' first snap lengths from their law.
-enum class Sampling : unsigned char {
-  stratified,  ///< evenly, also in any active prefix: error of order 1/n at first loading. The default.
-  random       ///< drawn one by one, independent: error of order n^-1/2; for comparison
-};
+}  // namespace detail
 
 /// Kind of population that stands for the bristles of a patch.
 enum class Population : unsigned char {
-  automatic,  ///< `infinite` where the law allows it and neither a number of bristles nor StepRule::literal
-              ///< nor Sampling::random is asked for, else `representatives`. The default.
+  automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, else
+                    ///< `representatives`. The default.
   representatives,  ///< n bristles, each with its deflection and snap length
-  infinite  ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw and
-            ///< StepRule::exact; computes in double whatever `precision` says
+  infinite          ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw;
+                    ///< computes in double whatever `precision` says
 };
 
 /// Results computed in addition to the force at the end of a step. Combine with |.
@@ -52,81 +49,44 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
+/// Of `bristles`, `cohorts` and `resolution`: the library chooses.
+constexpr std::uint32_t automatic = 0;
+
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
-  /// n, representatives at max load; 0 = one per physical bristle, at most 4096. Population::automatic takes
-  /// any other number for a wish for bristles. SnapRule::slide: strata of the law, all in contact under every
-  /// load; 0 = 32.
-  std::uint32_t bristles = 0;
+  /// n, representatives at max load; automatic: one per physical bristle, at most 4096. Population::automatic
+  /// takes any other number for a wish for bristles. SnapRule::slide: strata of the law, all in contact under
+  /// every load; automatic: 32.
+  std::uint32_t bristles = automatic;
   int axes = 2;  ///< 1 or 2 tangential directions; 1 uses displacement[0] only
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
-  StepRule step_rule = StepRule::exact;
-  Sampling sampling = Sampling::stratified;
   std::uint32_t seed = 1;  ///< of lengths and draws: patches that differ in it are independent
   std::uint64_t key = 0;   ///< the caller's own name of the contact (a body pair and a point)
   Population population = Population::automatic;
-  std::uint32_t cohorts = 0;  ///< Population::infinite: most cohorts of the patch, 8 to 512; 0 = automatic
-  double resolution = 0.0;    ///< Population::infinite: pieces of path per mean snap length, 1 to 128; 0 =
-                              ///< automatic (8). Time grows with it. In sliding the error falls with its
-                              ///< square until cohorts merge. Under a load that changes at random the error
-                              ///< stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1)
+  std::uint32_t cohorts = automatic;  ///< Population::infinite: most cohorts of the patch, 8 to 512
+  /// Population::infinite: pieces of path per mean snap length, 1 to 128; automatic: 8. Time grows with it.
+  /// In sliding the error falls with its square until cohorts merge. Under a load that changes at random the
+  /// error stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1).
+  double resolution = automatic;
   std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of so many bristles
                                   ///< would, keyed by `seed`; 0 = no noise
+  detail::ComparisonModes compared;
 
-  PatchOptions& with_max_normal_load(double newtons) {
-    max_normal_load = newtons;
-    return *this;
-  }
-  PatchOptions& with_bristles(std::uint32_t count) {
-    bristles = count;
-    return *this;
-  }
-  PatchOptions& with_axes(int count) {
-    axes = count;
-    return *this;
-  }
-  PatchOptions& with_outputs(Outputs set) {
-    outputs = set;
-    return *this;
-  }
-  PatchOptions& with_precision(Precision value) {
-    precision = value;
-    return *this;
-  }
-  PatchOptions& with_step_rule(StepRule rule) {
-    step_rule = rule;
-    return *this;
-  }
-  PatchOptions& with_sampling(Sampling value) {
-    sampling = value;
-    return *this;
-  }
-  PatchOptions& with_seed(std::uint32_t value) {
-    seed = value;
-    return *this;
-  }
-  PatchOptions& with_population(Population value) {
-    population = value;
-    return *this;
-  }
-  PatchOptions& with_cohorts(std::uint32_t count) {
-    cohorts = count;
-    return *this;
-  }
-  PatchOptions& with_resolution(double pieces) {
-    resolution = pieces;
-    return *this;
-  }
+  PatchOptions& with_max_normal_load(double newtons) { return detail::set(*this, max_normal_load, newtons); }
+  PatchOptions& with_bristles(std::uint32_t count) { return detail::set(*this, bristles, count); }
+  PatchOptions& with_axes(int count) { return detail::set(*this, axes, count); }
+  PatchOptions& with_outputs(Outputs set) { return detail::set(*this, outputs, set); }
+  PatchOptions& with_precision(Precision value) { return detail::set(*this, precision, value); }
+  PatchOptions& with_seed(std::uint32_t value) { return detail::set(*this, seed, value); }
+  PatchOptions& with_population(Population value) { return detail::set(*this, population, value); }
+  PatchOptions& with_cohorts(std::uint32_t count) { return detail::set(*this, cohorts, count); }
+  PatchOptions& with_resolution(double pieces) { return detail::set(*this, resolution, pieces); }
   PatchOptions& with_fluctuation(std::uint32_t bristles_) {
-    fluctuation = bristles_;
-    return *this;
+    return detail::set(*this, fluctuation, bristles_);
   }
-  PatchOptions& with_key(std::uint64_t value) {
-    key = value;
-    return *this;
-  }
+  PatchOptions& with_key(std::uint64_t value) { return detail::set(*this, key, value); }
 };
 
 /// Largest number of representative bristles of one patch.

@@ -8,6 +8,7 @@
 #include "bristle/export.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
+#include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
 
 namespace bristle {
@@ -15,26 +16,21 @@ namespace bristle {
 struct BuildSignature;
 namespace detail {
 struct BatchAccess;
-}
+
+/// As ComparisonModes.
+struct SteppingModes {
+  bool eager = false;  ///< every bristle is visited in every step: the same bits, slower
+};
+}  // namespace detail
 
 struct BatchOptions {
   int threads = 1;            ///< threads that may step, the caller included; 0 = one per core
   const char* isa = nullptr;  ///< "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the best available
-  bool eager = false;         ///< visit every bristle in every step: the same bits, slower; for comparison
   int servo_core = -1;        ///< core that workers avoid; -1 = the system places them
+  detail::SteppingModes compared;
 
-  BatchOptions& with_threads(int count) {
-    threads = count;
-    return *this;
-  }
-  BatchOptions& with_isa(const char* name) {
-    isa = name;
-    return *this;
-  }
-  BatchOptions& with_eager(bool value) {
-    eager = value;
-    return *this;
-  }
+  BatchOptions& with_threads(int count) { return detail::set(*this, threads, count); }
+  BatchOptions& with_isa(const char* name) { return detail::set(*this, isa, name); }
   /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). This is
   /// for a loop that steps once per millisecond on a thread with its own core: a worker that sleeps between
   /// ticks is often woken on the core of the thread that waits for it, and then takes no work. Bind the
@@ -43,10 +39,7 @@ struct BatchOptions {
   /// work continues unbound: see PatchBatch::unbound_workers. Bits do not depend on this option, and with one
   /// thread it has no effect. The cores of the process are those of the thread that makes the batch, or, if
   /// that is bound to a single core, those that the process had when the library was loaded.
-  BatchOptions& with_servo_core(int core) {
-    servo_core = core;
-    return *this;
-  }
+  BatchOptions& with_servo_core(int core) { return detail::set(*this, servo_core, core); }
 };
 
 /// Resolves Population::automatic for this material and these options; returns any other population

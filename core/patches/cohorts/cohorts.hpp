@@ -80,17 +80,6 @@ struct Cohorts : PatchRecord, CohortState {
 
 inline Cohorts& cohorts(const Patch& p) noexcept { return static_cast<Cohorts&>(*p.record); }
 
-inline double& entry(double* rows, std::uint32_t i, CohortColumn column) noexcept {
-  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
-}
-inline double entry(const double* rows, std::uint32_t i, CohortColumn column) noexcept {
-  return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
-}
-double mass_of(const double* rows, std::uint32_t i) noexcept;
-/// Returns u for a cohort whose mass is the whole number m: floor(u S) gives m again, and lies half a unit
-/// from the next number.
-inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
-
 /// Returns the position of the patch relative to the base of its cohorts' places.
 inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
   return to_lengths(difference(p.position[axis], s.base[axis]));
@@ -111,7 +100,6 @@ double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) no
 
 // --------------------------------------------------------------------------------------- rows (state.cpp)
 
-void clear_lane(double* rows, std::uint32_t i) noexcept;
 /// Takes the patch out of contact: no cohort.
 void clear_cohorts(Cohorts& r) noexcept;
 /// Removes cohorts without mass; the last cohorts take their places. `births`: null where the material does

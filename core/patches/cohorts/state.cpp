@@ -127,42 +127,12 @@ const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader 
 
 }  // namespace
 
-double mass_of(const double* rows, std::uint32_t i) noexcept {
-  return std::floor(entry(rows, i, cohort_fresh) * entry(rows, i, cohort_left));
-}
-
-void clear_lane(double* rows, std::uint32_t i) noexcept {
-  for (std::uint32_t c = 0; c < cohort_columns; ++c) entry(rows, i, static_cast<CohortColumn>(c)) = 0.0;
-  entry(rows, i, cohort_reach) = unused_reach;
-}
-
 void clear_cohorts(Cohorts& r) noexcept {
   for (std::uint32_t i = 0; i < r.capacity; ++i) clear_lane(r.rows, i);
   r.count = r.layered = 0;
   for (std::uint32_t& open : r.open) open = no_cohort;
   r.spread = r.mass = r.moment[0] = r.moment[1] = 0.0;
 }
-
-namespace {
-
-/// Removes cohort i: the last cohort takes its place.
-void remove_cohort(CohortState& s, double* rows, double* births, std::uint32_t i) noexcept {
-  const std::uint32_t last = --s.count;
-  for (std::uint32_t& open : s.open)
-    if (open == i)
-      open = no_cohort;
-    else if (open == last)
-      open = i;
-  if (i != last)
-    for (std::uint32_t c = 0; c < cohort_columns; ++c) {
-      const auto column = static_cast<CohortColumn>(c);
-      entry(rows, i, column) = entry(rows, last, column);
-    }
-  if (births != nullptr) births[i] = births[last];
-  clear_lane(rows, last);
-}
-
-}  // namespace
 
 void remove_empty(CohortState& s, double* rows, double* births) noexcept {
   for (std::uint32_t i = s.count; i-- > 0;)

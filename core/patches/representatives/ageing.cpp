@@ -156,14 +156,7 @@ void find_steady_sliding(const Representatives<T>& r, double per_length) noexcep
   aged.steady_snaps = steady.snap_rate;
 }
 
-#define BRISTLE_AGEING(T)                                                          \
-  template double aged_since<T>(const Patch&, std::uint32_t) noexcept;             \
-  template void write_ages<T>(const Patch&, std::uint32_t) noexcept;               \
-  template double limit_now<T>(const Representatives<T>&, std::uint32_t) noexcept; \
-  template void begin_ageing<T>(const Representatives<T>&) noexcept;               \
-  template void prepare_ageing<T>(const Patch&, Advance&) noexcept;                \
-  template double mean_growth<T>(const Representatives<T>&, double) noexcept;      \
-  template void find_steady_sliding<T>(const Representatives<T>&, double) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_AGEING)
+BRISTLE_INSTANTIATE(aged_since, write_ages, limit_now, begin_ageing, prepare_ageing, mean_growth,
+                    find_steady_sliding)
 
 }  // namespace bristle::detail

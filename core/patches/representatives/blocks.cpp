@@ -101,17 +101,7 @@ void note_count(Patch& p) noexcept {
   note_contact(p);
 }
 
-#define BRISTLE_BLOCKS(T)                                                                       \
-  template void rewrite_block<T>(const Patch&, std::uint32_t) noexcept;                         \
-  template void enter_block<T>(const Patch&, std::uint32_t) noexcept;                           \
-  template void book_block<T>(Patch&, std::uint32_t, int) noexcept;                             \
-  template double block_squares<T>(const Patch&, std::uint32_t) noexcept;                       \
-  template double all_squares<T>(const Patch&) noexcept;                                        \
-  template double joules_per_square<T>(const Patch&) noexcept;                                  \
-  template void forget_bristles<T>(Representatives<T>&, std::uint32_t, std::uint32_t) noexcept; \
-  template void forget_upper_bounds<T>(Patch&) noexcept;                                        \
-  template void note_tail<T>(Patch&) noexcept;                                                  \
-  template void note_count<T>(Patch&) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_BLOCKS)
+BRISTLE_INSTANTIATE(rewrite_block, enter_block, book_block, block_squares, all_squares, joules_per_square,
+                    forget_bristles, forget_upper_bounds, note_tail, note_count)
 
 }  // namespace bristle::detail

@@ -317,7 +317,6 @@ Status set_detail(Patch& p, std::uint32_t bristles) noexcept {
   return Status::ok;
 }
 
-#define BRISTLE_DETAIL(T) template Status set_detail<T>(Patch&, std::uint32_t) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_DETAIL)
+BRISTLE_INSTANTIATE(set_detail)
 
 }  // namespace bristle::detail

@@ -132,7 +132,6 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
   return loss;
 }
 
-#define BRISTLE_LOAD(T) template double apply_load<T>(Patch&, double) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_LOAD)
+BRISTLE_INSTANTIATE(apply_load)
 
 }  // namespace bristle::detail

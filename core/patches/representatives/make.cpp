@@ -47,12 +47,10 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
 
 /// Shared renewal needs the number of snaps, which only the kernels with energy count.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
-  if (ages) return aged_variant_index(options.axes, redraws ? rule_redraw : rule_keep);
-  const bool literal = options.step_rule == StepRule::literal;
-  const Rule rule =
-      literal ? (redraws ? rule_literal_redraw : rule_literal_keep) : (redraws ? rule_redraw : rule_keep);
-  return variant_index(options.axes, rule, !literal && has(options.outputs, Outputs::mean),
-                       literal || renews || has(options.outputs, Outputs::energy), residual);
+  if (ages) return aged_variant_index(options.axes, redraws);
+  if (options.compared.literal) return literal_variant_index(options.axes, redraws);
+  return variant_index(options.axes, redraws, has(options.outputs, Outputs::mean),
+                       renews || has(options.outputs, Outputs::energy), residual);
 }
 
 /// Takes the patch out of contact: every bristle straight, none of them counted.
@@ -140,7 +138,8 @@ void name_kernels() { kernel_names(); }
 
 template <class T>
 void fill_first(Representatives<T>& r) noexcept {
-  fill_first_lengths(*r.material, r.options.sampling, r.options.seed, Span<T>(r.first, r.padded()));
+  fill_first_lengths(*r.material, r.options.compared.random_lengths, r.options.seed,
+                     Span<T>(r.first, r.padded()));
   for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].shortest = shortest_first(r, b);
 }
 
@@ -220,35 +219,31 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
   const Material& m = material->material;
   m.validate_for_representatives();
   material->make_draws();
-  if (options.step_rule == StepRule::literal && m.ageing_strength != 0.0)
-    refuse("Material", "ageing_strength", m.ageing_strength,
-           "0 with StepRule::literal, the paper's loop; StepRule::exact takes it");
-  if (options.step_rule == StepRule::literal && (m.residual_length != 0.0 || m.shared_renewal != 0.0))
-    refuse("Material", m.residual_length != 0.0 ? "residual_length" : "shared_renewal",
-           m.residual_length != 0.0 ? m.residual_length : m.shared_renewal,
-           "0 with StepRule::literal, the paper's loop; StepRule::exact takes it");
+  if (options.compared.literal) {
+    const auto refuse_if = [](double value, const char* name) {
+      if (value != 0.0) refuse("Material", name, value, "0 with the literal rule, the paper's loop");
+    };
+    refuse_if(m.ageing_strength, "ageing_strength");
+    refuse_if(m.residual_length, "residual_length");
+    refuse_if(m.shared_renewal, "shared_renewal");
+  }
+  // The scalar reference alone has the paper's loop.
+  const KernelTable& table = options.compared.literal ? scalar_kernels() : kernels;
   if (options.fluctuation != 0)
     refuse("PatchOptions", "fluctuation", options.fluctuation,
            "0: representatives fluctuate as what they are, `bristles` of them (or use Population::infinite)");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
-    return make_typed<double>(std::move(material), options, kernels.f64, weight);
+    return make_typed<double>(std::move(material), options, table.f64, weight);
 #else
   if (options.precision == Precision::double_)
     throw Error(
         "PatchOptions: this build of bristle has no kernel for the features asked for; build it with "
         "BRISTLE_MINIMAL=OFF and BRISTLE_WITH_DOUBLE=ON");
 #endif
-  return make_typed<float>(std::move(material), options, kernels.f32, weight);
+  return make_typed<float>(std::move(material), options, table.f32, weight);
 }
 
-#define BRISTLE_MAKE(T)                                                      \
-  template void fill_first<T>(Representatives<T>&) noexcept;                 \
-  template void fill_columns<T>(Representatives<T>&) noexcept;               \
-  template void change_seed<T>(Representatives<T>&, std::uint32_t) noexcept; \
-  template void reset<T>(Patch&, std::uint32_t, std::uint64_t) noexcept;     \
-  template void copy_patch<T>(const Patch&, Patch&, std::byte*) noexcept;    \
-  template void describe<T>(const Patch&, PatchInfo&) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_MAKE)
+BRISTLE_INSTANTIATE(fill_first, fill_columns, change_seed, reset, copy_patch, describe)
 
 }  // namespace bristle::detail

@@ -113,7 +113,6 @@ void take_over(Patch& to, Patch& from) noexcept {
   to.pending_loss += apply_load<T>(to, from.normal_load);
 }
 
-#define BRISTLE_MATERIAL_CHANGE(T) template void take_over<T>(Patch&, Patch&) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_MATERIAL_CHANGE)
+BRISTLE_INSTANTIATE(take_over)
 
 }  // namespace bristle::detail

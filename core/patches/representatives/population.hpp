@@ -19,7 +19,7 @@ constexpr std::uint32_t plain_seed = 1;
 /// its bits scrambled with the seed (core/MODEL.md, section 5). plain_seed: the golden-ratio sequence.
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
-/// u_i in (0, 1): independent numbers, a hash of seed and i (Sampling::random).
+/// u_i in (0, 1): independent numbers, a hash of seed and i.
 double random_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// Least that a snap length in T may be beyond the residual, scaled: what the residual would swallow is no
@@ -30,10 +30,10 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
   return least > material.shortest ? least : material.shortest;
 }
 
-/// Fills the first snap lengths Q(u_i), scaled, for i = 0 .. size - 1.
-void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
+/// Fills the first snap lengths Q(u_i), scaled, for i = 0 .. size - 1, of either u.
+void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint32_t seed,
                         Span<float> lengths);
-void fill_first_lengths(const CompiledMaterial& material, Sampling sampling, std::uint32_t seed,
+void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint32_t seed,
                         Span<double> lengths);
 
 /// Fills the first draw state of each bristle: a bijection of its index, keyed by the seed.

@@ -565,12 +565,6 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (walked.carried > 0.0) sums.snaps += snaps_carried(r, carried);
 }
 
-#define BRISTLE_RENEWAL(T)                                                          \
-  template void plan_pieces<T>(Representatives<T>&) noexcept;                       \
-  template void advance_pieces<T>(Patch&, PatchStep&) noexcept;                     \
-  template void finish_piece<T>(Patch&, const Advance&, const Totals&) noexcept;    \
-  template void note_young<T>(Representatives<T>&, double, std::uint32_t) noexcept; \
-  template void finish_walk<T>(Patch&, const double(&)[2], StepSums&) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_RENEWAL)
+BRISTLE_INSTANTIATE(plan_pieces, advance_pieces, finish_piece, note_young, finish_walk)
 
 }  // namespace bristle::detail

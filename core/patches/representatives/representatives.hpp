@@ -7,6 +7,7 @@
 #include "bristle/config.hpp"
 #include "core/patches/columns.hpp"
 #include "core/patches/contact_model.hpp"
+#include "core/patches/instantiate.hpp"
 
 namespace bristle::detail {
 
@@ -346,12 +347,5 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
                            const KernelTable& kernels, double weight);
 /// Names of the kernel variants are made by the first batch, so that asking for one allocates nothing.
 void name_kernels();
-
-/// Instantiates every template of this header for one number type.
-#if BRISTLE_WITH_DOUBLE
-#define BRISTLE_FOR_NUMBERS(instantiate) instantiate(float) instantiate(double)
-#else
-#define BRISTLE_FOR_NUMBERS(instantiate) instantiate(float)
-#endif
 
 }  // namespace bristle::detail

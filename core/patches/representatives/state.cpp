@@ -206,7 +206,7 @@ std::uint64_t signature(const Patch& p) noexcept {
   hasher.add(r.options.max_normal_load);
   hasher.add(std::uint64_t{r.bristles} << 32 | r.first_seed);
   hasher.add(static_cast<std::uint64_t>(r.variant) << 8 | static_cast<std::uint64_t>(p.outputs) << 4 |
-             (r.options.sampling == Sampling::random ? 2u : 0u));
+             (r.options.compared.random_lengths ? 2u : 0u));
   return hasher.value();
 }
 
@@ -347,16 +347,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   note_count<T>(p);
 }
 
-#define BRISTLE_STATE(T)                                                                \
-  template double find_stored_energy<T>(const Patch&) noexcept;                         \
-  template void read_bristles<T>(const Patch&, std::size_t, Span<double>, Span<double>, \
-                                 Span<double>) noexcept;                                \
-  template std::uint64_t hash_patch<T>(const Patch&) noexcept;                          \
-  template std::uint64_t signature<T>(const Patch&) noexcept;                           \
-  template std::size_t saved_size<T>(const Patch&) noexcept;                            \
-  template void save<T>(const Patch&, ByteWriter&) noexcept;                            \
-  template const char* find_fault<T>(const Patch&, const Patch&, ByteReader) noexcept;  \
-  template void restore<T>(Patch&, std::uint32_t, ByteReader) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_STATE)
+BRISTLE_INSTANTIATE(find_stored_energy, read_bristles, hash_patch, signature, saved_size, save, find_fault,
+                    restore)
 
 }  // namespace bristle::detail

@@ -188,16 +188,7 @@ void add_totals(Totals& sum, const Totals& part) noexcept {
   }
 }
 
-#define BRISTLE_STEP(T)                                                                      \
-  template bool sums_agree<T>(const Patch&) noexcept;                                        \
-  template void renew_bound<T>(Patch&, const Totals&) noexcept;                              \
-  template void prepare_kernel<T>(const Patch&, PatchStep&) noexcept;                        \
-  template void finish_kernel<T>(Patch&, const Advance&, const Totals&, StepSums&) noexcept; \
-  template std::uint32_t prepare<T>(Patch&, PatchStep&) noexcept;                            \
-  template void run_blocks<T>(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t,  \
-                              Totals&) noexcept;                                             \
-  template void finish<T>(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;      \
-  template void advance<T>(Patch&, PatchStep&, StepSums&) noexcept;
-BRISTLE_FOR_NUMBERS(BRISTLE_STEP)
+BRISTLE_INSTANTIATE(sums_agree, renew_bound, prepare_kernel, finish_kernel, prepare, run_blocks, finish,
+                    advance)
 
 }  // namespace bristle::detail

@@ -204,10 +204,8 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
         "PatchOptions: population = infinite: the material has SnapRule::slide, whose bristles are strata of "
         "its "
         "law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
-  if (options.step_rule == StepRule::literal)
-    throw Error(
-        "PatchOptions: step_rule = literal is the paper's loop of snaps; SnapRule::slide needs "
-        "StepRule::exact");
+  if (options.compared.literal)
+    throw Error("PatchOptions: the literal rule is the paper's loop of snaps; SnapRule::slide has none");
   if (options.fluctuation != 0)
     refuse("PatchOptions", "fluctuation", options.fluctuation, "0: bristles that slide do not fluctuate");
 #if BRISTLE_WITH_DOUBLE
@@ -217,7 +215,6 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
   return make_typed<float>(std::move(material), options, kernels.f32, weight);
 }
 
-#define BRISTLE_SLIDER_MAKE(T) template void fill_strata<T>(Sliders<T>&) noexcept;
-BRISTLE_FOR_SLIDERS(BRISTLE_SLIDER_MAKE)
+BRISTLE_INSTANTIATE(fill_strata)
 
 }  // namespace bristle::detail

@@ -8,6 +8,7 @@
 #include "bristle/config.hpp"
 #include "core/patches/columns.hpp"
 #include "core/patches/contact_model.hpp"
+#include "core/patches/instantiate.hpp"
 
 namespace bristle::detail {
 
@@ -136,11 +137,5 @@ void name_sliders();
 /// Throws bristle::Error.
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight);
-
-#if BRISTLE_WITH_DOUBLE
-#define BRISTLE_FOR_SLIDERS(instantiate) instantiate(float) instantiate(double)
-#else
-#define BRISTLE_FOR_SLIDERS(instantiate) instantiate(float)
-#endif
 
 }  // namespace bristle::detail

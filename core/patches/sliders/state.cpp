@@ -160,12 +160,6 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   }
 }
 
-#define BRISTLE_SLIDER_STATE(T)                                                               \
-  template std::uint64_t hash_sliders<T>(const Patch&) noexcept;                              \
-  template std::size_t saved_sliders_size<T>(const Patch&) noexcept;                          \
-  template void save_sliders<T>(const Patch&, ByteWriter&) noexcept;                          \
-  template const char* find_slider_fault<T>(const Patch&, const Patch&, ByteReader) noexcept; \
-  template void restore_sliders<T>(Patch&, std::uint32_t, ByteReader) noexcept;
-BRISTLE_FOR_SLIDERS(BRISTLE_SLIDER_STATE)
+BRISTLE_INSTANTIATE(hash_sliders, saved_sliders_size, save_sliders, find_slider_fault, restore_sliders)
 
 }  // namespace bristle::detail

@@ -327,18 +327,7 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   apply_slider_load<T>(to, from.normal_load);
 }
 
-#define BRISTLE_SLIDER_STEP(T)                                                                  \
-  template void note_sliders<T>(Patch&) noexcept;                                               \
-  template double sum_of_squares<T>(const Patch&) noexcept;                                     \
-  template void straighten<T>(Patch&) noexcept;                                                 \
-  template double apply_slider_load<T>(Patch&, double) noexcept;                                \
-  template std::uint32_t prepare_sliders<T>(Patch&, PatchStep&) noexcept;                       \
-  template void run_sliders<T>(const Patch&, const PatchStep&, std::uint32_t, std::uint32_t,    \
-                               Totals&) noexcept;                                               \
-  template void finish_sliders<T>(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept; \
-  template void advance_sliders<T>(Patch&, PatchStep&, StepSums&) noexcept;                     \
-  template Status set_slider_detail<T>(Patch&, std::uint32_t) noexcept;                         \
-  template void take_over_sliders<T>(Patch&, Patch&) noexcept;
-BRISTLE_FOR_SLIDERS(BRISTLE_SLIDER_STEP)
+BRISTLE_INSTANTIATE(note_sliders, sum_of_squares, straighten, apply_slider_load, prepare_sliders, run_sliders,
+                    finish_sliders, advance_sliders, set_slider_detail, take_over_sliders)
 
 }  // namespace bristle::detail

@@ -1,0 +1,15 @@
+// The one line of a setter of options.
+#pragma once
+
+namespace bristle {
+namespace detail {
+
+/// Sets a field of `options` and returns them, so that calls may follow each other.
+template <class Options, class Field>
+constexpr Options& set(Options& options, Field& field, const Field& value) {
+  field = value;
+  return options;
+}
+
+}  // namespace detail
+}  // namespace bristle

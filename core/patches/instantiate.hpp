@@ -1,0 +1,21 @@
+// BRISTLE_INSTANTIATE(f, g, ...): instantiates function templates for the number types of this build.
+#pragma once
+
+#include "bristle/config.hpp"
+
+#if BRISTLE_WITH_DOUBLE
+#define BRISTLE_INSTANTIATE_ONE(f)      \
+  template decltype(f<float>) f<float>; \
+  template decltype(f<double>) f<double>;
+#else
+#define BRISTLE_INSTANTIATE_ONE(f) template decltype(f<float>) f<float>;
+#endif
+
+// A macro does not expand itself: each scan takes one name more.
+#define BRISTLE_NONE
+#define BRISTLE_NEXT() BRISTLE_EACH
+#define BRISTLE_EACH(f, ...) BRISTLE_INSTANTIATE_ONE(f) __VA_OPT__(BRISTLE_NEXT BRISTLE_NONE()(__VA_ARGS__))
+#define BRISTLE_SCAN(...) BRISTLE_SCAN2(BRISTLE_SCAN2(BRISTLE_SCAN2(__VA_ARGS__)))
+#define BRISTLE_SCAN2(...) BRISTLE_SCAN3(BRISTLE_SCAN3(BRISTLE_SCAN3(__VA_ARGS__)))
+#define BRISTLE_SCAN3(...) __VA_ARGS__
+#define BRISTLE_INSTANTIATE(...) BRISTLE_SCAN(BRISTLE_EACH(__VA_ARGS__))
