@@ -635,6 +635,20 @@ TEST_CASE("A saved state brings cells, turn and scale back", "[extended][state]"
   CHECK(names(message_of([&] { second.restore_state({}); }), {"ExtendedPatches", "cut short"}));
 }
 
+TEST_CASE("The force limit of an outline that ages grows while it rests", "[extended][ageing]") {
+  PatchBatch batch;
+  ExtendedPatches pads(batch);
+  ExtendedMotion rest;
+  rest.id = pads.add(
+      plain_material(smooth, SnapRule::redraw).with_ageing(bristle::Ageing::logarithmic(0.1, 1e-3)),
+      infinite_options(8.0).with_outputs(bristle::Outputs::end), Outline::disc(1e-3, Pressure::uniform, 2));
+  rest.normal_load = load_n;
+  ExtendedResponse first, last;
+  pads.step(tick, {&rest, 1}, {&first, 1});
+  for (int i = 0; i < 100; ++i) pads.step(tick, {&rest, 1}, {&last, 1});
+  CHECK(last.force_limit > 1.2 * first.force_limit);
+}
+
 TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]") {
   PatchBatch batch;
   ExtendedPatches pads(batch);
@@ -688,6 +702,16 @@ TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]"
   pads.step(tick, {&huge, 1}, {&response, 1});
   CHECK(response.status == Status::bad_input);
   CHECK(response.end[2] == 0.0);
+
+  // An outline that is asked for its end force alone looks at its velocity all the same.
+  ExtendedMotion plain = good;
+  plain.id = pads.add(plain_material(smooth, SnapRule::redraw),
+                      infinite_options(8.0).with_outputs(bristle::Outputs::end),
+                      Outline::disc(1e-3, Pressure::uniform, 2));
+  for (int i = 0; i < 2; ++i) CHECK(pads.step(tick, {&plain, 1}, {&response, 1}).status == Status::ok);
+  plain.has_velocity = 1;
+  plain.velocity[0] = NAN;
+  CHECK(pads.step(tick, {&plain, 1}, {&response, 1}).status == Status::bad_input);
 
   // Named twice: the first counts, and the outline turns once.
   const ExtendedMotion twice[] = {good, good};
