@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -281,6 +282,30 @@ TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction",
   });
   CHECK(least > 0.999 * most);
   CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // with the damper's part
+}
+
+TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool makes no jerk", "[chai3d]") {
+  const bool shares_material = GENERATE(false, true);
+  cWorld world;
+  std::optional<cGenericObject> ground(floor_between());
+  world.objects = {&*ground};
+  const Vector3d start(0, 0, radius - depth);
+  Tool tool(world, start);
+  tool.hold_at(start);
+  const Vector3d held = tool.hold_at(start + Vector3d(0.05e-3, 0, 0));
+  CHECK(tool.friction().norm() > 0.3);
+  const auto material = ground->m_material;
+  ground.emplace(floor_between());
+  ground->place = chai(Vector3d(0.3, 0.1, 0));  // frames differ, the floor is one
+  ground->turned = chai_rotation(turned_by(1.0));
+  if (shares_material) {
+    ground->m_material = material;
+    tool.brush->restart();
+  }
+  CHECK((tool.hold_at(tool.position) - held).norm() < 1e-9);
+  ground->turned = chai_rotation(turned_by(1.5));  // from the next tick on it is followed
+  tool.hold_at(tool.position);
+  CHECK(tool.friction().norm() == Approx(kinetic * stiffness * depth).epsilon(0.15));
 }
 
 TEST_CASE("In an edge the walls bear friction together, and on a sphere it follows the surface", "[chai3d]") {

@@ -12,7 +12,9 @@
 // setStaticFriction and setDynamicFriction are not read: the coefficients are those of `skin`.
 //
 // - When the contact goes over to another object (the next mesh of a floor, the other wall of an edge), bent
-//   bristles stay bent, and the frame of the new object is followed from the next tick on.
+//   bristles stay bent, and the frame of the new object is followed from the next tick on. An object may be
+//   deleted while it is touched, once it is out of the world. Where one with the same material then takes its
+//   memory, call restart().
 // - In an edge or a corner (2 or 3 collision events) the walls have one patch together, under the sum of
 //   their forces: that of the proxy's spring.
 // - A tool frame that turns or moves (a camera that flies) moves the tool over the surface. Call restart()
@@ -22,6 +24,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -97,8 +100,11 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
   /// Call after a jump that the hand did not make: the device was indexed, the tool's frame or the scene
-  /// moved.
-  void restart() { point_.restart(); }
+  /// moved, an object was replaced.
+  void restart() {
+    point_.restart();
+    object_ = nullptr;
+  }
 
   struct CountStep {
     double force_n;            ///< step of the friction force at one count, N
@@ -158,20 +164,28 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     return pose;
   }
 
-  /// Carries the frame of the contact with the object that is touched, as long as it is. Only objects of this
-  /// tick are looked at: others may be gone.
+  /// Carries the frame of the contact with the object that is touched, as long as it is. Reads only objects
+  /// of this tick: others may be deleted. A new object at an old address has another material.
   void follow_object() {
     bool held = false;
     for (unsigned int i = 0; i < m_numCollisionEvents; ++i)
-      held = held || m_collisionEvents[i]->m_object == object_;
-    if (held && object_ != nullptr) {
+      held = held || is_followed(*m_collisionEvents[i]->m_object);
+    if (held) {
       surface_ = pose_of(*object_) * on_object_;
     } else {
       object_ = m_numCollisionEvents > 0 ? m_collisionEvents[0]->m_object : nullptr;
-      if (object_ != nullptr) on_object_ = pose_of(*object_).inverse() * surface_;
+      if (object_ != nullptr) {
+        material_ = object_->m_material;
+        on_object_ = pose_of(*object_).inverse() * surface_;
+      }
     }
     // Products of rotations drift from being one.
     surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
+  }
+
+  bool is_followed(const chai3d::cGenericObject& object) const {
+    return &object == object_ && !material_.owner_before(object.m_material) &&
+           !object.m_material.owner_before(material_);
   }
 
   BrushProxyOptions options_;
@@ -179,7 +193,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Motion motion_;
   bristle::Response response_;
   bristle::HapticPoint point_;
-  chai3d::cGenericObject* object_ = nullptr;  // touched in this tick
+  chai3d::cGenericObject* object_ = nullptr;   // touched in this tick
+  std::weak_ptr<chai3d::cMaterial> material_;  // of object_
   Pose surface_ = Pose::Identity(),
        on_object_ = Pose::Identity();  // of the contact: in the world, on object_
 };
