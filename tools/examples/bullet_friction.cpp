@@ -40,6 +40,206 @@ btVector3 angular_velocity(const btSolverBody& body) {
 
 }  // namespace
 
+/// A linear system for the changes of velocity of a group's bodies, six unknowns each. Each line of its
+/// symmetric matrix is stored from the first body on that it is coupled with: a stack has a narrow band.
+struct BristleSolver::System {
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  /// What a constraint sees of its two bodies' velocities. A body that does not move has the column -1.
+  struct Line {
+    int column[2];
+    Vector6 along[2];
+  };
+  /// One of Bullet's rows, of a normal impulse or a joint. `softness` is a little more than its own.
+  struct Row {
+    btSolverConstraint* constraint;
+    Line line;
+    double before, impulse;        // N s
+    double wanted, own, softness;  // m/s, 1/kg, 1/kg
+    bool active;                   // within its limits
+  };
+  struct Friction {
+    Contact* contact;
+    Line lines[2];
+    Vector2d before, elastic;  // m/s, N
+    double share, slope;       // s, N s/m
+    bool clipped;
+  };
+
+  double* line(int i) {
+    return matrix.data() + start[static_cast<std::size_t>(i)] - first[static_cast<std::size_t>(i)];
+  }
+  static double velocity(const Line& l, const Eigen::VectorXd& of) {
+    double sum = 0.0;
+    for (int side = 0; side < 2; ++side)
+      if (l.column[side] >= 0) sum += l.along[side].dot(of.segment<6>(l.column[side]));
+    return sum;
+  }
+  Vector2d slip(const Friction& f) const {
+    return f.before + Vector2d(velocity(f.lines[0], change), velocity(f.lines[1], change));
+  }
+  void pull(const Line& l, double impulse) {
+    for (int side = 0; side < 2; ++side)
+      if (l.column[side] >= 0) right.segment<6>(l.column[side]) += impulse * l.along[side];
+  }
+  void add(const Line& l, double weight) {
+    for (int side = 0; side < 2; ++side) {
+      const int own = l.column[side], other = l.column[1 - side];
+      for (int i = 0; own >= 0 && i < 6; ++i) {
+        const double share = weight * l.along[side][i];
+        double* const to = line(own + i);
+        for (int j = 0; j <= i; ++j) to[own + j] += share * l.along[side][j];
+        if (other >= 0 && other < own) Eigen::Map<Vector6>(to + other) += share * l.along[1 - side];
+      }
+    }
+  }
+  double dot(const double* a, const double* b, int from_column, int to_column) const {
+    const int count = to_column - from_column;
+    return Eigen::Map<const Eigen::VectorXd>(a + from_column, count)
+        .dot(Eigen::Map<const Eigen::VectorXd>(b + from_column, count));
+  }
+  /// Replaces the matrix by its Cholesky factor.
+  void factor() {
+    for (int i = 0; i < right.size(); ++i) {
+      double* const a = line(i);
+      const int low = first[static_cast<std::size_t>(i)];
+      for (int j = low; j < i; ++j) {
+        const double* const b = line(j);
+        a[j] = (a[j] - dot(a, b, std::max(low, first[static_cast<std::size_t>(j)]), j)) / b[j];
+      }
+      a[i] = std::sqrt(a[i] - dot(a, a, low, i));
+    }
+  }
+  /// Replaces `right` by the solution.
+  void substitute() {
+    for (int i = 0; i < right.size(); ++i) {
+      const double* const a = line(i);
+      right[i] = (right[i] - dot(a, right.data(), first[static_cast<std::size_t>(i)], i)) / a[i];
+    }
+    for (int i = static_cast<int>(right.size()) - 1; i >= 0; --i) {
+      const double* const a = line(i);
+      right[i] /= a[i];
+      for (int j = first[static_cast<std::size_t>(i)]; j < i; ++j) right[j] -= right[i] * a[j];
+    }
+  }
+  void set_shape();
+  void set_masses(const btAlignedObjectArray<btSolverBody>& bodies);
+  void solve();
+  void refine();
+  bool drop();
+
+  std::vector<int> column;  // by solver body
+  std::vector<int> first;   // by line, the column that it is stored from
+  std::vector<std::size_t> start;
+  std::vector<double> masses, matrix;
+  Eigen::VectorXd right, change;
+  std::vector<Row> rows;
+  std::vector<Friction> frictions;
+};
+
+/// Makes room for the matrix and its factor.
+void BristleSolver::System::set_shape() {
+  const auto couple = [&](const Line& l) {
+    if (l.column[0] < 0 || l.column[1] < 0) return;
+    const auto [low, high] = std::minmax(l.column[0], l.column[1]);
+    for (int i = high; i < high + 6; ++i) {
+      int& from_column = first[static_cast<std::size_t>(i)];
+      from_column = std::min(from_column, low);
+    }
+  };
+  for (const Row& row : rows) couple(row.line);
+  for (const Friction& f : frictions) couple(f.lines[0]);
+  start.clear();
+  std::size_t entries = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    start.push_back(entries);
+    entries += i + 1 - static_cast<std::size_t>(first[i]);
+  }
+  matrix.assign(entries, 0.0);
+  right.resize(static_cast<Eigen::Index>(first.size()));
+}
+
+void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
+  constexpr double locked = 1e-12;  // of an axis that may not move
+  for (int b = 0; b < bodies.size(); ++b) {
+    const int at = column[static_cast<std::size_t>(b)];
+    if (at < 0) continue;
+    const btRigidBody& body = *bodies[b].m_originalBody;
+    const Vector3d free = from(body.getAngularFactor());
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity() * locked;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        inertia(i, j) += free[i] * free[j] * static_cast<double>(body.getInvInertiaTensorWorld()[i][j]);
+    inertia = inertia.inverse().eval();
+    for (int i = 0; i < 3; ++i) {
+      line(at + i)[at + i] = 1.0 / (static_cast<double>(bodies[b].internalGetInvMass()[i]) + locked);
+      for (int j = 0; j <= i; ++j) line(at + 3 + i)[at + 3 + j] = inertia(i, j);
+    }
+  }
+  masses = matrix;
+}
+
+/// Finds the change of velocity under the active rows and friction, and the impulses of these rows.
+void BristleSolver::System::solve() {
+  matrix = masses;
+  right.setZero();
+  for (const Row& row : rows) {
+    if (row.active) add(row.line, 1.0 / row.softness);
+    pull(row.line, row.active ? row.wanted / row.softness : row.impulse - row.before);
+  }
+  for (const Friction& f : frictions) {
+    const Vector2d impulse = f.share * (f.elastic - f.slope * f.before) - f.contact->impulse;
+    for (int a = 0; a < 2; ++a) {
+      add(f.lines[a], f.share * f.slope);
+      pull(f.lines[a], impulse[a]);
+    }
+  }
+  factor();
+  substitute();
+  change = right;
+  for (Row& row : rows)
+    if (row.active) row.impulse = row.before + (row.wanted - velocity(row.line, change)) / row.softness;
+}
+
+/// Takes most of the added softness out again.
+void BristleSolver::System::refine() {
+  const auto missing = [&](const Row& row) {
+    return row.active ? row.wanted - velocity(row.line, change) - row.own * (row.impulse - row.before) : 0.0;
+  };
+  right.setZero();
+  for (const Row& row : rows) pull(row.line, missing(row) / row.softness);
+  substitute();
+  for (Row& row : rows)
+    if (row.active) row.impulse += (missing(row) - velocity(row.line, right)) / row.softness;
+  change += right;
+}
+
+/// Leaves rows that are beyond a limit at it, and patches beyond theirs without stiffness. False when there
+/// are none.
+bool BristleSolver::System::drop() {
+  bool dropped = false;
+  for (Row& row : rows) {
+    const double impulse = std::clamp(row.impulse, static_cast<double>(row.constraint->m_lowerLimit),
+                                      std::max(static_cast<double>(row.constraint->m_lowerLimit),
+                                               static_cast<double>(row.constraint->m_upperLimit)));
+    if (impulse == row.impulse) continue;
+    row.impulse = impulse;
+    row.active = false;
+    dropped = true;
+  }
+  for (Friction& f : frictions) {
+    const auto& answer = f.contact->answer;
+    if (f.clipped || f.share == 0.0) continue;
+    const Vector2d elastic = f.elastic - (f.slope - answer.damping) * slip(f);
+    if (elastic.norm() <= answer.limit) continue;
+    f.elastic = answer.limit * elastic.normalized();
+    f.slope = answer.damping;
+    f.clipped = dropped = true;
+  }
+  return dropped;
+}
+
+BristleSolver::~BristleSolver() = default;
+
 BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
                              const FrictionOptions& options)
     : dispatcher_(dispatcher),
@@ -48,7 +248,8 @@ BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficien
       friction_sweeps_(options.sweeps),
       patches_(batch_, bristle::Material::from_coefficients(law), options.patch,
                bristle::KeyedOptions{}.with_capacity(options.contacts)),
-      matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)) {
+      matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
+      system_(std::make_unique<System>()) {
   batch_.warm_up();
 }
 
@@ -286,13 +487,100 @@ double BristleSolver::normal_impulse(const Contact& contact) const {
   return std::max(static_cast<double>(impulse), 0.0);
 }
 
+void BristleSolver::list_unknowns(double dt_s) {
+  System& system = *system_;
+  const auto& bodies = m_tmpSolverBodyPool;
+  system.column.assign(static_cast<std::size_t>(bodies.size()), -1);
+  system.first.clear();
+  for (int b = 0; b < bodies.size(); ++b) {
+    if (!bodies[b].m_originalBody || bodies[b].m_originalBody->getInvMass() == btScalar(0)) continue;
+    const auto at = static_cast<int>(system.first.size());
+    system.column[static_cast<std::size_t>(b)] = at;
+    system.first.insert(system.first.end(), 6, at);
+  }
+  const auto column = [&](int body) { return system.column[static_cast<std::size_t>(body)]; };
+
+  // Four corners carry a body that three would carry: a little softness shares the load out.
+  constexpr double softness = 3e-3;  // of what a row sees of its bodies' mobility
+  system.rows.clear();
+  for (btConstraintArray* pool : {&m_tmpSolverContactConstraintPool, &m_tmpSolverNonContactConstraintPool}) {
+    for (int i = 0; i < pool->size(); ++i) {
+      btSolverConstraint& constraint = (*pool)[i];
+      System::Row& row = system.rows.emplace_back();
+      row.constraint = &constraint;
+      const int on[2] = {constraint.m_solverBodyIdA, constraint.m_solverBodyIdB};
+      row.line.along[0] << from(constraint.m_contactNormal1), from(constraint.m_relpos1CrossNormal);
+      row.line.along[1] << from(constraint.m_contactNormal2), from(constraint.m_relpos2CrossNormal);
+      double moving = 0.0;
+      for (int side = 0; side < 2; ++side) {
+        row.line.column[side] = column(on[side]);
+        moving += row.line.along[side].head<3>().dot(from(bodies[on[side]].getDeltaLinearVelocity())) +
+                  row.line.along[side].tail<3>().dot(from(bodies[on[side]].getDeltaAngularVelocity()));
+      }
+      const double mobility = 1.0 / static_cast<double>(constraint.m_jacDiagABInv);
+      const btScalar applied = constraint.m_appliedImpulse;
+      row.before = row.impulse = static_cast<double>(applied);
+      row.own = mobility * static_cast<double>(constraint.m_cfm);
+      row.softness = row.own + mobility * softness;
+      row.wanted = mobility * static_cast<double>(constraint.m_rhs) - row.own * row.before - moving;
+      row.active = row.before > 0.0 || row.wanted > 0.0 || pool == &m_tmpSolverNonContactConstraintPool;
+    }
+  }
+  system.frictions.clear();
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
+    Contact& contact = *solved_[i];
+    System::Friction& f = system.frictions.emplace_back();
+    f.contact = &contact;
+    for (int a = 0; a < 2; ++a)
+      for (int side = 0; side < 2; ++side) {
+        f.lines[a].column[side] = column(contact.sides[side].body);
+        f.lines[a].along[side] << from(contact.sides[side].axis[a]), from(contact.sides[side].moment[a]);
+      }
+    f.before = slip_of(contact);
+    f.elastic = contact.answer.steady;
+    f.slope = contact.answer.slope;
+    f.share = contact.normal_load > 0.0 ? dt_s : 0.0;
+    f.clipped = false;
+  }
+}
+
+/// Solves normal impulses, joints and friction of a whole group: what the iterations begin with. They alone
+/// leave a stack an error in each step, and it creeps or falls. Loads are those of the step before.
+void BristleSolver::solve_at_once(double dt_s) {
+  System& system = *system_;
+  list_unknowns(dt_s);
+  system.set_shape();
+  if (system.matrix.size() > 400 * system.rows.size()) return;  // it would take longer than the iterations
+  system.set_masses(m_tmpSolverBodyPool);
+  constexpr int passes = 8;
+  for (int pass = 0; pass < passes; ++pass) {
+    system.solve();
+    if (!system.drop()) break;
+  }
+  system.refine();
+  system.drop();
+
+  // Impulses are applied one by one, so velocities agree with them whatever the system has left open.
+  for (const System::Row& row : system.rows) {
+    btSolverConstraint& to = *row.constraint;
+    btSolverBody &a = m_tmpSolverBodyPool[to.m_solverBodyIdA], &b = m_tmpSolverBodyPool[to.m_solverBodyIdB];
+    const auto change = static_cast<btScalar>(row.impulse - row.before);
+    to.m_appliedImpulse = static_cast<btScalar>(row.impulse);
+    a.internalApplyImpulse(to.m_contactNormal1 * a.internalGetInvMass(), to.m_angularComponentA, change);
+    b.internalApplyImpulse(to.m_contactNormal2 * b.internalGetInvMass(), to.m_angularComponentB, change);
+  }
+  for (const System::Friction& f : system.frictions)
+    push(*f.contact, f.share * (f.elastic - f.slope * system.slip(f)));
+}
+
 btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  const double dt_s = static_cast<double>(info.m_timeStep);
+  if (iteration == 0) solve_at_once(dt_s);
   double residual = static_cast<double>(btSequentialImpulseConstraintSolver::solveSingleIteration(
       iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer));
-  const double dt_s = static_cast<double>(info.m_timeStep);
   const int half = info.m_numIterations / 2;
   const bool ask = iteration >= half && (iteration - half) % 2 == 0 && iteration + 1 < info.m_numIterations;
   if (ask)

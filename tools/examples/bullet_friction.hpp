@@ -13,7 +13,9 @@
 // (btManifoldPoint::m_combinedFriction); the shape of the law is that of the material. Islands, joints,
 // sleeping bodies and sub-steps are as before.
 //
-// The order of a step. Bullet's sequential impulses find the normal impulses; in every sweep each patch adds
+// The order of a step. One linear solve for all bodies of a group gives the impulses that Bullet's iterations
+// begin with: a stack that is solved by iterations alone has an error in each step, and creeps. Bullet's
+// sequential impulses find the normal impulses; in every sweep each patch adds
 // the impulse with which it answers to the slip at the end of the step, with its stiffness and damping
 // implicit and its elastic force clipped at the force limit. From half of the sweeps on the patches
 // themselves are asked (PatchBatch::find_force) and their answers take the place of the clipped springs. When
@@ -25,6 +27,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
@@ -57,6 +60,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   /// `dispatcher`: of the world. Throws bristle::Error.
   BristleSolver(btDispatcher& dispatcher, const bristle::Coefficients& law,
                 const FrictionOptions& options = {});
+  ~BristleSolver() override;
 
   /// A contact point with friction.
   struct Contact {
@@ -119,6 +123,9 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   void ask_patch(Contact& contact, double dt_s);
   double rub(Contact& contact, double dt_s);
   void push(Contact& contact, const Eigen::Vector2d& impulse);
+  void solve_at_once(double dt_s);
+  void list_unknowns(double dt_s);
+  struct System;
   Eigen::Vector2d slip_of(const Contact& contact) const;
   double normal_impulse(const Contact& contact) const;
 
@@ -143,6 +150,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<bristle::Motion> motions_;
   std::vector<bristle::Response> responses_;
   std::vector<btScalar> coefficients_;
+  std::unique_ptr<System> system_;
 };
 
 }  // namespace bullet_example

@@ -193,17 +193,20 @@ Scene tapped_block(double dt_s) {
   return scene;
 }
 
-Scene stack(double seconds) {
+Scene stack(int boxes, double dt_s, double seconds) {
   Scene scene;
-  scene.name = "stack";
-  scene.title = "five boxes on each other on a slope of 10 degrees";
+  const std::string rate = std::to_string(std::lround(1.0 / dt_s));
+  scene.name = "stack_" + std::to_string(boxes) + "_" + rate;
+  scene.title =
+      std::to_string(boxes) + " boxes on each other on a slope of 10 degrees, steps of 1/" + rate + " s";
   scene.seconds = seconds;
+  scene.dt_s = dt_s;
   scene.gravity = gravity_on_slope(10.0);
-  scene.options.patch.with_max_normal_load(20.0);
-  scene.body = 5;
-  scene.build = [](World& world) {
+  scene.options.patch.with_max_normal_load(40.0);
+  scene.body = static_cast<std::size_t>(boxes);
+  scene.build = [boxes](World& world) {
     add_floor(world, 0.5);
-    for (int i = 0; i < 5; ++i)
+    for (int i = 0; i < boxes; ++i)
       world.add_box(vector(0.1, 0.1, 0.03), vector(0.0, 0.0, 0.03 + 0.06 * i), 0.5, 0.5);
   };
   return scene;
@@ -256,7 +259,14 @@ Scene many_boxes() {
 }
 
 std::vector<Scene> all_scenes() {
-  return {tapped_block(), tapped_block(1.0 / 60.0), stack(), pushed_box(), pushed_plate(), many_boxes()};
+  return {tapped_block(),
+          tapped_block(1.0 / 60.0),
+          stack(4, 1.0 / 60.0, 20.0),
+          stack(8, 1.0 / 60.0, 20.0),
+          stack(),
+          pushed_box(),
+          pushed_plate(),
+          many_boxes()};
 }
 
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds) {

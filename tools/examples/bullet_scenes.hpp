@@ -75,8 +75,8 @@ struct Scene {
 
 /// A block of 200 g on a slope, half way to sliding, tapped five times a second for the first two seconds.
 Scene tapped_block(double dt_s = 1.0 / 240.0);
-/// Five boxes on each other, at rest on a tilted plane. The one looked at is on top.
-Scene stack(double seconds = 60.0);
+/// Boxes on each other, at rest on a tilted plane. The one looked at is on top.
+Scene stack(int boxes = 5, double dt_s = 1.0 / 240.0, double seconds = 60.0);
 /// A flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
 /// As pushed_box(), with a plate on three feet.
