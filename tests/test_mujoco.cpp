@@ -18,21 +18,20 @@ constexpr double gravity = 9.81;
 /// A scene moved by bristles, for looking inside. Its friction has no peak worth naming and no damper.
 class World {
  public:
-  explicit World(const std::string& xml,
-                 const bristle::Coefficients& law =
-                     bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6),
-                 std::uint32_t contacts = 16)
+  static bristle::Coefficients law() {
+    return bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6);
+  }
+  explicit World(const std::string& xml, const bristle::Coefficients& law = World::law(),
+                 std::uint32_t contacts = 16, double reach = FrictionOptions{}.reach)
       : model(load(xml)), data(make_data(*model)) {
     const ContactDims dims = remove_friction(*model);
     FrictionOptions options;
     options.patch = bristle::PatchOptions{}.with_max_normal_load(5.0).with_bristles(4000);
     options.contacts = contacts;
+    options.reach = reach;
     friction = std::make_unique<BristleFriction>(*model, dims, law, options);
   }
-  explicit World(const Scene& scene, std::uint32_t contacts = 16)
-      : World(scene.xml,
-              bristle::Coefficients{}.with_kinetic(0.5).with_peak(0.55).with_presliding_length(5e-6),
-              contacts) {
+  explicit World(const Scene& scene, std::uint32_t contacts = 16) : World(scene.xml, law(), contacts) {
     drive = scene.drive;
   }
 
@@ -119,7 +118,7 @@ TEST_CASE("In MuJoCo a plate slides v^2 / (2 mu g) and turns by I w^2 / (2 mu W 
 
 TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thrown ball and a spun one",
           "[mujoco]") {
-  for (const double speed : {0.01, 0.1, 1.0, 4.0, 5.5, 8.0, 20.0, 100.0}) {
+  for (const double speed : {0.01, 1.0, 5.5, 20.0, 100.0}) {
     INFO(speed << " m/s");
     constexpr double dt = 0.002, seconds = 0.02;
     World plate_world(on_floor(plate, 0.001, 0.5, dt));
@@ -162,6 +161,25 @@ TEST_CASE("In MuJoCo a ball on a slope of ten degrees rolls with 5/7 of g sin a 
   const double before = world.data->qvel[0];
   world.run(1.5);
   CHECK((world.data->qvel[0] - before) / 1.5 == Approx(5.0 / 7.0 * gravity * std::sin(angle)).epsilon(0.005));
+}
+
+TEST_CASE("In MuJoCo a driven wheel reaches 13.8 m/s in 4 s, at any reach", "[mujoco]") {
+  for (const double reach : {0.01, 1e-5}) {
+    INFO(reach << " m");
+    World world(R"(<mujoco><option timestep="0.002"/>
+<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
+<worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 0.1">
+  <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+  <geom type="sphere" size="0.01" mass="1" contype="0" conaffinity="0"/>
+  <body><joint name="hub" type="hinge" axis="0 1 0"/>
+    <geom type="cylinder" size="0.1 0.02" mass="0.3" zaxis="0 1 0"/></body></body></worldbody>
+<actuator><motor joint="hub"/></actuator></mujoco>)",
+                World::law(), 16, reach);
+    world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.5; };
+    world.run(4.0);
+    // Torque over radius drives the mass and, over the square of the radius, the wheel's inertia.
+    CHECK(world.data->qvel[0] == Approx(4.0 * (0.5 / 0.1) / (1.3 + 0.5 * 0.3)).epsilon(0.002));
+  }
 }
 
 TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") {
