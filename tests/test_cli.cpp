@@ -119,6 +119,40 @@ TEST_CASE("The version names the build and every instruction set, and which is c
   }
 }
 
+TEST_CASE("A scene of beds runs, reports its forces, and is refused where it cannot go", "[cli]") {
+  const Folder folder;
+  const std::string csv = folder.at("beds.csv");
+  const json report = run_report(folder, "run " + scene_path("wheel") + " --out '" + csv + "'");
+  CHECK(report["schema"] == "bristle-beds-1");
+  CHECK(report["steps"] == 2500);
+  const json &tyre = report["beds"][0], &finger = report["beds"][1];
+  CHECK(tyre["name"] == "tyre");
+  CHECK(tyre["force"]["x"]["min"] == Approx(-0.92 * 4000.0).epsilon(1e-3));
+  CHECK(tyre["most_slipping"] == Approx(1.0));
+  CHECK(finger["force"]["x"]["min"] == Approx(-4.0).epsilon(1e-4));
+  for (const json& bed : {tyre, finger}) {
+    const json& energy = bed["energy"];
+    CHECK(energy["work"].get<double>() ==
+          Approx(energy["dissipated"].get<double>() + energy["stored"].get<double>()).epsilon(1e-4));
+  }
+  const std::string rows = read_file(csv);
+  CHECK(rows.rfind("t,bed,fx,fy,torque,load,", 0) == 0);
+  CHECK(std::count(rows.begin(), rows.end(), '\n') == 5001);
+  CHECK_THAT(run_cli(folder, "run " + scene_path("wheel")).out, Contains("fingertip") && Contains("torque"));
+  check_refused(folder, "run " + scene_path("wheel") + " --bristles 5", {"[[bed]]", "--threads"});
+  check_refused(folder, "accuracy " + scene_path("wheel"), {"only `bristle run`"});
+  const auto refused = [&](const std::string& bed, const std::vector<std::string>& parts) {
+    const std::string head = "[scene]\nname = 'a'\ndt = 0.1\n[[bed]]\nname = 'b'\nfriction = 1\n";
+    check_refused(folder, "run '" + folder.write("bad.toml", head + bed) + "'", parts);
+  };
+  refused("max_normal_load = 1\npath = [{ t = 0, load = 1 }]", {"bad.toml:4", "shape"});
+  refused("shape = 'disc'\nhalf = 1e-3\nmax_normal_load = 1\npath = [{ t = 0, load = 1 }]",
+          {"'b'", "no elasticity"});
+  refused("shape = 'disc'\nhalf = 1e-3\npresliding = 1e-4\nmax_normal_load = 1\npath = [{ t = 0 }]",
+          {"load"});
+  refused("shape = 'disc'\nmax_normal_load = 1\npath = []", {"path"});
+}
+
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {
   if (!BRISTLE_WITH_DOUBLE) return;  // one patch of the scene is in double precision
   const Folder folder;

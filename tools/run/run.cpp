@@ -15,10 +15,12 @@
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/reports/text_layout.hpp"
+#include "tools/run/bed_run.hpp"
 #include "tools/run/paced_clock.hpp"
 #include "tools/run/run_state.hpp"
 #include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
+#include "tools/scene/scene_table.hpp"
 
 namespace cli {
 namespace {
@@ -379,7 +381,9 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
 }
 
 void run_command(const RunOptions& options) {
-  Scene scene = read_scene(options.scene, options.limits, progress_line("reading", options.quiet));
+  const std::string text = read_text_file(options.scene, most_scene_bytes);
+  if (run_bed_scene(options, text)) return;
+  Scene scene = parse_scene(text, options.scene, options.limits, progress_line("reading", options.quiet));
   if (!options.trace.empty()) replace_motion(scene, options.trace, options.clip_load);
   if (options.bristles) set_bristles(scene, *options.bristles);
   const double scene_dt = scene.dt;

@@ -23,7 +23,6 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;
 constexpr Range seconds{0.0, 1e6, false, "s"};
 constexpr Range position{-1e6, 1e6, false, "m"};
 constexpr Range load_range{0.0, 1e9, false, "N"};
@@ -487,18 +486,6 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
 
 // --------------------------------------------------------------------------------------------- scene
 
-void read_scene_table(TomlTable table, Scene& scene) {
-  scene.name = table.name();
-  table.allow({"name", "description", "dt", "duration", "deadline", "budget", "threads", "out_patches"});
-  scene.description = table.text("description", "");
-  scene.dt = table.number("dt", {0.0, 1.0, true, "s"});
-  if (table.has("duration")) scene.duration = table.number("duration", {0.0, 1e6, true, "s"});
-  scene.deadline = table.number("deadline", {0.0, 1e3, true, "s"}, scene.dt);
-  if (table.has("budget")) scene.budget = table.number("budget", {0.0, 1e3, true, "s"});
-  scene.threads = static_cast<int>(table.integer("threads", 0, 1024, 1));
-  scene.out_patches = static_cast<std::uint32_t>(table.integer("out_patches", 0, 1'000'000, 8));
-}
-
 void check_all_moved(const Scene& scene) {
   std::vector<bool> moved(scene.patches.size(), false);
   for (const SceneBody& body : scene.bodies) {
@@ -534,6 +521,18 @@ void check_size(const Scene& scene) {
 }
 
 }  // namespace
+
+void read_scene_table(TomlTable table, Scene& scene) {
+  scene.name = table.name();
+  table.allow({"name", "description", "dt", "duration", "deadline", "budget", "threads", "out_patches"});
+  scene.description = table.text("description", "");
+  scene.dt = table.number("dt", {0.0, 1.0, true, "s"});
+  if (table.has("duration")) scene.duration = table.number("duration", {0.0, 1e6, true, "s"});
+  scene.deadline = table.number("deadline", {0.0, 1e3, true, "s"}, scene.dt);
+  if (table.has("budget")) scene.budget = table.number("budget", {0.0, 1e3, true, "s"});
+  scene.threads = static_cast<int>(table.integer("threads", 0, 1024, 1));
+  scene.out_patches = static_cast<std::uint32_t>(table.integer("out_patches", 0, 1'000'000, 8));
+}
 
 void SceneBody::applied_force(double t, double (&force_n)[2]) const noexcept {
   force_n[0] = force_n[1] = 0.0;
@@ -586,6 +585,9 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
     const std::string_view name = key.str();
     if (name == "scene" || name == "material" || name == "patch" || name == "motion" || name == "body")
       continue;
+    if (name == "bed")
+      throw UserError(
+          fmt::format("{}:{}: only `bristle run` steps a [[bed]]", path, key.source().begin.line));
     throw UserError(fmt::format(
         "{}:{}: unknown key '{}'; allowed: [scene], [[material]], [[patch]], [[motion]], [[body]]", path,
         key.source().begin.line, name));

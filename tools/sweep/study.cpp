@@ -27,7 +27,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t most_scene_bytes = std::size_t{64} << 20;
 constexpr std::uint64_t most_reference_numbers = 100'000'000;
 
 constexpr const char* sampling_names[] = {"grid", "latin", "sobol"};
