@@ -1,5 +1,5 @@
-// The experiments on contacts with an extent: limit surface, first turn, coin, plate held at a corner; their
-// numbers against tables and closed forms.
+// The experiments on contacts with an extent: limit surface, first turn, coin, plate held at a corner,
+// wheels, balls, impacts; their numbers against tables and closed forms.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -142,4 +142,51 @@ TEST_CASE("A plate at its corner: friction at its mean distance, and LuGre cells
     INFO(model);
     CHECK(std::fabs(finding(result, "corner_holds", model)) < 1e-3);
   }
+}
+
+TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experiment][beds]") {
+  const cli::ExperimentResult result =
+      run("creep-curve", {}, {"lugre_tyre", "slip_formula", "fastsim", "bed"});
+  int found = 0;
+  for (const Row& row : read_table("tyre_steady.csv")) {
+    if (row.at("direction_deg") != "90") continue;
+    const auto there = at(rows_of(result, "curve", "bed"), number(row, "slip_times_2a_over_l0") / 4.0, 1e-9);
+    if (there == std::nullopt) continue;
+    ++found;
+    CHECK(there->values[1] == Approx(number(row, "Fy_over_muN")).margin(1e-3));
+    CHECK(there->values[2] == Approx(-2.0 * number(row, "Mz_over_muN2a")).margin(1e-3));
+  }
+  CHECK(found >= 3);
+  // All rivals have the wheel's stiffness at small creepages; LuGre's deflection goes by d / (1 + 6/7 x 3 s).
+  for (const char* model : {"slip_formula", "lugre_tyre"}) {
+    const auto first = at(rows_of(result, "curve", model), 0.02, 1e-9);
+    const double closed = model == std::string("lugre_tyre") ? 0.06 / 1.06 : 0.06;
+    CHECK(first->values[1] == Approx(closed).epsilon(2e-3));
+  }
+  CHECK(finding(result, "relaxation_length", "bed") == Approx(2.0 - 2.0 * std::exp(-0.5)).margin(2e-3));
+  CHECK(finding(result, "relaxation_length", "lugre_tyre") == Approx(12.0 / 7.0 / 1.03).epsilon(0.01));
+  // FASTSIM is of first order.
+  const double coarse = finding(result, "creep_force", "fastsim");
+  CHECK(finding(run("creep-curve", {"cells=64"}, {"fastsim"}), "creep_force", "fastsim") ==
+        Approx(0.5 * coarse).epsilon(0.05));
+}
+
+TEST_CASE("A ball rolls as Galileo's, and lags by Carter's share of its way", "[experiment][beds]") {
+  const cli::ExperimentResult result = run("rolling-ball", {"time=1"}, {"coulomb", "bed"});
+  // What the surface lags by, the centre gains: 1 / (1 + 2/5 (1 - creepage)).
+  const double creepage = rows_of(result, "slope", "bed").back().values[3];
+  CHECK(creepage > 3e-3);
+  CHECK(finding(result, "rolls_down", "bed") == Approx(1.0 + 2.0 / 7.0 * creepage).margin(1e-4));
+  CHECK(finding(result, "thrown_rolls", "bed") == Approx(5.0 / 7.0).margin(1e-3));
+  // A regularised contact slips by a speed: half the share at twice the speed.
+  CHECK(finding(result, "creeps_by_distance", "coulomb") == Approx(0.5).margin(0.01));
+}
+
+TEST_CASE("A sphere strikes as impulse and momentum say, and springs back", "[experiment][beds]") {
+  const cli::ExperimentResult result =
+      run("oblique-impact", {"angles=20,60", "spins=30,80"}, {"coulomb", "bed"});
+  CHECK(finding(result, "slides_through", "bed") < 0.01);
+  CHECK(finding(result, "slides_through", "coulomb") < 0.01);
+  CHECK(finding(result, "recoils", "bed") == Approx(-1.41).margin(0.03));
+  CHECK(finding(result, "recoils", "coulomb") == Approx(0.0).margin(1e-6));
 }

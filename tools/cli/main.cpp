@@ -313,28 +313,27 @@ Action add_experiments(CLI::App* all) {
     command->parse_complete_callback([&options, name] { options.name = name; });
     return command;
   };
-  const auto add_common = [&](CLI::App* command) {
+  const auto add_common = [&](CLI::App* command, const cli::Experiment* experiment) {
     command->add_option("--set", options.set, "A parameter: KEY=VALUE, lists with commas; may be repeated")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false)
         ->trigger_on_parse(false);
     add_file(command, "--config", options.config, "Parameters from a TOML file (tools/README.md)");
-    const auto models = cli::model_names();
     add_names(command->add_option("--models", options.models, "Only these models, e.g. lugre,brush_redraw"),
-              {models.begin(), models.end()}, "NAMES")
+              cli::models_of(experiment), "NAMES")
         ->delimiter(',');
     add_file(command, "--json", options.json,
              "Write parameters and findings to this JSON file (- for stdout)");
   };
   for (const cli::Experiment& experiment : cli::experiments()) {
     CLI::App* command = add(experiment.name, experiment.title);
-    add_common(command);
+    add_common(command, &experiment);
     add_file(command, "--csv", options.csv, "Write the curves to this CSV file (- for stdout)");
     add_file(command, "--plot", options.plot, "Draw them into this PNG file, by gnuplot");
     command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
   }
   CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
-  add_common(every);
+  add_common(every, nullptr);
   add_file(every, "--markdown", options.markdown,
            "Write the table with its reasons to this page (- for stdout)");
   every->add_flag("--no-cost", options.no_cost, "Leave out the time of a step");

@@ -104,7 +104,7 @@ ExperimentReport run_one(const Experiment& experiment, const ExperimentOptions& 
   Progress progress("experiment " + experiment.name);
   ExperimentInput input{settings_for(experiment, options), models,
                         [&](double share) { progress.update(share); }};
-  return {&experiment, input.settings, run_experiment(experiment, input)};
+  return {&experiment, input.settings, models, run_experiment(experiment, input)};
 }
 
 std::vector<CostRow> run_cost(const std::vector<std::string>& models) {
@@ -131,7 +131,9 @@ std::string experiment_list() {
       });
       if (same == common.end()) own.push_back(p);
     }
-    text += fmt::format("\n{}: {}\n{}", e.name, e.title, parameter_table(own));
+    text += fmt::format("\n{}: {}\n", e.name, e.title);
+    if (!e.models.empty()) text += fmt::format("Models of its own: {}\n", fmt::join(models_of(&e), ", "));
+    text += parameter_table(own);
   }
   return text;
 }
@@ -146,22 +148,23 @@ void experiment_command(const ExperimentOptions& options) {
                                                                       {"--markdown", options.markdown},
                                                                       {"--plot", options.plot}});
   check_files(options);
-  const std::vector<std::string> models = choose_models(options.models, "--models");
   std::vector<const Experiment*> wanted;
   for (const Experiment& e : experiments()) {
     if (options.name == "all" || options.name == e.name) wanted.push_back(&e);
   }
   if (wanted.empty()) find_experiment(options.name, {"all", "list"});
+  const std::vector<std::string> models =
+      choose_models(options.models, "--models", options.name == "all" ? nullptr : wanted.front());
   for (const Experiment* e : wanted)
     e->check(settings_for(*e, options));  // refuses bad ones before the first runs
   OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
   std::vector<ExperimentReport> reports;
-  for (const Experiment* e : wanted) reports.push_back(run_one(*e, options, models));
+  for (const Experiment* e : wanted)
+    reports.push_back(run_one(*e, options, wanted.size() > 1 && !e->models.empty() ? models_of(e) : models));
   std::vector<CostRow> cost;
   if (options.name == "all" && !options.no_cost) cost = run_cost(models);
   if (!on_stdout) {
-    print_report(findings_answer(reports, models) + '\n' + findings_table(reports, models) +
-                 (cost.empty() ? std::string() : "\n" + cost_table(cost, models)));
+    print_report(findings_text(reports) + (cost.empty() ? std::string() : "\n" + cost_table(cost, models)));
   }
   if (csv) csv.write(experiment_csv(reports.front()));
   if (json) json.write(experiment_json(reports, cost));

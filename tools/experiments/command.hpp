@@ -1,6 +1,7 @@
 // `bristle experiment`: options and what it writes.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,20 +29,18 @@ std::string experiment_list();
 struct ExperimentReport {
   const Experiment* experiment;
   Settings settings;
+  std::vector<std::string> models;
   ExperimentResult result;
 };
 
-/// Says in words how many phenomena each model shows.
-std::string findings_answer(const std::vector<ExperimentReport>& reports,
-                            const std::vector<std::string>& models);
-/// A table an experiment; one of all with --wide.
-std::string findings_table(const std::vector<ExperimentReport>& reports,
-                           const std::vector<std::string>& models);
+/// Says in words how many phenomena each model shows, and in a table an experiment (with --wide one of all
+/// that have the same models).
+std::string findings_text(std::span<const ExperimentReport> reports);
 std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);
 std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost);
 std::string experiment_csv(const ExperimentReport& report);
 /// The page tools/EXPERIMENTS.md.
-std::string experiment_page(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost,
+std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
                             const std::vector<std::string>& models);
 
 }  // namespace cli

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/experiments/settings.hpp"
@@ -59,6 +60,8 @@ struct Experiment {
   void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
   /// Throws UserError where settings do not go together.
   void (*check)(const Settings&) = [](const Settings&) {};
+  /// Names and titles of models of its own; empty: model_names().
+  std::vector<std::pair<std::string, std::string>> models = {};
 };
 
 /// In the order of the table.
@@ -69,8 +72,12 @@ const Experiment& find_experiment(std::string_view name, std::initializer_list<c
 /// Seven rivals, the two readings of the brush, the infinite brush (of the reading redraw), an infinite brush
 /// that can be rubbed (with residual and shared renewal), and one that also ages.
 std::span<const std::string_view> model_names();
-/// `wanted`, or all if that is empty. Throws UserError beginning with `where` on unknown and repeated names.
-std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where);
+/// Names of the models of an experiment; nullptr: model_names().
+std::vector<std::string> models_of(const Experiment* experiment);
+/// `wanted`, or all of models_of() if that is empty. Throws UserError beginning with `where` on unknown and
+/// repeated names.
+std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where,
+                                       const Experiment* experiment);
 /// As tables print it: "LuGre".
 std::string model_title(std::string_view model);
 
@@ -98,6 +105,9 @@ Experiment limit_surface_experiment();
 Experiment pure_spin_experiment();
 Experiment coin_experiment();
 Experiment held_corner_experiment();
+Experiment creep_curve_experiment();
+Experiment rolling_ball_experiment();
+Experiment oblique_impact_experiment();
 
 /// Time of a step, ns, of every model in one interleaved run.
 struct CostRow {

@@ -28,7 +28,10 @@ const std::vector<Experiment>& experiments() {
                                               limit_surface_experiment(),
                                               pure_spin_experiment(),
                                               coin_experiment(),
-                                              held_corner_experiment()};
+                                              held_corner_experiment(),
+                                              creep_curve_experiment(),
+                                              rolling_ball_experiment(),
+                                              oblique_impact_experiment()};
   return all;
 }
 
@@ -42,8 +45,17 @@ const Experiment& find_experiment(std::string_view name, std::initializer_list<c
   throw UserError(fmt::format("'{}' is not an experiment{}", name, allowed_text(name, known)));
 }
 
-std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where) {
-  const NameList known{model_names().begin(), model_names().end()};
+std::vector<std::string> models_of(const Experiment* experiment) {
+  if (experiment == nullptr || experiment->models.empty())
+    return {model_names().begin(), model_names().end()};
+  std::vector<std::string> names;
+  for (const auto& [name, title] : experiment->models) names.push_back(name);
+  return names;
+}
+
+std::vector<std::string> choose_models(const std::vector<std::string>& wanted, const std::string& where,
+                                       const Experiment* experiment) {
+  const NameList known = models_of(experiment);
   if (wanted.empty()) return known;
   for (const std::string& model : wanted) {
     if (std::find(known.begin(), known.end(), model) == known.end()) {

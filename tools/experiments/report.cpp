@@ -119,9 +119,18 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   return text;
 }
 
-}  // namespace
+/// Calls `visit` with the reports that have the same models, which follow each other.
+template <class Visit>
+void for_each_group(std::span<const ExperimentReport> reports, const Visit& visit) {
+  while (!reports.empty()) {
+    std::size_t same = 1;
+    while (same < reports.size() && reports[same].models == reports[0].models) ++same;
+    visit(reports.first(same), reports[0].models);
+    reports = reports.subspan(same);
+  }
+}
 
-std::string findings_answer(const std::vector<ExperimentReport>& reports,
+std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
   // Models that show equally many, the most first.
   std::map<std::size_t, std::string, std::greater<>> groups;
@@ -148,10 +157,8 @@ std::string findings_answer(const std::vector<ExperimentReport>& reports,
   return text + ".\n";
 }
 
-namespace {
-
 /// One row a phenomenon and one column a model: as wide as there are models.
-std::string wide_table(const std::vector<ExperimentReport>& reports, const std::vector<std::string>& models) {
+std::string wide_table(std::span<const ExperimentReport> reports, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));
   Table table(headers);
@@ -181,12 +188,21 @@ std::string tall_table(const ExperimentReport& report, const std::vector<std::st
 
 }  // namespace
 
-std::string findings_table(const std::vector<ExperimentReport>& reports,
-                           const std::vector<std::string>& models) {
-  if (text_layout().columns == 0) return wide_table(reports, models);
+std::string findings_text(std::span<const ExperimentReport> reports) {
   std::string text;
-  for (const ExperimentReport& report : reports)
-    text += (text.empty() ? "" : "\n") + tall_table(report, models);
+  for_each_group(reports,
+                 [&](std::span<const ExperimentReport> group, const std::vector<std::string>& models) {
+                   text += (text.empty() ? "" : "\n") + findings_answer(group, models) + '\n';
+                   if (text_layout().columns == 0) {
+                     text += wide_table(group, models);
+                     return;
+                   }
+                   const char* separator = "";
+                   for (const ExperimentReport& report : group) {
+                     text += separator + tall_table(report, models);
+                     separator = "\n";
+                   }
+                 });
   return text;
 }
 
@@ -251,28 +267,31 @@ std::string experiment_json(const std::vector<ExperimentReport>& reports, const 
   return json.dump(2) + "\n";
 }
 
-std::string experiment_page(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost,
+std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
                             const std::vector<std::string>& models) {
   std::string text =
       "# The classic friction experiments\n\n"
       "Written by `bristle experiment all --markdown tools/EXPERIMENTS.md`; not edited by hand. Each cell is "
       "measured by\n`bristle experiment NAME` with its default parameters: **yes** where the number meets "
       "the criterion given below the table.\nModels: [rivals](rivals/README.md), "
-      "[brush](../core/MODEL.md).\n\n## The table\n\n| experiment | phenomenon |";
-  for (const std::string& model : models) text += fmt::format(" {} |", model_title(model));
-  text += "\n|---|---|";
-  for (std::size_t i = 0; i < models.size(); ++i) text += "---|";
-  text += '\n';
-  for (const ExperimentReport& report : reports) {
-    for (const Phenomenon& p : report.experiment->phenomena) {
-      text +=
-          fmt::format("| {} | {}{} |", report.experiment->name, p.title, p.unit.empty() ? "" : ", " + p.unit);
-      for (const std::string& model : models) {
-        text += cell(find(report.result, p.id, model), "**yes**", "**no**") + "|";
+      "[brush](../core/MODEL.md).\n\n## The table\n";
+  for_each_group(reports, [&](std::span<const ExperimentReport> group, const std::vector<std::string>& of) {
+    text += "\n| experiment | phenomenon |";
+    for (const std::string& model : of) text += fmt::format(" {} |", model_title(model));
+    text += "\n|---|---|";
+    for (std::size_t i = 0; i < of.size(); ++i) text += "---|";
+    text += '\n';
+    for (const ExperimentReport& report : group) {
+      for (const Phenomenon& p : report.experiment->phenomena) {
+        text += fmt::format("| {} | {}{} |", report.experiment->name, p.title,
+                            p.unit.empty() ? "" : ", " + p.unit);
+        for (const std::string& model : of) {
+          text += cell(find(report.result, p.id, model), "**yes**", "**no**") + "|";
+        }
+        text += '\n';
       }
-      text += '\n';
     }
-  }
+  });
   text += cost_page(cost, models);
   text += "\n## What was measured, and why\n";
   for (const ExperimentReport& report : reports) {
@@ -283,7 +302,7 @@ std::string experiment_page(const std::vector<ExperimentReport>& reports, const 
       literature[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(literature[0])));
       text += fmt::format("- **{}.** {}. Measured: {}{}; yes: {}.\n", p.title, literature, p.measured,
                           p.unit.empty() ? "" : ", " + p.unit, p.passes);
-      text += reasons(report.result, p, models);
+      text += reasons(report.result, p, report.models);
     }
   }
   return text;

@@ -64,6 +64,9 @@ std::string model_title(std::string_view model) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == model) return std::string(titles[i]);
   }
+  for (const Experiment& experiment : experiments())
+    for (const auto& [name, title] : experiment.models)
+      if (name == model) return title;
   return std::string(model);
 }
 

@@ -45,7 +45,7 @@ py::object experiment(const std::string& name, const std::optional<std::vector<s
     settings.set(py::cast<std::string>(key) + "=" + setting_text(value), "experiment " + name);
   InterruptCheck interrupted;
   const cli::ExperimentInput input{settings,
-                                   cli::choose_models(models.value_or(std::vector<std::string>()), "models"),
+                                   cli::choose_models(models.value_or(std::vector<std::string>()), "models", &experiment),
                                    [&](double) { interrupted(); }};
   cli::ExperimentResult result;
   {
@@ -53,7 +53,7 @@ py::object experiment(const std::string& name, const std::optional<std::vector<s
     result = cli::run_experiment(experiment, input);
   }
   const py::dict series = series_of(result);
-  const cli::ExperimentReport report{&experiment, settings, std::move(result)};
+  const cli::ExperimentReport report{&experiment, settings, input.models, std::move(result)};
   const py::object found = report_of(cli::experiment_json({report}, {}))["experiments"][py::int_(0)];
   found["title"] = experiment.title;
   found["columns"] = experiment.columns;

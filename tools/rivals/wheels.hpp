@@ -1,0 +1,83 @@
+// Wheels that roll and creep sideways, as others compute them: Coulomb's, a slip formula, a LuGre tyre,
+// FASTSIM on one strip. A step takes how far the wheel has slipped aside over the ground, and how far it has
+// rolled.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace rivals {
+
+using Traction = std::array<double, 3>;  ///< place over the half length; traction and bound over the largest
+
+/// Force against the creep, N, and moment that turns the wheel into its motion, N m.
+struct WheelForce {
+  double force = 0.0, moment = 0.0;
+};
+
+struct Wheel {
+  double load = 0.0, limit = 0.0;  ///< N
+  double half = 0.0;               ///< m, half length of the contact
+  double stiffness = 0.0;          ///< N per unit creepage
+  double low_speed = 0.0;          ///< m/s, below which rivals divide by this one
+  int cells = 32;
+
+  double full_slip() const { return 3.0 * limit / stiffness; }  ///< creepage at which all of it slips
+  double creepage(double aside, double rolled, double dt) const {
+    return aside / std::max(std::fabs(rolled), low_speed * dt);
+  }
+};
+
+struct CoulombWheel : Wheel {
+  WheelForce step(double aside, double, double dt) {
+    return {limit * std::clamp(aside / (1e-3 * dt), -1.0, 1.0), 0.0};
+  }
+};
+
+/// Bakker, Nyborg and Pacejka (SAE 870421), their shape and curvature factors at 4 kN; here with the
+/// stiffness and the highest force of the wheel, and the moment's in proportion to theirs.
+struct SlipFormula : Wheel {
+  static double formula(double x, double shape, double curvature) {
+    return std::sin(shape * std::atan(x - curvature * (x - std::atan(x))));
+  }
+  WheelForce step(double aside, double rolled, double dt) {
+    const double slip = creepage(aside, rolled, dt), highest = 27.0 / 256.0 * limit * half;
+    return {limit * formula(stiffness * slip / (1.3 * limit), 1.3, -0.709),
+            highest * formula(stiffness * slip * half / 3.0 / (2.4 * highest), 2.4, -2.588)};
+  }
+};
+
+/// The lumped tyre of Canudas de Wit and Tsiotras (CDC 1999), Coulomb friction.
+struct LuGreTyre : Wheel {
+  double deflection = 0.0;  // m
+  WheelForce step(double aside, double rolled, double) {
+    const double spring = 7.0 / 6.0 * stiffness / (2.0 * half);  // N/m
+    const double rate = std::fabs(aside) * spring / limit + 7.0 / 6.0 * std::fabs(rolled) / (2.0 * half);
+    if (rate > 0.0) deflection = deflection * std::exp(-rate) - aside / rate * std::expm1(-rate);
+    return {spring * deflection, 0.0};
+  }
+};
+
+/// Kalker's FASTSIM on one strip: steady rolling, cell by cell from the leading edge.
+struct Fastsim : Wheel {
+  std::vector<Traction> tractions;
+  WheelForce step(double aside, double rolled, double dt) {
+    const double slip = creepage(aside, rolled, dt), width = 2.0 * half / cells;
+    const double stiff = stiffness / (2.0 * half * half);  // N/m^2, force per length and deflection
+    WheelForce sum;
+    double traction = 0.0;
+    tractions.clear();
+    for (int i = 0; i < cells; ++i) {
+      const double x = half - (i + 0.5) * width, bound = 0.75 * limit / half * (1.0 - x * x / (half * half));
+      traction = std::clamp(traction + stiff * slip * width, -bound, bound);
+      sum.force += traction * width;
+      sum.moment -= traction * width * x;
+      tractions.push_back({x / half, traction * half / (0.75 * limit), bound * half / (0.75 * limit)});
+    }
+    return sum;
+  }
+};
+
+}  // namespace rivals
