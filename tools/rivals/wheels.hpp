@@ -62,7 +62,7 @@ struct LuGreTyre : Wheel {
 
 /// Kalker's FASTSIM on one strip: steady rolling, cell by cell from the leading edge.
 struct Fastsim : Wheel {
-  std::vector<Traction> tractions;
+  std::vector<Traction> tractions = {};
   WheelForce step(double aside, double rolled, double dt) {
     const double slip = creepage(aside, rolled, dt), width = 2.0 * half / cells;
     const double stiff = stiffness / (2.0 * half * half);  // N/m^2, force per length and deflection

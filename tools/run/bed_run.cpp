@@ -266,6 +266,8 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   }
   const std::string hash = fmt::format("{:016x}", beds.state_hash());
   report["state_hash"] = hash;
+  report["conditions"]["isa"] = beds.isa();
+  report["conditions"]["threads"] = beds.threads();
   if (!on_stdout)
     print_report(fmt::format("{}: {} of {} steps of {:g} s\n\n", scene.name,
                              results.size() == 1 ? "a bed" : fmt::format("{} beds", results.size()), steps,
