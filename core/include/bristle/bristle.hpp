@@ -1,4 +1,4 @@
-// The whole C++ interface of bristle that needs no other library. Not included: coupling.hpp,
+// The C++ interface of bristle that needs no other library. Not included: keyed_beds.hpp; coupling.hpp,
 // contact_frame.hpp and haptic_point.hpp, which need Eigen, and bristle.h, the interface for C.
 #pragma once
 
