@@ -49,8 +49,7 @@ inline bool names(const std::string& message, const std::vector<std::string>& pa
 
 /// Smaller numbers of bristles or steps in builds that run slowly; tolerances follow from the number.
 inline std::uint32_t test_size(std::uint32_t full) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__OPTIMIZE__) || \
-    !defined(NDEBUG)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
   return full / 10 > 0 ? full / 10 : 1;
 #else
   return full;
