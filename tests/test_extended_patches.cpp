@@ -200,6 +200,9 @@ TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {
   outline.cells[3].weight *= 0.5;
   CHECK(names(add(outline), {"sum of weights", "divide each by their sum"}));
   outline = Outline::disc(1e-3, Pressure::uniform, 2);
+  outline.cells[0].weight += 1e-6;
+  CHECK(names(add(outline), {"sum of weights"}));
+  outline = Outline::disc(1e-3, Pressure::uniform, 2);
   outline.cells[3].weight = -outline.cells[3].weight;
   CHECK(names(add(outline), {"weight = -"}));
   outline = Outline::disc(1e-3, Pressure::uniform, 2);
@@ -788,8 +791,10 @@ TEST_CASE("An outline grows with the cube root of the load where that is asked",
   pad.step(0.0, 0.0, spin);
   CHECK(pad.pads.info(pad.id).scale == Approx(2.0).epsilon(1e-14));
   CHECK(pad.response.stiffness[2][2] == Approx(load_n * 0.4 * 4e-6).epsilon(1e-9));
+  const double torque_limit = pad.response.torque_limit;
   pad.load = 125.0;
   pad.step(0.0, 0.0, spin);
+  CHECK(pad.response.torque_limit == Approx(torque_limit / 16.0).epsilon(1e-9));  // load / 8, size / 2
   CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 1e-6).epsilon(1e-9));
   REQUIRE(pad.pads.set_scale(pad.id, 3.0));
   pad.step(0.0, 0.0, spin);
