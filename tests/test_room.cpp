@@ -49,6 +49,15 @@ HandRow with_force(double t, double fx, double fy, double fz) {
   return {t, {false, {0, 0, 0}, {fx, fy, fz}}};
 }
 
+const Snapshot& now_of(HapticLoop& loop) {
+  loop.exchange().room.refresh();
+  return loop.exchange().room.latest();
+}
+const Snapshot& after(HapticLoop& loop, std::uint64_t ticks) {
+  loop.advance(ticks);
+  return now_of(loop);
+}
+
 /// A room with a scripted hand, by the virtual clock.
 class Run {
  public:
@@ -344,36 +353,24 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
   CHECK(std::fabs(run.now().block_spin[1]) < 1e-4);
 }
 
-TEST_CASE("On a slope under taps the brush holds, LuGre and Coulomb creep down", "[room]") {
-  Settings settings = few_bristles();
-  settings.slope = 10.0 * pi / 180.0;
-  settings.tapping = 0.2;
-  // Over whole periods of the taps (0.5 s), when all has settled: m.
-  const auto creep = [&](FrictionModel model) {
-    settings.model = model;
-    Run run(settings);
-    const double before = run.until(6.0).block_position[0];
-    return run.until(12.0).block_position[0] - before;
-  };
-  const double brush = creep(FrictionModel::brush);
-  INFO("brush " << 1e6 * brush << " um");
-  CHECK(std::fabs(brush) < 0.05e-6);
-  CHECK(creep(FrictionModel::lugre) > 100e-6);
-  CHECK(creep(FrictionModel::coulomb) > 10e-6);
-}
-
-TEST_CASE("Compared beside each other the brush stays, LuGre and Coulomb creep as each does alone",
+TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, beside each other as each alone",
           "[room]") {
   Settings settings = comparison();
   settings.bristles = 512;
+  std::uint64_t hash_alone = 0;
   const auto moved_alone = [&](FrictionModel model) {
     Settings s = settings;
     s.compare = Comparison::none;
     s.model = model;
     Run run(s);
-    return run.until(10.002).moved;
+    const double moved = run.until(10.002).moved;
+    if (model == settings.model) hash_alone = run.loop().state_hash();
+    return moved;
   };
   Run run(settings);
+  const double settled = run.until(6.0).block_position[0];
+  // Over whole periods of the taps (0.5 s).
+  CHECK(std::fabs(run.until(10.0).block_position[0] - settled) < 0.05e-6);
   const Snapshot& now = run.until(10.002);
   REQUIRE(now.compared == 2);
   INFO("brush " << 1e6 * now.moved << ", LuGre " << 1e6 * now.beside[0].moved << ", Coulomb "
@@ -386,11 +383,7 @@ TEST_CASE("Compared beside each other the brush stays, LuGre and Coulomb creep a
   CHECK(now.beside[0].moved == moved_alone(FrictionModel::lugre));
   CHECK(now.beside[1].moved == moved_alone(FrictionModel::coulomb));
   // Comparing changes nothing of the block itself.
-  Settings alone = settings;
-  alone.compare = Comparison::none;
-  Run other(alone);
-  other.until(10.002);
-  CHECK(other.loop().state_hash() == run.loop().state_hash());
+  CHECK(hash_alone == run.loop().state_hash());
 }
 
 TEST_CASE(
@@ -746,16 +739,12 @@ TEST_CASE("Nothing is held at first, and the hand is shown at the tool", "[room]
   LoopOptions options;
   options.settings = few_bristles();
   HapticLoop loop(options);
-  loop.advance(3);
-  loop.exchange().room.refresh();
-  const Snapshot& first = loop.exchange().room.latest();
+  const Snapshot& first = after(loop, 3);
   CHECK_FALSE(first.held);
   for (int i = 0; i < 3; ++i) CHECK(first.device[i] == first.tool[i]);
   CHECK(first.tool[0] + RoomMeasures{}.tool_radius < -0.5 * RoomMeasures{}.block[0]);
   loop.exchange().mouse.write({true, {-0.1, 0.02, 0.02}, 0.0});
-  loop.advance(100);
-  loop.exchange().room.refresh();
-  CHECK(loop.exchange().room.latest().held);
+  CHECK(after(loop, 100).held);
   CHECK(loop.exchange().room.latest().device[1] == 0.02);
 }
 
@@ -786,23 +775,18 @@ TEST_CASE("The slow pull shows the peak of theory, and gives the hand back", "[r
     CHECK(at > 1.0);
     CHECK(at < 3.5);
     for (int k = 0; k < 40; ++k) loop.advance(100), look();
-    loop.exchange().room.refresh();
-    const Snapshot& end = loop.exchange().room.latest();
+    const Snapshot& end = now_of(loop);
     CHECK_FALSE(end.held);
     CHECK(end.block_position[0] > options.settings.presliding_length);
     CHECK(end.block_position[0] < 0.03);  // and not flung away as the hand changes
     // The mouse again.
     loop.exchange().mouse.write({true, {-0.1, 0.05, 0.02}, 0.0});
-    loop.advance(100);
-    loop.exchange().room.refresh();
-    CHECK(loop.exchange().room.latest().held);
+    CHECK(after(loop, 100).held);
     // In mid-pull a reset ends it.
     loop.exchange().acts.push(Act::slow_pull);
     loop.advance(500);
     loop.exchange().acts.push(Act::reset);
-    loop.advance(5);
-    loop.exchange().room.refresh();
-    CHECK(loop.exchange().room.latest().time < 0.01);
+    CHECK(after(loop, 5).time < 0.01);
   }
 }
 
@@ -814,15 +798,12 @@ TEST_CASE("Slow motion steps a share of the ticks, and a recording is never writ
   HapticLoop loop(options);
   // By the virtual clock time is not real: every tick steps, whatever the speed.
   for (int k = 0; k < 9; ++k) loop.exchange().acts.push(Act::slower);
-  loop.advance(100);
-  loop.exchange().room.refresh();
-  CHECK(loop.exchange().room.latest().speed == Approx(0.01));
+  CHECK(after(loop, 100).speed == Approx(0.01));
   CHECK(loop.exchange().room.latest().time == Approx(0.1));
   loop.start();
   const auto time_after = [&](int milliseconds) {
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-    loop.exchange().room.refresh();
-    return loop.exchange().room.latest().time;
+    return now_of(loop).time;
   };
   const double begin = time_after(50);
   const double slow = time_after(400) - begin;
@@ -926,10 +907,6 @@ TEST_CASE("A pad without an extent is the point of before", "[room][pad]") {
     return run.now().block_position[0];
   };
   CHECK(block_after(1e-9) == Approx(block_after(0.0)).margin(1e-7));
-  // To the bit: the hash of this run before there were pads.
-  Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)});
-  run.until(1.0);
-  CHECK(run.loop().state_hash() == 0x47f57e114607307bu);
 }
 
 TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, without a jump", "[room][pad]") {
@@ -951,14 +928,14 @@ TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, withou
 
 // --------------------------------------------------------------------------------- the same bits, and files
 
-TEST_CASE("The same script gives the same bits, another one others", "[room]") {
+TEST_CASE("A script of a point gives the bits on record, another one others", "[room]") {
   const auto hash = [](double end) {
     Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, end, 0.01, 0.02)});
     run.until(1.0);
     return run.loop().state_hash();
   };
-  CHECK(hash(0.0) == hash(0.0));
-  CHECK(hash(0.0) != hash(0.0001));
+  CHECK(hash(0.0) == 0x47f57e114607307bu);
+  CHECK(hash(0.0001) != 0x47f57e114607307bu);
 }
 
 TEST_CASE("A recording is played again to the same bits, changes of the settings included", "[room]") {
@@ -1008,11 +985,8 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
   const bristle_test::TemporaryFolder folder;
   const std::string base = folder.at("recording");
   const auto run_to = [](HapticLoop& loop, const char* line) {
-    for (int k = 0; k < 3000; ++k) {
-      loop.advance(1);
-      loop.exchange().room.refresh();
-      if (std::strstr(loop.exchange().room.latest().message, line)) return true;
-    }
+    for (int k = 0; k < 3000; ++k)
+      if (std::strstr(after(loop, 1).message, line)) return true;
     return false;
   };
   LoopOptions options;
@@ -1025,9 +999,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
     loop.advance(300);
     loop.exchange().acts.push(Act::reset);
     CHECK(run_to(loop, "recorded 30"));
-    loop.advance(100);
-    loop.exchange().room.refresh();
-    CHECK(loop.exchange().room.latest().time < 0.15);
+    CHECK(after(loop, 100).time < 0.15);
     CHECK_FALSE(loop.exchange().room.latest().recording);
   }
   SECTION("replay") {
@@ -1090,10 +1062,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
       options, std::make_unique<PlayedHand>(
                    "script", HandMotion{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}}));
   Exchange& exchange = loop.exchange();
-  const auto now = [&]() -> const Snapshot& {
-    exchange.room.refresh();
-    return exchange.room.latest();
-  };
+  const auto now = [&]() -> const Snapshot& { return now_of(loop); };
   const auto run_until = [&](double time) {
     while (now().time < time - 5e-4) loop.advance(1);
   };
@@ -1144,27 +1113,11 @@ TEST_CASE("A recording of a script begins its changes anew", "[room]") {
   HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
   loop.advance(500);
   loop.exchange().acts.push(Act::record);
-  loop.advance(200);
-  loop.exchange().room.refresh();
-  CHECK(loop.exchange().room.latest().time == Approx(0.2).margin(0.005));
+  CHECK(after(loop, 200).time == Approx(0.2).margin(0.005));
   CHECK(loop.exchange().room.latest().settings.kinetic == 0.3);
 }
 
-TEST_CASE("Pause adds no points to the plots, a single step one", "[room]") {
-  Run run(few_bristles());
-  run.until(0.05);
-  Exchange& exchange = run.loop().exchange();
-  exchange.acts.push(Act::pause);
-  run.loop().advance(100);
-  PlotPoint point;
-  CHECK_FALSE(exchange.plot.pop(point));
-  exchange.acts.push(Act::single_step);
-  run.loop().advance(10);
-  CHECK(exchange.plot.pop(point));
-  CHECK_FALSE(exchange.plot.pop(point));
-}
-
-TEST_CASE("Pause holds the world, a single step moves it by one tick, reset begins anew", "[room]") {
+TEST_CASE("Pause holds world and plots, a single step moves both by one tick, reset begins anew", "[room]") {
   Run run(few_bristles(), {at_place(0.0, -0.06, 0, 0.03), at_place(1.0, 0.06, 0, 0.03)});
   run.until(0.5);
   auto& acts = run.loop().exchange().acts;
@@ -1173,12 +1126,15 @@ TEST_CASE("Pause holds the world, a single step moves it by one tick, reset begi
   const double paused_at = run.now().time;
   const std::uint64_t hash = run.loop().state_hash();
   CHECK(run.now().paused);
-  for (int k = 0; k < 50; ++k) run.tick();
-  CHECK(run.now().time == paused_at);
+  PlotPoint point;
+  auto& plot = run.loop().exchange().plot;
+  CHECK(after(run.loop(), 50).time == paused_at);
+  CHECK_FALSE(plot.pop(point));
   CHECK(run.loop().state_hash() == hash);
   acts.push(Act::single_step);
-  run.tick();
-  CHECK(run.now().time == Approx(paused_at + 1e-3));
+  CHECK(after(run.loop(), 10).time == Approx(paused_at + 1e-3));
+  CHECK(plot.pop(point));
+  CHECK_FALSE(plot.pop(point));
   acts.push(Act::run);
   acts.push(Act::reset);
   run.tick();
@@ -1312,21 +1268,15 @@ TEST_CASE("A recording that cannot be begun leaves the block its friction", "[ro
   options.settings.slope = 0.2;
   options.record_to = "/no/such/folder/x";
   HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
-  loop.advance(500);
-  loop.exchange().room.refresh();
-  const double before = loop.exchange().room.latest().block_position[0];
+  const double before = after(loop, 500).block_position[0];
   loop.exchange().acts.push(Act::record);
-  loop.advance(1000);
-  loop.exchange().room.refresh();
-  const Snapshot& now = loop.exchange().room.latest();
+  const Snapshot& now = after(loop, 1000);
   CHECK_THAT(now.message, Catch::Contains("/no/such/folder/x"));
   CHECK_FALSE(now.recording);
   CHECK(now.time == Approx(1.5));
   CHECK(now.block_position[0] == Approx(before).margin(2e-4));
   loop.exchange().acts.push(Act::reset);  // and the next patches are whole as well
-  loop.advance(1000);
-  loop.exchange().room.refresh();
-  CHECK(std::fabs(loop.exchange().room.latest().block_position[0]) < 1e-3);
+  CHECK(std::fabs(after(loop, 1000).block_position[0]) < 1e-3);
 }
 
 TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotten", "[room]") {
@@ -1341,9 +1291,7 @@ TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotte
     loop.advance(50);
     loop.exchange().acts.push(Act::stop_recording);
     for (int k = 0; k < 20; ++k) {
-      loop.advance(1);
-      loop.exchange().room.refresh();
-      CHECK_THAT(loop.exchange().room.latest().message, !Catch::StartsWith("recorded"));
+      CHECK_THAT(after(loop, 1).message, !Catch::StartsWith("recorded"));
     }
     CHECK_THAT(loop.exchange().room.latest().message, Catch::Contains("cannot be written"));
     CHECK_THROWS_AS(loop.finish_recording(), cli::UserError);
@@ -1636,8 +1584,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   }
   CHECK(went_on > 0.05);
   loop.stop();
-  exchange.room.refresh();
-  const double stopped = exchange.room.latest().time;
+  const double stopped = now_of(loop).time;
   loop.start();
   CHECK(wait_for([&](const Snapshot& s) { return s.time > stopped; }));
   loop.stop();
