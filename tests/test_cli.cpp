@@ -626,6 +626,9 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "run " + scene + " --budget 1e-4", {"--budget: Value 1e-4 not in range 0.001 to"});
   check_refused(folder, "fit data.csv --load nan", {"--load is 'nan'"});
   check_refused(folder, "fit data.csv --load 2m", {"--load is '2m'", "mN"});
+  for (const char* const option : {"--load 2N", "--clip-load 5mN", "--sign on", "--rule redraw"})
+    check_refused(folder, "fit data.csv --joint " + std::string(option),
+                  {std::string(option).substr(0, std::string(option).find(' ')), "of a contact"});
   check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: Value -nan not in range"});
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline 1", {"--deadline is '1'", "with its unit: 1ms"});

@@ -950,7 +950,7 @@ class Experiment(unittest.TestCase):
             np.testing.assert_array_equal(rows[:, 0], 90.0)
 
     def test_what_an_experiment_does_not_know_is_named(self):
-        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*held-corner$"),
+        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*joint$"),
                                  ({"name": "turn", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
                                  ({"name": "turn", "lod": 2}, "experiment turn: 'lod' is not a parameter"),
                                  ({"name": "turn", "load": -1}, "experiment turn load is -1; allowed: 1e-06")):

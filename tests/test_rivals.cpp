@@ -152,6 +152,30 @@ TEST_CASE("LuGre and elasto-plastic follow their differential equations", "[riva
   }
 }
 
+// dz/dt = a z + v, a = -stiffness |v| / g(v), held over a step: z' = e^(a h) z + (e^(a h) - 1) / a v. Its
+// torque is that of the beginning of the step, -(stiffness z + damping dz/dt), without a viscous part.
+TEST_CASE("LuGre takes the step that MuJoCo 3.7 documents for its dcmotor", "[rivals]") {
+  Surface joint;
+  joint.kinetic_coefficient = 0.5;
+  joint.static_coefficient = 0.7;
+  joint.stiffness = 100.0;
+  joint.damping = 1.0;
+  joint.viscous_friction = 0.0;
+  joint.stribeck_velocity = 10.0;
+  rivals::LuGre ours{joint, {}};
+  double z = 0.0;
+  const double h = 2e-3;
+  for (const double v : {1e-3, 0.3, -2.0, 20.0, 0.0, -0.05}) {
+    const double g = 0.5 + 0.2 * std::exp(-(v / 10.0) * (v / 10.0)), a = -100.0 * std::abs(v) / g;
+    const double begins = -(100.0 * z + 1.0 * (a * z + v));
+    rivals::LuGre at_once = ours;  // at the beginning of the step: the end of a step of no length
+    expect_near(at_once.step({v * 1e-12, 0.0}, 1e-12, 1.0).end.x, begins, 1e-6, "torque");
+    z = v == 0.0 ? z : std::exp(a * h) * z + (std::exp(a * h) - 1.0) / a * v;
+    ours.step({v * h, 0.0}, h, 1.0);
+    expect_near(ours.z.x, z, 1e-14, "deflection");
+  }
+}
+
 TEST_CASE("In steady sliding each rival has the friction of its formula", "[rivals]") {
   for (const double v : {1e-5, 3e-4, 1e-3, 2e-3, 0.01, 1.0}) {
     for (const std::string_view name : rivals::rival_names) {

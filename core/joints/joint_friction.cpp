@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -27,9 +28,9 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// One number for each of 16 joints.
+/// One number for each of 16 joints. Not zeroed: a step has rows that no kernel of its variant reads or fills.
 struct alignas(64) Column {
-  double lane[lane_count] = {};
+  double lane[lane_count];
 };
 
 using Numbers = double[joint_parameters];
@@ -78,7 +79,7 @@ std::uint32_t bristles_of(const JointOptions& options) {
   return static_cast<std::uint32_t>(options.bristles);
 }
 
-bool is_within(double x, double most) noexcept { return x >= -most && x <= most; }
+bool is_within(double x, double most) noexcept { return std::fabs(x) <= most; }
 
 }  // namespace
 
@@ -122,6 +123,9 @@ struct JointFriction::Impl {
     }
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
+    // Lanes behind the last joint stay at 0 rad: never at their first step, so that a block of few joints is
+    // as quick as a full one.
+    for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 
   const KernelTable& table;
@@ -158,15 +162,39 @@ struct JointFriction::Impl {
     for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
   }
 
-  /// Copies a caller's numbers of a block; all zero where there are none.
+  /// Copies a caller's numbers of a block; zero behind the last joint, and where there are none.
   void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
-    if (from.empty())
-      to = Column{};
-    else
-      std::copy_n(from.data() + first, n, to.lane);
+    if (from.empty() || n < lane_count) to = Column{};
+    if (!from.empty()) std::copy_n(from.data() + first, n, to.lane);
   }
   void give(Span<double> to, std::size_t first, std::size_t n, const Column& from) const noexcept {
     if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
+  }
+
+  /// Lanes of a block that do not just step on.
+  struct Odd {
+    bool bad[lane_count] = {};    ///< input out of range
+    bool fresh[lane_count] = {};  ///< first step since reset
+  };
+  static bool is_good(const Column* input, std::size_t i) noexcept {
+    return is_within(input[in_angle].lane[i], most_angle) & is_within(input[in_speed].lane[i], most_speed) &
+           is_within(input[in_motor].lane[i], most_torque) &
+           is_within(input[in_outside].lane[i], most_torque);
+  }
+  /// Makes bad lanes harmless and fresh ones begin where they are.
+  Odd prepare_odd(std::size_t first, Column* input) noexcept {
+    Odd odd;
+    for (std::size_t i = 0; i < lane_count; ++i) {
+      const double before = at(first + i, layout.before);
+      odd.bad[i] = !is_good(input, i);
+      odd.fresh[i] = !odd.bad[i] && !(before == before);
+      if (odd.bad[i])
+        for (std::uint32_t row = 0; row <= in_writes; ++row) input[row].lane[i] = 0.0;
+      if (!odd.fresh[i]) continue;
+      at(first + i, layout.before) = input[in_angle].lane[i];
+      for (std::uint32_t k = 0; k < bristles; ++k) at(first + i, layout.tips + k) = input[in_angle].lane[i];
+    }
+    return odd;
   }
 
   /// Steps block b. Returns how many of its joints have bad input.
@@ -178,29 +206,14 @@ struct JointFriction::Impl {
     take(in.speed, first, n, input[in_speed]);
     take(in.motor, first, n, input[in_motor]);
     take(in.outside, first, n, input[in_outside]);
-    bool good[lane_count];
-    bool all_good = true, none_fresh = true;
-    for (std::size_t i = 0; i < lane_count; ++i) {
-      good[i] =
-          is_within(input[in_angle].lane[i], most_angle) & is_within(input[in_speed].lane[i], most_speed) &
-          is_within(input[in_motor].lane[i], most_torque) & is_within(input[in_outside].lane[i], most_torque);
-      all_good &= good[i];
-      input[in_writes].lane[i] = commits && good[i] ? 1.0 : 0.0;
-      const double before = at(first + i, layout.before);
-      none_fresh &= before == before;
-    }
-    bool fresh[lane_count] = {};
-    if (!all_good || !none_fresh) {
-      for (std::size_t i = 0; i < lane_count; ++i) {
-        if (!good[i])
-          for (std::uint32_t row = 0; row < in_writes; ++row) input[row].lane[i] = 0.0;
-        const double before = at(first + i, layout.before);
-        fresh[i] = good[i] && !(before == before) && i < n;
-        if (!fresh[i]) continue;
-        at(first + i, layout.before) = input[in_angle].lane[i];
-        for (std::uint32_t k = 0; k < bristles; ++k) at(first + i, layout.tips + k) = input[in_angle].lane[i];
-      }
-    }
+    std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
+    const double* const before = &at(first, layout.before);
+    std::int64_t usual = 0;  // as wide as a double: the loop is one of vectors
+    for (std::size_t i = 0; i < lane_count; ++i)
+      usual += is_good(input, i) & (before[i] == before[i]) ? 1 : 0;
+    const bool has_odd = usual != lane_count;
+    Odd odd;
+    if (has_odd) odd = prepare_odd(first, input);
 
     JointStep step;
     step.bristles = bristles;
@@ -213,13 +226,11 @@ struct JointFriction::Impl {
     kernels.joint[kernel](step);
 
     std::uint32_t faults = 0;
-    if (!all_good || (!none_fresh && !commits)) {
-      for (std::size_t i = 0; i < n; ++i) {
-        if (fresh[i] && !commits) straighten(first + i);
-        if (good[i]) continue;
-        ++faults;
-        for (Column& row : output) row.lane[i] = 0.0;
-      }
+    for (std::size_t i = 0; has_odd && i < n; ++i) {
+      if (odd.fresh[i] && !commits) straighten(first + i);
+      if (!odd.bad[i]) continue;
+      ++faults;
+      for (Column& row : output) row.lane[i] = 0.0;
     }
     give(out.torque, first, n, output[out_torque]);
     give(out.mean, first, n, output[out_mean]);
@@ -231,7 +242,7 @@ struct JointFriction::Impl {
       for (std::uint32_t p = 0; p < joint_parameters; ++p)
         give(out.gradient, p * count + first, n, output[out_gradient + p]);
     if (!out.status.empty())
-      for (std::size_t i = 0; i < n; ++i) out.status[first + i] = good[i] ? Status::ok : Status::bad_input;
+      for (std::size_t i = 0; i < n; ++i) out.status[first + i] = odd.bad[i] ? Status::bad_input : Status::ok;
     return faults;
   }
 

@@ -604,7 +604,17 @@ Action add_fit(CLI::App* command) {
   add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG (needs gnuplot)");
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
-  return action_of(kept, cli::fit_command);
+  return [kept, command] {
+    for (const char* const option :
+         {"--load", "--clip-load", "--speed", "--mass", "--radius", "--disc", "--compliance", "--delay",
+          "--sign", "--law", "--rule", "--decay", "--residual", "--renewal"})
+      if (kept->joint && command->count(option) > 0)
+        throw cli::UserError(fmt::format(
+            "{}: of a contact; a joint's log is read by --columns, --units, --torque-constant, --pendulum",
+            option));
+    cli::fit_command(*kept);
+    return exit_done;
+  };
 }
 
 Action add_stability(CLI::App* command) {

@@ -108,6 +108,7 @@ Experiment held_corner_experiment();
 Experiment creep_curve_experiment();
 Experiment rolling_ball_experiment();
 Experiment oblique_impact_experiment();
+Experiment joint_experiment();
 
 /// Time of a step, ns, of every model in one interleaved run.
 struct CostRow {

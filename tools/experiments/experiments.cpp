@@ -31,7 +31,8 @@ const std::vector<Experiment>& experiments() {
                                               held_corner_experiment(),
                                               creep_curve_experiment(),
                                               rolling_ball_experiment(),
-                                              oblique_impact_experiment()};
+                                              oblique_impact_experiment(),
+                                              joint_experiment()};
   return all;
 }
 

@@ -155,6 +155,12 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
     }
     return;
   }
+  if (options.joint) {
+    stiffness_ = options.joint->stiffness;
+    damping_ = options.joint->viscous;
+    model_.emplace<Joint>(Joint{bristle::JointFriction(1, {options.joint, 1})}).move(0.0, 1.0, true);
+    return;
+  }
   const bristle::Material material = brush_material(model, settings);
   stiffness_ = material.bristles_in_contact(load_) * material.bristle_stiffness;
   damping_ += load_ * material.strengthening_damping(0.0);  // where it is steepest
@@ -179,8 +185,26 @@ namespace {
 rivals::Force force_of(const bristle::Response& r) { return {{r.end[0], r.end[1]}, {r.mean[0], r.mean[1]}}; }
 }  // namespace
 
+rivals::Force Subject::Joint::move(double d, double dt_s, bool keep) noexcept {
+  const double there = angle + d, speed = d / dt_s;
+  rivals::Force force;
+  const bristle::JointInput in{{&there, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}};
+  const bristle::JointOutput out{{&force.end.x, 1}, {&force.mean.x, 1}};
+  keep ? batch.step(in, out) : batch.find_torque(in, out);
+  if (keep) angle = there;
+  return force;
+}
+
+void Subject::set_torques(double motor, double outside) noexcept {
+  if (auto* joint = std::get_if<Joint>(&model_)) {
+    joint->motor = motor;
+    joint->outside = outside;
+  }
+}
+
 rivals::Force Subject::step(rivals::Pair d, double dt_s, double load_n) {
   if (auto* rival = std::get_if<rivals::Rival>(&model_)) return rivals::step(*rival, d, dt_s, load_n);
+  if (auto* joint = std::get_if<Joint>(&model_)) return joint->move(d.x, dt_s, true);
   Brush& brush = std::get<Brush>(model_);
   const bristle::Motion motion = brush.motion(d, load_n);
   bristle::Response response;
@@ -190,6 +214,7 @@ rivals::Force Subject::step(rivals::Pair d, double dt_s, double load_n) {
 
 rivals::Force Subject::find_force(rivals::Pair d, double dt_s, double load_n) {
   if (auto* rival = std::get_if<rivals::Rival>(&model_)) return rivals::find_force(*rival, d, dt_s, load_n);
+  if (auto* joint = std::get_if<Joint>(&model_)) return joint->move(d.x, dt_s, false);
   Brush& brush = std::get<Brush>(model_);
   return force_of(brush.batch.find_force(dt_s, brush.motion(d, load_n)));
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <variant>
 
+#include <bristle/joint_friction.hpp>
 #include <bristle/patch_batch.hpp>
 
 #include "tools/experiments/settings.hpp"
@@ -17,7 +18,8 @@ class Subject {
  public:
   struct Options {
     int axes = 1;
-    double highest_load_over_load = 1.0;  ///< the brush has room for so much
+    double highest_load_over_load = 1.0;            ///< the brush has room for so much
+    const bristle::JointMaterial* joint = nullptr;  ///< a joint of it stands for the brush: N m and rad
   };
 
   /// `model` is one of model_names(). Throws bristle::Error.
@@ -28,6 +30,9 @@ class Subject {
   rivals::Force step(rivals::Pair displacement, double dt_s, double load_n);
   /// Returns the force that step() would give; changes nothing.
   rivals::Force find_force(rivals::Pair displacement, double dt_s, double load_n);
+
+  /// Torques of a joint's next steps, N m. Contacts take no notice.
+  void set_torques(double motor, double outside) noexcept;
 
   const std::string& name() const noexcept { return name_; }
   /// At least -d(mean force)/d(displacement) of a step, but for falling branches, N/m.
@@ -40,8 +45,14 @@ class Subject {
     bristle::Motion motion(rivals::Pair d, double load) const;
   };
 
+  struct Joint {
+    bristle::JointFriction batch;
+    double angle = 0.0, motor = 0.0, outside = 0.0;
+    rivals::Force move(double d, double dt_s, bool keep) noexcept;
+  };
+
   std::string name_;
-  std::variant<rivals::Rival, Brush> model_;
+  std::variant<rivals::Rival, Brush, Joint> model_;
   double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;  // at load_; the brush's grow with the load
   double creep_damping_ = 0.0;
 };

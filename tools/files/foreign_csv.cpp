@@ -381,4 +381,48 @@ PlainCsv plain_csv(std::string_view text, const std::string& name, std::size_t f
   return Converter(text, name, first_line, kinds, wishes, enough).convert();
 }
 
+std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const ColumnWords& columns,
+                                      const ColumnWords& units) {
+  const auto kind_of = [&](std::string_view word, const char* option) {
+    std::string known;
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      if (kinds[k].name == word) return k;
+      known += fmt::format("{}{}", k > 0 ? ", " : "", kinds[k].name);
+    }
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+      if (std::find(kinds[k].aliases.begin(), kinds[k].aliases.end(), word) != kinds[k].aliases.end())
+        return k;
+    throw UserError(fmt::format("{}: '{}' is no column of a record; allowed: {}", option, word, known));
+  };
+  std::vector<ColumnWish> wishes(kinds.size());
+  for (const auto& [ours, theirs] : columns) {
+    if (theirs.empty()) throw UserError(fmt::format("--columns: {} has no name; give {}=NAME", ours, ours));
+    wishes[kind_of(ours, "--columns")].name = theirs;
+  }
+  for (const auto& [ours, unit] : units) {
+    const std::size_t k = kind_of(ours, "--units");
+    wishes[k].unit = find_unit(kinds[k].units, unit);
+    if (!wishes[k].unit)
+      throw UserError(fmt::format("--units: unit of {} is '{}'; allowed: {}", kinds[k].name, unit,
+                                  unit_names(kinds[k].units)));
+  }
+  return wishes;
+}
+
+std::string mapping_text(const PlainCsv& csv, std::span<const ColumnKind> kinds) {
+  std::string text;
+  bool bare = false;
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    if (csv.headers[k].empty()) continue;
+    const std::string_view name = trim(std::string_view(csv.headers[k]).substr(0, csv.headers[k].find('[')));
+    text += fmt::format("{}{}{}{}", text.empty() ? "" : ", ", kinds[k].name,
+                        name == kinds[k].name ? "" : fmt::format(" = '{}'", csv.headers[k]),
+                        csv.units[k].empty() ? "" : " in " + csv.units[k]);
+    bare = bare || csv.units[k].empty();
+  }
+  if (bare) text += "; SI where no unit is stated";
+  for (const std::string& note : csv.notes) text += "; " + note;
+  return text;
+}
+
 }  // namespace cli

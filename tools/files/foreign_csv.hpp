@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/files/csv_columns.hpp"
@@ -17,6 +18,13 @@ struct ColumnWish {
   std::string name;            ///< its header in the file, or its place from 1; empty: our name, or an alias
   const Unit* unit = nullptr;  ///< in place of the header's; null: the header's, else SI
 };
+
+/// Pairs of the command line: our name of a column, and the user's word.
+using ColumnWords = std::vector<std::pair<std::string, std::string>>;
+
+/// What `columns` (--columns) and `units` (--units) say, by kind. Throws UserError on other names and units.
+std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const ColumnWords& columns,
+                                      const ColumnWords& units);
 
 struct PlainCsv {
   std::string text;                  ///< begins with the header; as many lines as the file from there on
@@ -34,5 +42,8 @@ struct PlainCsv {
 PlainCsv plain_csv(std::string_view text, const std::string& name, std::size_t first_line,
                    std::span<const ColumnKind> kinds, const std::vector<ColumnWish>& wishes,
                    const std::function<bool(const std::vector<bool>&)>& enough);
+
+/// "t in ms, x = 'Position' in mm, force; SI where no unit is stated", and the notes.
+std::string mapping_text(const PlainCsv& csv, std::span<const ColumnKind> kinds);
 
 }  // namespace cli

@@ -93,37 +93,13 @@ void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   data.force_y.clear();
 }
 
-/// Which kind a word of the command line means: our name or one that others use.
-unsigned kind_of(std::string_view word, const char* option) {
-  constexpr struct {
-    const char* short_name;
-    unsigned kind;
-  } shorter[] = {{"f", column_force}, {"n", column_load}};
-  for (unsigned k = 0; k < column_count; ++k)
-    if (kinds[k].name == word) return k;
-  for (const auto& s : shorter)
-    if (s.short_name == word) return s.kind;
-  for (unsigned k = 0; k < column_count; ++k)
-    if (std::find(kinds[k].aliases.begin(), kinds[k].aliases.end(), word) != kinds[k].aliases.end()) return k;
-  throw UserError(fmt::format(
-      "{}: '{}' is no column of a record; allowed: t, x, v, load, force, y, fx, fy, angle, torque", option,
-      word));
-}
-
-std::vector<ColumnWish> wishes_of(const FitReading& reading) {
-  std::vector<ColumnWish> wishes(column_count);
-  for (const auto& [ours, theirs] : reading.columns) {
-    if (theirs.empty()) throw UserError(fmt::format("--columns: {} has no name; give {}=NAME", ours, ours));
-    wishes[kind_of(ours, "--columns")].name = theirs;
-  }
-  for (const auto& [ours, unit] : reading.units) {
-    const unsigned k = kind_of(ours, "--units");
-    wishes[k].unit = find_unit(kinds[k].units, unit);
-    if (!wishes[k].unit)
-      throw UserError(fmt::format("--units: unit of {} is '{}'; allowed: {}", kinds[k].name, unit,
-                                  unit_names(kinds[k].units)));
-  }
-  return wishes;
+std::vector<ColumnWish> wishes_of(FitReading reading) {
+  for (ColumnWords* const words : {&reading.columns, &reading.units})
+    for (auto& [ours, theirs] : *words) {
+      if (ours == "f") ours = "force";
+      if (ours == "n") ours = "load";
+    }
+  return column_wishes(kinds, reading.columns, reading.units);
 }
 
 bool is_record(const std::vector<bool>& present, const FitReading& reading) {
@@ -169,21 +145,6 @@ Choice choose(const CsvHeader& header, std::string_view line, const FitReading& 
     throw UserError(fmt::format("{}: --speed stands for a column of the motion, and here is column {}", where,
                                 kinds[choice.x != column_count ? choice.x : choice.v].name));
   return choice;
-}
-
-/// "t in ms, x = 'Position' in mm, force; SI where no unit is stated".
-std::string mapping_text(const PlainCsv& csv) {
-  std::string text;
-  bool bare = false;
-  for (unsigned k = 0; k < column_count; ++k) {
-    if (csv.headers[k].empty()) continue;
-    const std::string_view name = trim(std::string_view(csv.headers[k]).substr(0, csv.headers[k].find('[')));
-    text += fmt::format("{}{}{}{}", text.empty() ? "" : ", ", kinds[k].name,
-                        name == kinds[k].name ? "" : fmt::format(" = '{}'", csv.headers[k]),
-                        csv.units[k].empty() ? "" : " in " + csv.units[k]);
-    bare = bare || csv.units[k].empty();
-  }
-  return text + (bare ? "; SI where no unit is stated" : "");
 }
 
 /// Whether times look like milliseconds that no one called so.
@@ -296,9 +257,7 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   });
   if (!data.t.empty()) settle_axes(data, has_y, has_fy);
 
-  std::string how = mapping_text(csv);
-  for (const std::string& note : csv.notes) how += "; " + note;
-  data.understood.push_back(how);
+  data.understood.push_back(mapping_text(csv, kinds));
   doubt_time(csv, data);
   if (reading.speed && !data.t.empty()) rebuild_positions(data, *reading.speed);
   if (reading.radius)

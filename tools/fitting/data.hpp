@@ -1,5 +1,6 @@
 // Measured friction for `bristle fit`: reads the file, finds the sign of the force, undoes what an encoder
-// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: README.md of this folder.
+// and slow sampling do to the path, and refuses what nothing can be learnt from. Format: README.md of this
+// folder.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/files/foreign_csv.hpp"
 #include "tools/fitting/path_force.hpp"
 
 namespace cli {
@@ -19,12 +21,12 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 /// The user's words on a file: facts that it lacks, names that it gives. Names of columns are those of
 /// tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
 struct FitReading {
-  std::vector<std::pair<std::string, std::string>> columns;  ///< ours, the file's header or place from 1
-  std::vector<std::pair<std::string, std::string>> units;    ///< ours, the unit
-  std::optional<double> speed;                               ///< m/s, of a motion that no column has
-  std::optional<double> radius;                              ///< m, at which angle and torque act
-  bool disc = false;       ///< the contact is a full disc of this radius, not a ring
-  double clip_load = 0.0;  ///< N: loads from -clip_load to 0 count as 0
+  ColumnWords columns;           ///< ours, the file's header or place from 1
+  ColumnWords units;             ///< ours, the unit
+  std::optional<double> speed;   ///< m/s, of a motion that no column has
+  std::optional<double> radius;  ///< m, at which angle and torque act
+  bool disc = false;             ///< the contact is a full disc of this radius, not a ring
+  double clip_load = 0.0;        ///< N: loads from -clip_load to 0 count as 0
   bool automatic() const { return columns.empty() && units.empty() && !speed && !radius && clip_load == 0.0; }
 };
 

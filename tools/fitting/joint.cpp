@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/files/csv_rows.hpp"
+#include "tools/files/foreign_csv.hpp"
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
@@ -36,14 +37,20 @@ enum Column : unsigned {
   column_outside,
   column_count
 };
+constexpr std::string_view names_t[] = {"time", "timestamp"};
+constexpr std::string_view names_angle[] = {"position", "pos"};
+constexpr std::string_view names_speed[] = {"velocity"};
+constexpr std::string_view names_motor[] = {"torque"};
 constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time},    {"angle", angle_units, 1e6},
-    {"speed", rate_units, 1e9},      {"motor", torque_units, most_force},
-    {"current", current_units, 1e9}, {"outside", torque_units, most_force}};
+    {"t", time_units, most_time, names_t},   {"angle", angle_units, 1e6, names_angle},
+    {"speed", rate_units, 1e9, names_speed}, {"motor", torque_units, most_force, names_motor},
+    {"current", current_units, 1e9},         {"outside", torque_units, most_force}};
 
 /// Residuals are means over so long, s: an acceleration from differences is noise over less.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
+/// Into so many parts of equal time a log is cut, of which every second one is held out.
+constexpr double parts = 24.0;
 
 /// A model of friction along a log. Its first number is the inertia, kg m^2; all are positive.
 struct Model {
@@ -63,24 +70,45 @@ double size(const std::vector<double>& x) {
 
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
 
-/// A log cut into blocks: the balance of torques over each.
+/// Change of the motor's torque between samples, from which on nobody knows when in between it happened.
+double jump_of(const JointLog& log) {
+  std::vector<double> change;
+  for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
+    change.push_back(std::fabs(log.motor[k + 1] - log.motor[k]));
+  const auto usual = change.begin() + static_cast<std::ptrdiff_t>(change.size() * 19 / 20);
+  std::nth_element(change.begin(), usual, change.end());
+  return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
+}
+
+/// A log cut into blocks: the balance of torques over each. Blocks that are fitted to come first; those in
+/// which the motor's torque jumps are left out.
 class Balance {
  public:
-  Balance(const JointLog& log, double until) : log_(log) {
+  Balance(const JointLog& log, JointPart part) : log_(log) {
     const std::size_t n = log.t.size() - 1;
-    std::size_t first = 0;
+    const double start = log.t.front(), length = log.t.back() - start, jump = jump_of(log);
+    std::vector<Block> judged;
+    Block block;
+    bool jumps = false;
     for (std::size_t k = 0; k < n; ++k) {
-      if (k + 1 < n && log.t[k + 1] - log.t[first] < block_time * (1.0 - 1e-9)) continue;
-      ends_.push_back(k + 1);
-      if (log.t[k + 1] - log.t.front() <= until) fitted_ = ends_.size();
-      first = k + 1;
+      jumps = jumps || std::fabs(log.motor[k + 1] - log.motor[k]) > jump;
+      block.end = k + 1;
+      if (k + 1 < n && log.t[k + 1] - log.t[block.first] < block_time * (1.0 - 1e-9)) continue;
+      const double part_number = std::floor(parts * (log.t[block.first] - start) / length);
+      const bool is_fitted =
+          part.alternate ? std::fmod(part_number, 2.0) == 0.0 : log.t[block.end] - start <= part.until;
+      if (!jumps) (is_fitted ? blocks_ : judged).push_back(block);
+      block.first = block.end;
+      jumps = false;
     }
+    fitted_ = blocks_.size();
     if (fitted_ < least_blocks)
       throw UserError(fmt::format("{}: {} blocks of 10 ms to fit to; a joint needs at least {}", log.name,
                                   fitted_, least_blocks));
+    blocks_.insert(blocks_.end(), judged.begin(), judged.end());
     scale_ = std::max(std::hypot(size(log.motor), size(log.outside)), 1e-300);
   }
-  Eigen::Index blocks() const { return static_cast<Eigen::Index>(ends_.size()); }
+  Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
@@ -93,14 +121,13 @@ class Balance {
     model.friction(numbers, friction, by != nullptr ? &friction_by : nullptr);
     VectorXd result(blocks());
     if (by != nullptr) by->resize(blocks(), numbers.size());
-    std::size_t k = 0;
     for (Eigen::Index b = 0; b < blocks(); ++b) {
-      const std::size_t first = k, end = ends_[static_cast<std::size_t>(b)];
+      const auto [first, end] = blocks_[static_cast<std::size_t>(b)];
       const double time = log_.t[end] - log_.t[first];
       const double acceleration = (log_.speed[end] - log_.speed[first]) / time;
       double torque = 0.0;
       VectorXd slope = VectorXd::Zero(by != nullptr ? numbers.size() : 0);
-      for (; k < end; ++k) {
+      for (std::size_t k = first; k < end; ++k) {
         const double share = (log_.t[k + 1] - log_.t[k]) / time;
         const auto row = static_cast<Eigen::Index>(k);
         torque += share * (middle(log_.motor, k) + middle(log_.outside, k) + friction[row]);
@@ -115,8 +142,11 @@ class Balance {
   }
 
  private:
+  struct Block {
+    std::size_t first = 0, end = 0;  ///< samples
+  };
   const JointLog& log_;
-  std::vector<std::size_t> ends_;
+  std::vector<Block> blocks_;
   std::size_t fitted_ = 0;
   double scale_ = 1.0;
 };
@@ -208,6 +238,10 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
   const double quantile = student_quantile(freedom);
+  // Samples are no continuous motion, and friction between them is known to some two thousandths of its size:
+  // so is every number, whatever the noise.
+  const double shape =
+      0.005 * rms(by.topRows(balance.fitted()).rightCols(p.size() - 1) * p.tail(p.size() - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {
     JointEstimate e;
     e.name = model.names[static_cast<std::size_t>(i)];
@@ -216,7 +250,8 @@ JointFit fit_model(const Balance& balance, const Model& model) {
     const auto its = std::find(told.begin(), told.end(), i);
     if (its != told.end()) {
       const auto k = static_cast<Eigen::Index>(its - told.begin());
-      const double half = quantile * std::sqrt(std::max(spread(k, k), 0.0));
+      const double known = shape / rms(j.col(k));
+      const double half = std::hypot(quantile * std::sqrt(std::max(spread(k, k), 0.0)), known);
       e.low = std::max(p[i] - half, 0.0);
       e.high = p[i] + half;
       e.determined = half < p[i];
@@ -279,7 +314,12 @@ Model brush_model(const JointLog& log, double torque, double speed) {
       model.guesses.push_back(
           vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
                      0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
-  model.friction = [&log](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
+  // The motor's torque that led to a sample: where it jumps, that of the sample before.
+  std::vector<double> led = log.motor;
+  const double jump = jump_of(log);
+  for (std::size_t k = 1; k < led.size(); ++k)
+    if (std::fabs(log.motor[k] - log.motor[k - 1]) > jump) led[k] = log.motor[k - 1];
+  model.friction = [&log, led](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
     const bristle::JointMaterial m = material_of(p);
     bristle::JointOptions options = joint_fit_options();
     options.gradients = by != nullptr;
@@ -289,7 +329,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
     for (std::size_t k = 0; k < log.t.size(); ++k) {
       bristle::JointOutput out{{&torque_now, 1}};
       if (by != nullptr) out.gradient = now;
-      joint.step({{&log.angle[k], 1}, {&log.speed[k], 1}, {&log.motor[k], 1}, {&log.outside[k], 1}}, out);
+      joint.step({{&log.angle[k], 1}, {&log.speed[k], 1}, {&led[k], 1}, {&log.outside[k], 1}}, out);
       if (k > 0) {
         const auto row = static_cast<Eigen::Index>(k) - 1;
         friction[row] = 0.5 * (torque_before + torque_now);
@@ -458,10 +498,11 @@ JointFit fit_brush(const JointLog& log, const Balance& balance) {
 
 std::string fit_text(const JointLog& log, const JointFit& fit) {
   std::string text = fmt::format(
-      "A row of {} bristles is off by {:.3g} N m rms of {:.3g}; {} samples over {:.4g} s, {} runs along the "
+      "{}: {}.\nA row of {} bristles is off by {:.3g} N m rms of {:.3g}; {} samples over {:.4g} s, {} runs "
+      "along the "
       "log.\n\n",
-      joint_fit_options().bristles, fit.fitted_rms, std::hypot(size(log.motor), size(log.outside)),
-      log.t.size(), log.t.back() - log.t.front(), fit.runs);
+      log.name, log.understood, joint_fit_options().bristles, fit.fitted_rms,
+      std::hypot(size(log.motor), size(log.outside)), log.t.size(), log.t.back() - log.t.front(), fit.runs);
   Table table({"<number", "value", "95 % from", "to", "<unit"});
   std::string untold;
   for (const JointEstimate& e : fit.numbers) {
@@ -478,12 +519,14 @@ std::string fit_text(const JointLog& log, const JointFit& fit) {
   return text;
 }
 
-std::string judged_text(const std::vector<JointFit>& fits, double until) {
+std::string judged_text(const std::vector<JointFit>& fits, const JointPart& part) {
   const JointFit& best =
       *std::min_element(fits.begin(), fits.end(),
                         [](const JointFit& a, const JointFit& b) { return a.judged_rms < b.judged_rms; });
-  std::string text = fmt::format(
-      "{} is closest to the rest of the log. Fitted to the first {:.4g} s; N m, rms.\n\n", best.model, until);
+  std::string text =
+      fmt::format("{} is closest to what it was not fitted to. Fitted to {}; N m, rms.\n\n", best.model,
+                  part.alternate ? fmt::format("every second of {} parts of the log", parts)
+                                 : fmt::format("the first {:.4g} s", part.until));
   Table table({"<model", "numbers", "fitted", "judged"});
   for (const JointFit& fit : fits)
     table.add({fit.model, fmt::format("{}", fit.numbers.size()), fmt::format("{:.4g}", fit.fitted_rms),
@@ -491,13 +534,17 @@ std::string judged_text(const std::vector<JointFit>& fits, double until) {
   return text + table.text();
 }
 
-std::string joint_json(const JointLog& log, const std::vector<JointFit>& fits, double until) {
+std::string joint_json(const JointLog& log, const std::vector<JointFit>& fits, const JointPart& part) {
   nlohmann::ordered_json report;
   report["schema"] = "bristle-fit-joint-1";
   report["conditions"] = to_json(conditions());
   report["file"] = log.name;
   report["samples"] = log.t.size();
-  report["fit_until_s"] = until;
+  report["understood"] = log.understood;
+  if (part.alternate)
+    report["held_out_parts"] = parts / 2.0;
+  else
+    report["fit_until_s"] = std::min(part.until, log.t.back() - log.t.front());
   for (const JointFit& fit : fits) {
     nlohmann::ordered_json model = {
         {"model", fit.model}, {"runs", fit.runs}, {"fitted_rms_nm", fit.fitted_rms}, {"rigid", fit.rigid}};
@@ -518,28 +565,42 @@ std::string joint_json(const JointLog& log, const std::vector<JointFit>& fits, d
 
 bristle::JointOptions joint_fit_options() { return {}; }
 
-JointLog parse_joint_log(std::string_view text, const std::string& name,
+JointLog parse_joint_log(std::string_view text, const std::string& name, const FitReading& reading,
                          std::optional<double> torque_constant, std::optional<double> pendulum) {
   constexpr const char* expected = "t,angle,speed,motor,outside";
-  std::size_t header_line = 1;
-  text = skip_to_header(text, name, expected, header_line);
-  const std::string where_header = fmt::format("{}:{}", name, header_line);
-  const CsvHeader header = read_csv_header(text.substr(0, text.find('\n')), where_header, kinds);
-  const auto need = [&](bool there, const char* what) {
-    if (!there) throw UserError(fmt::format("{}: no column {}; expected {}", where_header, what, expected));
+  std::size_t first_line = 1;
+  text = skip_to_header(text, name, expected, first_line);
+  const auto has_torque = [&](const std::vector<bool>& present) {
+    return present[column_motor] || present[column_current] || present[column_outside] || pendulum;
   };
-  need(header.present[column_t], "t");
-  need(header.present[column_angle], "angle");
-  need(header.present[column_motor] || header.present[column_current] || header.present[column_outside] ||
-           pendulum,
-       "motor (nor current, nor outside)");
+  const PlainCsv csv =
+      plain_csv(text, name, first_line, kinds, column_wishes(kinds, reading.columns, reading.units),
+                [&](const std::vector<bool>& present) {
+                  return present[column_t] && present[column_angle] && has_torque(present);
+                });
+  const std::string where_header = fmt::format("{}:{}", name, csv.header_line);
+  const std::string_view plain = csv.text;
+  const CsvHeader header = read_csv_header(plain.substr(0, plain.find('\n')), where_header, kinds);
+  const auto need = [&](bool there, const char* what, const char* ours) {
+    if (!there)
+      throw UserError(fmt::format("{}: no column {}; expected {}, or your own names: --columns {}=NAME",
+                                  where_header, what, expected, ours));
+  };
+  need(header.present[column_t], "t", "t");
+  need(header.present[column_angle], "angle", "angle");
+  need(has_torque(header.present), "motor (nor current, nor outside)", "motor");
   if (header.present[column_current] && !header.present[column_motor] && !torque_constant)
     throw UserError(where_header + ": column current: --torque-constant says how much torque an ampere is");
+  if (torque_constant && (header.present[column_motor] || !header.present[column_current]))
+    throw UserError(
+        fmt::format("{}: --torque-constant is for a column current, {}", where_header,
+                    header.present[column_motor] ? "and here is column motor" : "and here is none"));
   JointLog log;
   log.name = name;
+  log.understood = mapping_text(csv, kinds);
   log.has_speed = header.present[column_speed];
   log.has_outside = header.present[column_outside] || pendulum.has_value();
-  for_csv_rows(text, name, header_line, header, kinds, [&](const auto& cells, const auto& where) {
+  for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
     double value[column_count] = {};
     for (unsigned c = 0; c < column_count; ++c)
       if (header.present[c]) value[c] = parse_cell(cells[c], kinds[c], header.per_si[c], where());
@@ -561,14 +622,14 @@ JointLog parse_joint_log(std::string_view text, const std::string& name,
   return log;
 }
 
-JointFit fit_joint(const JointLog& log, double until) {
+JointFit fit_joint(const JointLog& log, JointPart part) {
   require_motion(log);
-  return fit_brush(log, Balance(log, until));
+  return fit_brush(log, Balance(log, part));
 }
 
-std::vector<JointFit> judge_joint(const JointLog& log, double until) {
+std::vector<JointFit> judge_joint(const JointLog& log, JointPart part) {
   require_motion(log);
-  const Balance balance(log, until);
+  const Balance balance(log, part);
   Progress progress("fit");
   std::vector<JointFit> fits;
   const std::vector<Model> models = rival_models(log, balance.scale(), size(log.speed));
@@ -588,15 +649,17 @@ void fit_joint_command(const FitOptions& options) {
   const bool on_stdout = check_files({{"DATA", options.data.front()}}, {{"--json", options.json}});
   OutputFile json(options.json);
   const JointLog log = parse_joint_log(read_text_file(options.data.front()), options.data.front(),
-                                       options.torque_constant, options.pendulum);
-  const double length = log.t.back() - log.t.front();
-  const double until = options.rivals ? options.fit_until.value_or(length / 3.0) : length;
-  if (options.rivals && until >= length) throw UserError("--fit-until: nothing is left to judge");
+                                       options.reading, options.torque_constant, options.pendulum);
+  JointPart part;
+  if (options.fit_until) part.until = *options.fit_until;
+  if (part.until >= log.t.back() - log.t.front() && options.fit_until)
+    throw UserError("--fit-until: nothing is left to judge");
+  part.alternate = options.rivals && !options.fit_until;
   const std::vector<JointFit> fits =
-      options.rivals ? judge_joint(log, until) : std::vector<JointFit>{fit_joint(log, until)};
-  if (json) json.write(joint_json(log, fits, until));
+      options.rivals ? judge_joint(log, part) : std::vector<JointFit>{fit_joint(log, part)};
+  if (json) json.write(joint_json(log, fits, part));
   if (!on_stdout)
-    print_report((options.rivals ? judged_text(fits, until) + "\n" : "") + fit_text(log, fits.back()));
+    print_report((options.rivals ? judged_text(fits, part) + "\n" : "") + fit_text(log, fits.back()));
 }
 
 }  // namespace cli
