@@ -472,22 +472,25 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
       CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
     }
   }
-  // The first joint alone, without gradients and with the torque only.
-  JointFriction alone(1, {materials, 1});
-  Wander wander(2);
-  double angle = 0, torque = 0;
-  for (int step = 0; step < 12; ++step) {
-    double speed = 0, motor = 0, outside = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      wander.go();
-      if (i != 0) continue;
-      angle += wander.speed * 1e-3;
-      speed = wander.speed;
-      motor = wander.motor;
-      outside = wander.outside;
+  // A joint alone, of its material, without gradients and with the torque only.
+  for (const std::size_t which : {0, 1, 20}) {
+    JointFriction alone(1, {materials + which % 3, 1});
+    Wander wander(2);
+    double angle = 0, torque = 0;
+    for (int step = 0; step < 12; ++step) {
+      double speed = 0, motor = 0, outside = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        wander.go();
+        if (i != which) continue;
+        angle += wander.speed * 1e-3;
+        speed = wander.speed;
+        motor = wander.motor;
+        outside = wander.outside;
+      }
+      alone.step({{&angle, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}}, {{&torque, 1}});
+      expect(torque == expected[static_cast<std::size_t>(step) * (6 + joint_parameters) * n + which],
+             "a joint alone");
     }
-    alone.step({{&angle, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}}, {{&torque, 1}});
-    expect(torque == expected[static_cast<std::size_t>(step) * (6 + joint_parameters) * n], "a joint alone");
   }
 }
 
@@ -537,6 +540,20 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
   wants_gradient.gradient = gradient;
   CHECK(joints.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
   CHECK(joints.state_hash() == hash);
+  JointOptions with;
+  with.gradients = true;
+  JointFriction gives(n, {&m, 1}, with);
+  CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::ok);
+  wants_gradient.gradient = {gradient.data(), n};
+  CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
+  // A first step with bad input is none.
+  OneJoint late(m), other(m);
+  late.go(bad[0], 0, 0, 0);
+  for (OneJoint* joint : {&late, &other}) {
+    joint->go(0.7, 0, 0, 0);
+    joint->go(0.701, 0, 0, 0);
+  }
+  CHECK(late.torque == other.torque);
 }
 
 TEST_CASE("A trial of joints changes no state, before the first step either", "[joints]") {
