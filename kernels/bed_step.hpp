@@ -259,8 +259,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Returns the relative pressure of a profile where `inside` is 1 at the centre of the contact and 0 at its
-/// edge.
+/// Returns a profile's pressure as a share of that at the centre. `inside` is 1 at the centre, 0 at the edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
   if (profile == BedProfile::uniform) return V(1.0f);

@@ -71,7 +71,7 @@ inline CellLines<float> read_lines(const double* table, const std::uint32_t* at)
   const HalfLines b =
       __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
 #elif defined(BRISTLE_ISA_AVX2)
-  // This order needs no move between the halves of the vector.
+  // In this order the shuffles stay within 128-bit halves.
   const auto low = (HalfLines)(Pairs{p(0), p(1), p(4), p(5)});
   const auto high = (HalfLines)(Pairs{p(2), p(3), p(6), p(7)});
   const HalfLines a = __builtin_shufflevector(low, high, 0, 2, 8, 10, 4, 6, 12, 14);

@@ -341,12 +341,12 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   for (std::uint32_t w = 0; w < most_cohorts / 64; ++w) p.emptied.word[w] |= renewed.emptied.word[w];
 }
 
-/// Makes a newborn cohort of the mass that snapped (or was renewed) along a piece, at its mean place, bent by
-/// l_r. Its weakest bristles may have snapped again (a law with S < 1 that early): they are counted as one
-/// group. Books energy and path integral. `at` is the end of the piece; `snapped` of the mass had snapped.
-/// `renewed_rate`: renewals of a bristle per length of path. `spread`: variance of the places at which the
-/// bristles were straight, which is not lost yet. Inlined by force: returned through memory, the result would
-/// be written number by number and read pair by pair, which stalls the processor.
+/// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent by
+/// l_r. Bristles that snapped a second time (where S < 1 that early) count as one group. Books energy and
+/// path integral. `at`: end of the piece; `snapped`: mass that snapped; `renewed_rate`: renewals of a bristle
+/// per length of path. Sets `spread` to mass x variance of the places where the bristles were straight, which
+/// the caller stores. Always inlined: a result in memory is written by numbers and read by pairs, which
+/// stalls the processor.
 template <bool rubs, bool ages>
 [[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
                                            double piece, const double at[2], double snapped,

@@ -83,7 +83,7 @@ void step_joints(const JointStep& step) {
                    slides_at.backward + left * static_part.backward};
     }
 
-    // Derivatives of these limits by the material's numbers, where a bristle slides.
+    // Derivatives of `slides_at` by the parameters of the material.
     BothWays<V> limit_by[rows];
     if constexpr (gradients) {
       for (BothWays<V>& x : limit_by) x = {none, none};

@@ -166,7 +166,7 @@ template <class T, int axes, bool mean, bool energy, class V, class Which, class
   V along_integral = limit * s;  // of z along the motion, and across it, while the tip slides
   V aside_integral = none;
   if constexpr (axes == 2) {
-    // An angle of 4 eps s / l is rounding: it adds up to 4 eps, however short the steps.
+    // Takes angles up to 4 eps s / l as 0: they add up to 4 eps, in steps of any length.
     constexpr T few = 4 * std::numeric_limits<T>::epsilon();
     const V a = start.aside;
     const V rounds = least(s, limit) * V(few);

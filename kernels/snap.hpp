@@ -287,7 +287,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const std::uint32_t w = i % block_size;
   const Lanes<T> path = load(walk.path + w);
   const Mask<T> snapped = path < motion.length;
-  // A walk has no entries for bristles that did not snap.
+  // Takes 0 for bristles without a snap: unset in `walk`.
   const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
   AfterSnaps<T> land{walked(walk.landed), none, none};
   if constexpr (mean || energy) land.squares = walked(walk.squares);

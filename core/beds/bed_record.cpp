@@ -68,7 +68,7 @@ std::vector<Cell> sphere_cells(int n) {
   return cells;
 }
 
-/// Makes rings of equal area at Gauss nodes of the squared radius.
+/// Makes rings at Gauss nodes of r^2, their areas the weights.
 std::vector<Cell> ring_cells(int rings, int around) {
   Nodes nodes = legendre_nodes(rings);
   std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.at < b.at; });

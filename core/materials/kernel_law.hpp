@@ -44,8 +44,8 @@ struct CompiledMaterial {
   /// Returns steady sliding under shared renewal, for representatives, which the first call computes.
   const RenewalLaw& renewal() const;
 
-  /// Returns the law in n strata, for bristles that slide, which the first call makes. For any thread that
-  /// adds patches.
+  /// Returns the law as n strata, for bristles that slide. The first call with this n makes them, on any
+  /// thread.
   std::shared_ptr<const Strata> strata(std::uint32_t n) const;
 
   CompiledMaterial() = default;

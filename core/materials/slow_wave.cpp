@@ -106,8 +106,7 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Rejects roots to which Newton may escape: a mode that decays at once, or s = 0, which is steady
-    // sliding.
+    // Rejects roots that are no decaying wave. Newton may escape to one, such as s = 0, steady sliding.
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};
   }

@@ -149,8 +149,8 @@ LogValue log_revolutions(Span<const Node> nodes, double growth) {
 /// The growth at which the expectation is 1 / (1 + kappa), or 1 / kappa with keep; `mean` of where bristles
 /// snap.
 double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double mean) {
-  // Both logarithms are convex in the growth and, by Jensen's inequality, above their target at that of a
-  // single length: Newton's steps rise to the root and never pass it.
+  // Both logarithms fall with growth and are convex. By Jensen's inequality they start above the target, so
+  // Newton's steps rise to the root and never pass it.
   const double target = rule == SnapRule::keep ? -log(kappa) : -log1p(kappa);
   double growth = log1p(kappa) / mean;
   for (int i = 0; i < 100; ++i) {
@@ -204,9 +204,8 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
-  // l - length g(l) is convex: Newton's steps fall from beyond the root onto it. No strength reaches a
-  // thousandfold length. From the length itself, where a path near 0 has nearly the slope 1, they would fly
-  // off.
+  // l - length g(l) is convex, so Newton's steps fall onto the root from a start beyond it. No strength
+  // brings l to a thousandfold length. From `length` they can fly off: near path 0 its slope can be 0.
   constexpr double farthest = 1e3;
   const bool saturates = ageing.form == AgeingForm::saturating;
   double l = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));

@@ -65,13 +65,13 @@ constexpr double beyond_ageing = 0.0;
 
 /// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
 ///
-/// Ageing (struct Ageing) is given by what it does: friction falls with speed, and grows with rest. By
-/// default there is none. By default a snap leaves a tenth of the presliding length and renews another
-/// bristle: a contact that is rubbed to and fro does not harden (core/MODEL.md, section 26).
-/// Coefficients::paper() has neither, as the paper.
+/// Ageing (struct Ageing) is given by its effects: friction falls with speed and grows at rest. The default
+/// is none. By default a snap leaves a tenth of the presliding length and renews another bristle, so a
+/// contact that is rubbed to and fro does not harden (core/MODEL.md, section 26). Coefficients::paper() has
+/// no residual and no renewal.
 ///
-/// With SnapRule::slide nothing snaps: residual_share and shared_renewal do not count, the peak comes from
-/// the drop, and growth_per_decade from bristles that hold more the longer they have not slid.
+/// With SnapRule::slide nothing snaps: residual_share and shared_renewal have no effect, `drop` gives the
+/// peak, and growth_per_decade lets a bristle hold more the longer it has not slid.
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
   /// Highest friction over normal load at first loading. Equal to kinetic it asks for no peak: the least

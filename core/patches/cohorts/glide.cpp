@@ -20,8 +20,8 @@ struct Arc {
   double curve;
 };
 
-/// Finds the arc that gives the mean deflection of a path of chords: the arc through the chords' middles,
-/// turned by a small angle (Euler-Maclaurin; COHORTS.md). `chord_share`: Glide::chord_share.
+/// Finds the arc with the mean deflection of a path of chords. Its tangent is the last chord turned by a
+/// small angle (COHORTS.md, "Glides"). `chord_share`: Glide::chord_share.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);

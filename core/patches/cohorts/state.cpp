@@ -178,7 +178,7 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Stores the sum of deflections found where the patch was at `noted`, carried to its present position.
+/// Stores the sum of deflections, computed at position `noted` and shifted to the present position.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));

@@ -70,7 +70,7 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
-/// Whether a step of a patch that may glide goes elsewhere than the one before.
+/// Whether this step leaves the line of the last, for a patch that may glide.
 bool turns(const Cohorts& r, const Advance& a) noexcept {
   const double(&before)[2] = r.glide.direction;
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;

@@ -11,7 +11,7 @@ namespace {
 
 /// Unit in which the sum of delta^2 of a block's snaps fits 62 bits with room, as a power of two.
 double energy_unit(double length, double longest, bool literal) noexcept {
-  // The literal rule squares what a bristle reached before it was reset. Any other loses at most path x
+  // The literal rule squares a bristle's deflection before its reset. Other rules sum at most path x
   // longest.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * (literal ? path : longest);
