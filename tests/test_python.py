@@ -324,7 +324,7 @@ class Copies(unittest.TestCase):
     def test_what_is_no_batch_is_refused(self):
         batch, _ = self.batch_of_many()
         state = list(batch.__getstate__())
-        for place, other in ((0, 2), (5, np.zeros(3, "u4")), (7, b""), (2, []),
+        for place, other in ((0, 1), (5, np.zeros(3, "u4")), (7, b""), (2, []),
                              (4, np.zeros((2, 4), "u8"))):
             wrong = list(state)
             wrong[place] = other
