@@ -137,6 +137,8 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   }
   const std::string rows = read_file(csv);
   CHECK(rows.rfind("t,bed,fx,fy,torque,load,", 0) == 0);
+  CHECK(rows.substr(0, rows.find('\n')).find(",x,y") !=
+        std::string::npos);  // what tools/plots/forces.gp draws
   CHECK(std::count(rows.begin(), rows.end(), '\n') == 5001);
   CHECK_THAT(run_cli(folder, "run " + scene_path("wheel")).out, Contains("fingertip") && Contains("torque"));
   check_refused(folder, "run " + scene_path("wheel") + " --bristles 5", {"[[bed]]", "--threads"});
@@ -151,6 +153,12 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   refused("shape = 'disc'\nhalf = 1e-3\npresliding = 1e-4\nmax_normal_load = 1\npath = [{ t = 0 }]",
           {"load"});
   refused("shape = 'disc'\nmax_normal_load = 1\npath = []", {"path"});
+  const std::string of_patches =
+      "# not a [[bed]]\n[scene]\nname = 's'\ndt = 1e-3\nduration = 0.01\n[[material]]\nname = 'm'\n"
+      "[[patch]]\nname = 'p'\nmaterial = 'm'\nmax_normal_load = 1.0\n"
+      "[[motion]]\npatch = 'p'\ntype = 'ramp'\nvelocity = [1e-3, 0.0]\nload = 1.0\n";
+  CHECK(run_report(folder, "run '" + folder.write("patches.toml", of_patches) + "'")["schema"] ==
+        "bristle-run-1");
 }
 
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {

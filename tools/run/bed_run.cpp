@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <bristle/bed.hpp>
 #include <bristle/error.hpp>
 
 #include "tools/files/force_file.hpp"
@@ -21,6 +24,28 @@
 
 namespace cli {
 namespace {
+
+/// Where a bed has gone by time t, since the beginning; linear between rows.
+struct BedRow {
+  double t = 0.0;                 ///< s
+  double x = 0.0, y = 0.0;        ///< m
+  double spin = 0.0;              ///< rad
+  double rolled[2] = {0.0, 0.0};  ///< m
+  double load = 0.0;              ///< N
+};
+
+struct SceneBed {
+  std::string name, where;
+  bristle::BedMaterial material;
+  bristle::BedShape shape;
+  bristle::BedOptions options;
+  std::vector<BedRow> path;
+};
+
+struct BedScene {
+  Scene scene;  ///< without patches
+  std::vector<SceneBed> beds;
+};
 
 constexpr Range metres{-1e5, 1e5, false, "m"}, half_width{0.0, 1e3, false, "m"};
 constexpr Range positive{0.0, 1e15, true, ""};
@@ -138,10 +163,11 @@ Json json_of(const ForceStatistics& f) {
   return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
-}  // namespace
-
-BedScene parse_bed_scene(const std::string& text, const std::string& path) {
+/// Reads a scene of beds; nothing for another scene. Throws UserError with file, line and key.
+std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
+  if (text.find("bed") == std::string::npos) return std::nullopt;  // most scenes are parsed once
   const toml::table root = parse_toml(text, path);
+  if (!root.contains("bed")) return std::nullopt;
   const TomlTable table(path, root, "");
   table.allow({"scene", "bed"});
   BedScene result;
@@ -171,14 +197,17 @@ BedScene parse_bed_scene(const std::string& text, const std::string& path) {
   return result;
 }
 
+}  // namespace
+
 bool run_bed_scene(const RunOptions& options, const std::string& text) {
-  if (text.find("[[bed]]") == std::string::npos) return false;
+  const std::optional<BedScene> read = parse_bed_scene(text, options.scene);
+  if (!read) return false;
+  const BedScene& given = *read;
   if (options.realtime || !options.trace.empty() || options.bristles || !options.restore_state.empty() ||
       !options.save_state.empty() || !options.overload.replay.empty())
     throw UserError(fmt::format(
         "{}: has [[bed]]: --out, --json, --steps, --threads and --isa go with it, other options do not",
         options.scene));
-  const BedScene given = parse_bed_scene(text, options.scene);
   const Scene& scene = given.scene;
   const bool on_stdout =
       check_files({{"SCENE", options.scene}}, {{"--json", options.json}, {"--out", options.out}});
@@ -199,7 +228,7 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
     }
     last[b] = row_at(bed.path, 0.0);
   }
-  if (out_file) out_file.append("t,bed,fx,fy,torque,load,status,dissipated,stored,slipping_share\n");
+  if (out_file) out_file.append("t,bed,fx,fy,torque,load,status,dissipated,stored,slipping_share,x,y\n");
   const std::uint64_t steps = options.steps.value_or(step_count(scene));
   for (std::uint64_t k = 1; k <= steps; ++k) {
     const double t = static_cast<double>(k) * scene.dt;
@@ -229,10 +258,10 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
       result.most_slipping = std::max(result.most_slipping, r.slipping_share);
       result.refused += has(r.status, bristle::Status::bad_input) ? 1 : 0;
       if (out_file)
-        out_file.append(fmt::format("{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{:.9g},{:.9g}\n", t,
-                                    given.beds[b].name, r.force[0], r.force[1], r.torque,
-                                    motions[b].normal_load, status_text(r.status), r.dissipated, r.stored,
-                                    r.slipping_share));
+        out_file.append(fmt::format(
+            "{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", t,
+            given.beds[b].name, r.force[0], r.force[1], r.torque, motions[b].normal_load,
+            status_text(r.status), r.dissipated, r.stored, r.slipping_share, last[b].x, last[b].y));
     }
   }
   if (out_file) out_file.finish();
