@@ -105,7 +105,7 @@ constexpr int script_steps = 40;
 
 TEST_CASE("Every instruction set, thread count and order of motions gives the bits of the scalar reference",
           "[determinism][state]") {
-  const std::vector<PatchCase> cases = every_variant_and_few_infinite(test_size(900), 3);
+  const std::vector<PatchCase> cases = every_variant(test_size(1500));
   const std::vector<std::size_t> all = all_of(cases);
   // The scalar kernels visit every bristle.
   const Outcome expected = run(cases, all, script_steps, BatchOptions{}.with_isa("scalar").with_threads(1));
@@ -172,7 +172,7 @@ TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism
 
 TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bristle", "[determinism]") {
   std::vector<PatchCase> cases;  // an infinite brush has no blocks, the paper's loop visits all of them
-  for (PatchCase& c : every_variant(test_size(900)))
+  for (PatchCase& c : every_variant(test_size(1500)))
     if (c.options.population != bristle::Population::infinite && !c.options.compared.literal)
       cases.push_back(std::move(c));
   // Tremor, creep and wandering after sliding: most blocks hold in most steps, at the edge of snapping.
