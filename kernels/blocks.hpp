@@ -38,7 +38,7 @@ inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   patch.blocks[b].zero = 0;
 }
 
-/// KernelSet::rewrite.
+/// Implements KernelSet::rewrite, where it is documented.
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   Block& block = patch.blocks[b];

@@ -95,7 +95,7 @@ static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
               same_value<BRISTLE_STATUS_OVERLOAD, Status::overload>);
 
-/// The C++ object of a handle.
+/// A handle: the C++ object that a caller in C refers to.
 template <class Part>
 struct Holds {
   Part it;
@@ -179,7 +179,7 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
 
-/// The three calls on the saved state of what a handle holds.
+/// The three calls on the saved state of the object in a handle.
 #define BRISTLE_STATE_CALLS(prefix, handle)                                                        \
   size_t prefix##_state_size(const bristle_##handle* handle) {                                     \
     return handle != nullptr ? handle->it.state_size() : 0;                                        \
@@ -196,7 +196,7 @@ void need(const void* pointer, const char* name) {
     });                                                                                            \
   }
 
-/// Makes what a handle holds.
+/// Makes a handle and the C++ object in it; `make` returns that object.
 template <class Handle, class Make>
 bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {

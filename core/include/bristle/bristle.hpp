@@ -1,5 +1,6 @@
-// The C++ interface of bristle that needs no other library. Not included: keyed_beds.hpp; coupling.hpp,
-// contact_frame.hpp and haptic_point.hpp, which need Eigen, and bristle.h, the interface for C.
+// The C++ interface of bristle that needs no other library. Not included: coupling.hpp,
+// extended_coupling.hpp, contact_frame.hpp and haptic_point.hpp, which need Eigen, and bristle.h, the
+// interface for C.
 #pragma once
 
 #include "bristle/bed.hpp"
@@ -10,6 +11,7 @@
 #include "bristle/export.hpp"
 #include "bristle/extended_patches.hpp"
 #include "bristle/joint_friction.hpp"
+#include "bristle/keyed_beds.hpp"
 #include "bristle/keyed_patches.hpp"
 #include "bristle/load_shedder.hpp"
 #include "bristle/material.hpp"

@@ -59,7 +59,7 @@ class BRISTLE_API SnapLength {
   friend BRISTLE_API bool operator==(const SnapLength& x, const SnapLength& y) noexcept;
   friend bool operator!=(const SnapLength& x, const SnapLength& y) noexcept { return !(x == y); }
 
-  /// Uniform between 5 and 15 um: the surface of the README's examples.
+  /// Uniform between 5 and 15 um.
   SnapLength() noexcept;
 
  private:
