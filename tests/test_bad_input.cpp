@@ -222,7 +222,7 @@ TEST_CASE("An id named twice in one step counts once, by its first motion", "[ba
   CHECK(bad.report.patches_stepped == 3);
   for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(got[i], expected[i]) == "");
   CHECK(bad.batch.state_hash() == twin.batch.state_hash());
-  // In the next step it is as good as any.
+  // The patch that was named twice is stepped normally in the next step.
   const std::vector<Response> a = bad.step(tick, bad.good());
   CHECK(a[1].status == Status::ok);
 }

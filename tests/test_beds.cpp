@@ -796,7 +796,7 @@ TEST_CASE("A ball rolls alike in every direction") {
     const auto turned = run(angle);
     for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(turned[k] - straight[k]) < 2e-4 * 5.0);
   }
-  // There and back: the rows turn by no more than a quarter, so what is bent stays in its place.
+  // Rolling back does not turn the rows by half a turn, so bent bristles keep their places.
   OneBed ball(material, BedShape::disc(1e-3, BedPressure::hertz).rolling(24, 12), with_load(10.0));
   for (int i = 0; i < 40; ++i) ball.step(0.0, 2e-7, 0.0, 1e-4);
   const double torque = ball.out.torque;

@@ -303,7 +303,7 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
     tool.brush->restart();
   }
   CHECK((tool.hold_at(tool.position) - held).norm() < 1e-9);
-  ground->turned = chai_rotation(turned_by(1.5));  // from the next tick on it is followed
+  ground->turned = chai_rotation(turned_by(1.5));  // followed from the next tick on
   tool.hold_at(tool.position);
   CHECK(tool.friction().norm() == Approx(kinetic * stiffness * depth).epsilon(0.15));
 }

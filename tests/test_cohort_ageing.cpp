@@ -612,7 +612,7 @@ TEST_CASE("What an infinite brush that ages is does not depend on when it was ma
 }
 
 TEST_CASE("Ages keep their digits after a million seconds", "[cohorts][ageing]") {
-  // tau = 1 us: 1e12 of it. Whatever was before is forgotten after 5,000 lengths.
+  // With tau = 1 us the age is 1e12 tau. A slide of 5,000 lengths then forgets it.
   const Material material = aged(lognormal, Ageing::logarithmic(0.1, 1e-6));
   AgedBrush old(material), young(material);
   for (int i = 0; i < 20; ++i) {
@@ -643,7 +643,7 @@ TEST_CASE("Bristles that come into contact are young, and leave first", "[cohort
     for (AgedBrush* b : {&both, &rested, &fresh}) b->step(0.05, 0.05);
     expect_near(both.force(), 0.5 * (rested.force() + fresh.force()), 1e-3, "mean deflection");
     if (i != 24) continue;
-    // At 1.25 lengths many of the fresh have snapped, few of the rested.
+    // After 1.25 lengths many bristles of the fresh brush have snapped, few of the one that rested.
     CHECK(rested.force() > 1.3 * fresh.force());
     AgedBrush less(material), same(material);
     for (AgedBrush* b : {&less, &same}) {
@@ -766,8 +766,8 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
 }
 
 TEST_CASE("Cohorts that a falling load empties take no age from those that stay", "[cohorts][ageing][load]") {
-  // Layers of other ages and places; what the load leaves was there, bristle by bristle: bent as far, of the
-  // same length x g.
+  // Layers differ in age and place. Each bristle left after the load falls must have been there before, with
+  // its deflection and its length x g.
   const Material material = aged(lognormal, 0.3);
   constexpr std::size_t shown = 20000;
   const auto bristles_of = [&](const AgedBrush& b) { return read(b.patch, shown); };
@@ -788,8 +788,8 @@ TEST_CASE("Cohorts that a falling load empties take no age from those that stay"
     for (std::size_t i = 0; i < shown; i += 37) {
       double nearest = 1e300;
       for (std::size_t j = 0; j < shown; ++j)
-        nearest = std::min(nearest, std::abs(after.zx[i] - before.zx[j]) +
-                                        std::abs(after.delta[i] - before.delta[j]));
+        nearest = std::min(nearest,
+                           std::abs(after.zx[i] - before.zx[j]) + std::abs(after.delta[i] - before.delta[j]));
       farthest = std::max(farthest, nearest / dbar);
     }
     INFO("share of the load " << kept);

@@ -86,8 +86,8 @@ TEST_CASE("The midpoint solve never adds energy, whatever the stiffness", "[coup
       for (std::uint32_t i = 0; i < test_size(500); ++i) {
         rail.step();
         const double now = rail.kinetic_energy() + rail.stored_energy();
-        // The velocity follows from the force at the displacement that was found, which is off by T^2 r / (2
-        // m) for a residual r: the work of the force over that. The patch's own balance holds to 1e-12.
+        // A residual r of the solve is an error of T^2 r / (2 m) in the displacement, over which the force
+        // does work. The patch's own balance holds to 1e-12.
         const double force = rail.stiffness * dbar + std::abs(rail.response.damper[0]);
         const double slack = force * force * rail.report.residual * tick * tick / (2.0 * mass) +
                              1e-11 * rail.stiffness * dbar * dbar + 1e-12 * start;

@@ -339,7 +339,7 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
       if (!whole) ++torn;
       if (n < last_count) ++backward;
       last_count = n;
-      // Numbers read one by one are never behind those of the snapshot before.
+      // Getters called after a snapshot never return older numbers than it.
       if (monitor.count() < n || monitor.misses_machine() > ticks || monitor.p99() > longest_s * 1.02) ++torn;
     }
   });

@@ -40,7 +40,7 @@ Sums sum_draws(const detail::CompiledMaterial& m, const std::vector<double>& tab
   constexpr int draws = 1 << 23;
   Sums sums;
   for (int h = 0; h < draws; ++h) {
-    // Every one of the outer shares, each hundred-and-first of the others with its neighbours' weight.
+    // All of the outer 4096 shares; of the others each 64th, with the weight of the 63 that it stands for.
     const bool outer = h < 4096 || h >= draws - 4096;
     constexpr int pace = 64;
     if (!outer && h % pace != pace / 2) continue;

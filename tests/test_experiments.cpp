@@ -326,7 +326,7 @@ TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {
         if (row.at("dist") != dist || row.at("variant") != variant) continue;
         const bool up = row.at("jump") == "zeta x2";
         const double x = number(row, "x_over_dbar_after_jump");
-        // Right after a fall: after the first hundredth of a length.
+        // After a fall of the load the first hundredth of a length is compared.
         const std::vector<SeriesRow> rows = rows_of(result, up ? "up" : "down", model);
         const auto found = at(rows, up ? x : 0.01, 1e-9);
         if (!found) continue;

@@ -281,8 +281,7 @@ TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly know
 
 TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, each at home in its own data",
           "[fit]") {
-  // 20 s of strokes of growing length under 1 N. Friction of ten springs with blocks, written here: two of
-  // them.
+  // 20 s of strokes of growing length under 1 N, with the friction of two Maxwell-slip elements.
   std::mt19937_64 generator(5);
   std::normal_distribution<double> noise(0.0, 0.005);
   std::string csv = "t,x,load,force\n";

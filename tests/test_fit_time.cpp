@@ -285,7 +285,7 @@ TEST_CASE("A record in the plane is fitted as one isotropic contact", "[fit]") {
 }
 
 TEST_CASE("A stage that runs at a constant speed is no encoder", "[fit]") {
-  // 80 um a sample, with rests and a way back.
+  // 80 um a sample, with rests, forward and back.
   std::string csv = "t,x,load,force\n";
   double x = 0.0;
   for (int i = 0; i < 400; ++i) {
@@ -332,7 +332,7 @@ TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
   for (std::size_t i = 30; i + 30 < speed.size(); ++i) {
     CAPTURE(i);
     REQUIRE(std::abs(data.velocity[i] - speed[i]) < 0.25 * 300e-6);
-    // It moves, and is not said to rest.
+    // A moving sample must not be taken for a rest.
     if (std::abs(speed[i]) > 0.3 * 300e-6) REQUIRE(data.velocity[i] != 0.0);
   }
 }

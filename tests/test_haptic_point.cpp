@@ -104,7 +104,7 @@ TEST_CASE("What the patch is moved by adds up to what the device moved, noise an
   const Vector3d along = floor.point.frame().along(), aside = floor.point.frame().aside();
   CHECK(sum[0] == Approx((position - first).dot(along)).margin(1e-15));
   CHECK(sum[1] == Approx((position - first).dot(aside)).margin(1e-15));
-  // After a jump that was none of the hand's.
+  // restart() drops a jump that the hand did not make.
   floor.point.restart();
   floor.step(position + Vector3d(1.0, 0.0, 0.0));
   CHECK(floor.motion.displacement[0] == 0.0);
@@ -158,7 +158,7 @@ TEST_CASE("The limit gives no energy to the hand where scaling the whole force w
   CHECK(work_capped > 1e-4);
   CHECK(work_free > work_capped);
   CAPTURE(work_scaled, work_capped, work_free);
-  // And the account in the point agrees, but for the delay of a tick: half of stiffness times step squared.
+  // HapticPoint::taken() agrees but for the delay of a tick, which adds half of stiffness times step squared.
   const double delay =
       0.5 * 500.0 *
       (400 * std::pow(0.006 / 400, 2) + 2000 * std::pow(0.015 / 2000, 2) + 1000 * std::pow(0.021 / 1000, 2));

@@ -423,7 +423,7 @@ TEST_CASE("A new contact never gets the key of one that has just gone", "[keys]"
       CHECK(matcher.match({&there, 1}, {&key, 1}) == (k == 0 ? 0 : 1));
       CHECK(key != first);
     }
-    // Missing for keep steps it is still known, for one more it is not.
+    // A point is known after missing for keep_steps steps, and forgotten after one more.
     ContactPoint both[2] = {there, here};
     std::uint64_t keys[2];
     CHECK(matcher.match(both, keys) == 1);

@@ -205,7 +205,7 @@ TEST_CASE("A full disk is said, whoever writes, and a closed stderr ends nothing
   CHECK_FALSE(fs::exists(full + ".journal"));  // a device is no place to resume a study at
   CHECK(code_of(bristle + "nonsense 2>&-") == 2);
   CHECK(code_of(bristle + "run nowhere.toml 2>&- >&-") == 2);
-  // The number of a closed stderr must not become that of an output: what is printed would go into it.
+  // An output must not get the descriptor of the closed stderr: messages would be written into the file.
   REQUIRE(code_of(bristle + "run " + s + " --out " + folder.at("f.csv") + " > /dev/null 2>&-") == 0);
   CHECK(read_file(folder.at("f.csv")).starts_with("t,patch,fx"));
 }
@@ -231,7 +231,7 @@ TEST_CASE("A command that is stopped leaves the old file whole and nothing besid
         ::execl("/bin/sh", "sh", "-c", ("exec '" BRISTLE_CLI "' " + command).c_str(), nullptr);
         ::_exit(127);
       }
-      // The file beside says that the command has begun.
+      // The temporary file beside the output shows that the command has begun.
       const auto begun = [&] {
         return std::any_of(
             fs::directory_iterator(folder.path), fs::directory_iterator(),

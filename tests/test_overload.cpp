@@ -475,7 +475,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
 TEST_CASE("A new material is foreseen by the load on its own bristles", "[overload][shedder]") {
   Loop loop({3000, 1000}, {0, 1}, LoadShedderOptions{}.with_budget(2e-6));
   loop.foresees = true;
-  // A tenth of the load brings all of them into contact.
+  // With this material a tenth of the load brings all bristles into contact.
   const Material usual = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep);
   const double load = loop.motions[0].normal_load;
   CHECK(loop.batch.info(loop.ids[0]).max_normal_load == Approx(load));
@@ -624,7 +624,7 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
     const StepReport report = loop.batch.step(tick, {&loop.motion, 1}, {&response, 1});
     return before + loop.shedder.after_step(loop.batch, {&loop.motion, 1}, time, report);
   };
-  // In time, until it glides; a time for each cohort is known then.
+  // Steps within the budget until the patch glides; the shedder has learnt the time per cohort by then.
   for (int k = 0; k < 200; ++k) CHECK(tick_with(2e-4, 0.3 * dbar, true) == 0);
   REQUIRE(loop.report().rate_s > 0.0);
   // Late whatever it does, foreseen or not.

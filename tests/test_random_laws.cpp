@@ -199,7 +199,7 @@ class RankedBristles {
         b.length = draw();
       }
   }
-  /// Mean deflection at the highest load, over all.
+  /// Mean deflection over all bristles, in contact or not.
   double force() const {
     double sum = 0.0;
     for (const Bristle& b : list_) sum += at_ - b.root;

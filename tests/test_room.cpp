@@ -472,9 +472,9 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
     const double t = 1e-3 * k;
     moved.take(t, 0.01 * std::exp(-5.0 * t) + 1e-6 * t + 1e-3 * std::sin(2.0 * pi * t / tap_pair));
   }
-  // From the end of the pair before 6 s up to the last one that is over.
+  // Counts from the end of the last pair of taps before 6 s to the end of the last whole pair.
   CHECK(moved.metres() == Approx(14e-6).epsilon(0.02));
-  // After a touch it counts anew: not what the hand moved.
+  // A touch resets the count: the hand's own motion is left out.
   moved.begin(20.0);
   CHECK(std::isnan(moved.metres()));
   for (int k = 20001; k <= 30000; ++k) moved.take(1e-3 * k, 0.044 + 1e-6 * 1e-3 * k);
@@ -658,7 +658,8 @@ TEST_CASE("The presets are materials, and wood and rubber age as the guide has i
       continue;
     }
     CHECK(material.ageing_time == of[i].time);
-    // To first order: of a tenth of the strength, and over the growth in the middle hold.
+    // The table's rate is a first-order one: measured at a tenth of the strength, then scaled by ten, and
+    // relative to the ageing factor at 100 s.
     material.ageing_strength *= 0.1;
     const double factor = material.ageing_factor(100.0);
     const double growth = 10.0 * 0.5 * (peak_after(1000.0, material) - peak_after(10.0, material)) /

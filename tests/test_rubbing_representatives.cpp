@@ -669,7 +669,7 @@ TEST_CASE("Bristles of one length are drawn for renewal by seed and key", "[rubb
 }
 
 TEST_CASE("A slide on another line than the last begins anew, however long the last one was", "[rubbing]") {
-  // Back, aside and on, without a snap: then bristles lean across the slide, until it has forgotten that.
+  // Moves back and aside without a snap: bristles lean across the slide until it has forgotten them.
   const std::uint32_t n = 20000;
   const Material material = rubbed(uniform, SnapRule::redraw, 0.0, 1.0);
   for (const double length : {10.0, 30.0, 200.0}) {
@@ -888,7 +888,7 @@ TEST_CASE("A bristle that counts in part is renewed alike on one thread and on s
 }
 
 TEST_CASE("The error of renewal in long steps falls with the number of bristles", "[rubbing][physics]") {
-  // Steps of 0.4 in directions at random, against small pieces of the path without noise.
+  // Steps of 0.4 dbar in random directions; the reference takes small pieces of the path, without noise.
   std::vector<double> quantiles, lengths;
   for (int i = 0; i <= 256; ++i) {
     lengths.push_back(SnapLength::lognormal(dbar, 0.3).quantile((i + 0.5) / 257.0));

@@ -1,4 +1,4 @@
-// `bristle run --save-state` and `--restore-state`: a run in two parts is the run.
+// `bristle run --save-state` and `--restore-state`: a run in two parts gives the results of one.
 #include <catch2/catch.hpp>
 
 #include <filesystem>

@@ -81,7 +81,7 @@ TEST_CASE("A scene's memory is told before it is taken, within five per cent", "
     double taken = 0.0;
     for (const bristle::Motion& motion : stepper.motions())
       taken += static_cast<double>(stepper.batch().info(motion.id).memory_bytes);
-    // Beside what the library counts: some 2 kB a patch.
+    // The estimate adds some 2 kB a patch to what the library counts.
     const auto copies = static_cast<double>(stepper.motions().size());
     CHECK(static_cast<double>(cli::estimate_memory(scene)) == Approx(taken + 1900.0 * copies).epsilon(0.05));
   }

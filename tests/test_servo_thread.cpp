@@ -177,7 +177,7 @@ TEST_CASE("A sleep, an allocation, a lock, a line of output or an exception in a
     std::mutex mutex;
     const Sighting seen = watched([&] { std::lock_guard<std::mutex> lock(mutex); });
     REQUIRE(seen.finished);
-    CHECK(seen.system_call_count == 0);  // nobody held it: only the count tells
+    CHECK(seen.system_call_count == 0);  // no wait for a free mutex: only the count of locks shows it
     CHECK(seen.counts.locks == 3);
   }
   {

@@ -281,7 +281,7 @@ TEST_CASE("bristles that slide follow a winding path as they do in tiny steps, a
         stored = now;
       }
       CAPTURE(drop);
-      // With a drop tiny steps show the moment of a turn to one of them.
+      // With a drop the reference's small steps resolve the moment of a turn to one small step only.
       CHECK(worst < (drop == 0.0 ? 3e-4 : 4e-3));
 
       // The load changes at every step.

@@ -17,7 +17,7 @@ using namespace bristle_test;
 
 namespace {
 
-/// Median thread CPU time of a step (s), the best of several tries.
+/// Least over several tries of the median thread CPU time of a step, s.
 template <class Step>
 double step_time(Step&& step, int steps = 60, int tries = 7) {
   double best = 1e9;

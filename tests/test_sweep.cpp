@@ -166,7 +166,7 @@ TEST_CASE("A Sobol sample is that of Bratley and Fox, its origin included", "[sw
   const std::vector<double> points = cli::sobol_points(2, 6, 0);
   // Numerical Recipes and ACM 659 give these.
   CHECK(points == std::vector<double>{0, 0, 0.5, 0.5, 0.75, 0.25, 0.25, 0.75, 0.375, 0.375, 0.875, 0.875});
-  // Each of the 16 quarters of both axes holds one of the first 16, with and without a shift of digits.
+  // Each of the 4 x 4 cells holds one of the first 16 points, with and without a shift of digits.
   for (const std::uint64_t seed : {0u, 7u}) {
     const std::vector<double> sixteen = cli::sobol_points(2, 16, seed);
     std::set<int> cells;
@@ -513,7 +513,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
           "[sweep][determinism]") {
   const Folder folder;
   const std::string scene = folder.write("slide.toml", slide_scene), journal = folder.at("journal");
-  // Rows of about 10 ms: enough of them to be in the middle of.
+  // Rows of about 10 ms, so that a signal comes while some are done and others not.
   const std::string vary =
       " --vary material.wood.kinetic=0.3:0.45:40 --vary patch.tip.bristles=10000 --report default";
   const std::string table = table_of(folder, "'" + scene + "'" + vary);

@@ -68,7 +68,7 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
 
 TEST_CASE("An infinite brush is the same everywhere when its load falls to a few units of mass",
           "[state][cohorts][determinism]") {
-  // Many cohorts round what they keep of so little, and may keep more together than there is.
+  // Each of many cohorts rounds the little mass that it keeps; their sum may exceed the mass of the load.
   for (const double cv : {0.15, 0.3}) {
     std::vector<OnePatch> patches;
     for (const bristle::IsaInfo& isa : bristle::instruction_sets())

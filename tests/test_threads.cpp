@@ -511,7 +511,7 @@ TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // no core of this machine
+    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));  // no such core
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {
         for (int tries = 0; tries < 300 && scene->step().threads < 2; ++tries) {

@@ -146,8 +146,8 @@ LogValue log_revolutions(Span<const Node> nodes, double growth) {
   return {log(sum), slope / sum};
 }
 
-/// The growth at which the expectation is 1 / (1 + kappa), or 1 / kappa with keep; `mean` of where bristles
-/// snap.
+/// Solves the equation of steady sliding (core/MODEL.md, section 26) for lambda. `mean`: the mean length at
+/// which bristles snap.
 double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double mean) {
   // Both logarithms fall with growth and are convex. By Jensen's inequality they start above the target, so
   // Newton's steps rise to the root and never pass it.

@@ -61,8 +61,7 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   constexpr double farthest = 1e5;  // mean lengths: groups in step with each other never forget
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // A slow decay needs pieces as short as those of a narrow law that decays as slowly. A short wave needs as
-  // many pieces per wave as a long one.
+  // Pieces are as short as those of a narrow law whose waves decay as slowly, and resolve the wave itself.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
@@ -161,8 +160,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // Rubbed to and fro, a patch makes this error in every stroke. (With 3e-4 friction grew by a twelfth in 200
-  // strokes of a law of spread 0.4.)
+  // Strict, because strokes add up what they forget: 3e-4 each would raise friction by a twelfth in 200
+  // strokes (spread 0.4).
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

@@ -446,8 +446,8 @@ double redraw_deflection(const SnapLength& law, double x) {
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
   const UnitLaw unit(law);
   const std::vector<Atom> atoms = find_atoms(law);
-  // Work is cells times those of them that the law reaches. Beyond x of about 100 the step grows to bound
-  // it (a second or so), and the error of wide lognormal laws and of tables with it.
+  // Work is the number of cells up to x times the number that the law reaches. Beyond x of about 100 the step
+  // grows to bound the time (about a second), at the cost of accuracy for wide lognormal laws and tables.
   constexpr double most_work = 2e9;
   const double reach = std::min(law.longest() / law.mean(), x);
   double step = std::max(resolving_step(law), detail::square_root(x * reach / most_work));
@@ -921,7 +921,7 @@ SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
     if (force > best.force) best = {force, length / mean * law.survival(length)};
     return force;
   };
-  // Also tries just below each length: many bristles may have the same.
+  // Also tries just below each length, where the force drops if many bristles share that length.
   constexpr double before = 1.0 - 1e-12;
   constexpr int points = 256;
   const auto length_at = [&law](int k) {

@@ -125,7 +125,7 @@ struct Scheduler::Errand {
   void (*task)(void* of, int k);
   void* of;
   const void* caller;
-  double own_end;  ///< when the caller did its last, s
+  double own_end;  ///< time at which the caller ended its last task, s
 
   static void run(void* errand, int k) {
     Errand& e = *static_cast<Errand*>(errand);

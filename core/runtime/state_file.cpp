@@ -59,8 +59,7 @@ class Temporary {
   }
 
  private:
-  /// Skips names that exist: a killed process may have left such a file, and the next process may get its
-  /// number.
+  /// Skips names that exist: a killed process may have left its file, and process numbers repeat.
   File open_beside(const std::string& path) {
     static std::atomic<unsigned> count{0};
     while (true) {

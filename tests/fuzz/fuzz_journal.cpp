@@ -112,7 +112,7 @@ void go_on(const std::string& path) {
     check(cli::read_journal(path).done == done, "rows that were added are read again");
   } catch (const cli::UserError& error) {
     check(*error.what() != 0, "a refusal says why");
-    // A torn last line may be dropped before a row is refused.
+    // The file may only have lost a torn last line, so it is a prefix of what it was.
     check(before.starts_with(read_all(path)), "a journal that is refused is not written");
   }
 }

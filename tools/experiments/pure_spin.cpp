@@ -55,7 +55,7 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
   const long steps = std::lround(s.number("way") * per_length), last = steps / 4;
   double peak = 0.0, steady = 0.0;
   for (long k = 1; k <= steps; ++k) {
-    // The mean over the step: the noise of a finite brush is no peak.
+    // Takes the mean over the step, so that the noise of a finite brush does not count as a peak.
     const double force = -subject.step({step, 0.0}, step / (ratio * radius), dt / ratio, load).mean.force.x;
     peak = std::max(peak, force);
     if (k > steps - last) steady += force / static_cast<double>(last);

@@ -8,7 +8,7 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr int most_pieces = 800;  // fifty steady deflections and more: the rest is at the steady state
+constexpr int most_pieces = 800;  // cover fifty steady deflections; the rest is steady sliding
 
 struct Band {
   double elastic, steady;  // zba, zss

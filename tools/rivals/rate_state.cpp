@@ -130,7 +130,7 @@ double piece(const Equations& eq, Vector& q, double h) noexcept {
 }
 
 void integrate(const Equations& eq, Vector& q, double dt) noexcept {
-  constexpr int most_pieces = 100'000;  // a slider that runs away on a soft spring: some thousand
+  constexpr int most_pieces = 100'000;  // a runaway slider on a soft spring takes some thousand
   double left = dt, h = dt;
   for (int n = 0; n < most_pieces && left > 0.0; ++n) {
     h = std::min(h, left);

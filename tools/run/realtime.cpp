@@ -60,7 +60,7 @@ QueueClock::~QueueClock() {
 }
 
 double QueueClock::now() const noexcept {
-  // "ns on a core, ns ready without one, number of turns".
+  // The file holds "ns on a core, ns ready without one, number of time slices".
   char text[64];
   const ssize_t length = file_ >= 0 ? pread(file_, text, sizeof text, 0) : 0;
   if (length <= 0) return 0.0;

@@ -210,7 +210,7 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-/// population, resolution and cohorts, and what does not go with them.
+/// Reads population, resolution, cohorts and fluctuation; refuses keys that the population does not use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
   o.population = static_cast<bristle::Population>(
       table.choice("population", {"automatic", "representatives", "infinite"}, 0));

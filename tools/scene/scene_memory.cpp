@@ -63,7 +63,7 @@ class Probe {
       const bristle::PatchInfo info = batch.info(batch.add(material, options));
       return {info.memory_bytes, info.bytes_per_bristle};
     } catch (const bristle::Error&) {
-      return {};  // the run says what is wrong with it, and where
+      return {};  // the run reports the error with its place
     }
   }
 

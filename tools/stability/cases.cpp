@@ -96,7 +96,7 @@ double late_force_damping(bool mean) {
   return work / (squares / dt) / (stiffness * dt);
 }
 
-// A plate: its feet are level with its centre, so that friction does not tip it.
+// A plate rests on a slope. Its feet are level with its centre, so that friction does not tip it.
 RestRow rest_on_slope(Scheme scheme, double seconds, bristle::Population population) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);

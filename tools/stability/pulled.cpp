@@ -12,8 +12,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// A bristle as drawn, in steady sliding: how long it holds, and how fast its deflection gains on its length
-/// when it snaps.
+/// A bristle of one drawn length in steady sliding: the time until it snaps, and the rate at which its
+/// deflection approaches its growing snap length then.
 struct Life {
   double age, gain;
 };

@@ -97,7 +97,7 @@ Json map_json(const SchemeMap& map) {
           {"cells", cells}};
 }
 
-// Points between a stable and an unstable neighbour on a fine grid: limits run in any direction.
+// Adds the points of a fine grid between a stable and an unstable neighbour: a limit is no function of k.
 void add_limit_points(std::string& text, Scheme scheme) {
   if (is_implicit(scheme)) return;
   constexpr int ks = 240, seconds = 200;

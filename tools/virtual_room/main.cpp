@@ -31,7 +31,7 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
                                                            {"file", room::DeviceKind::file},
                                                            {"udp", room::DeviceKind::udp}};
   const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
-  // The transformers' own description would print the enumerators' bytes.
+  // Without a description --help would print the enumerators as bytes.
   CLI::CheckedTransformer to_device(devices, CLI::ignore_case), to_clock(clocks, CLI::ignore_case);
   to_device.description("{mouse,script,file,udp}");
   to_clock.description("{real,virtual}");

@@ -44,7 +44,7 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
   return surface;
 }
 
-/// What the materials are made of.
+/// Ranges of the settings that make up the surface's material.
 std::span<const SettingRange> surface_ranges() { return std::span(setting_ranges).first(surface_numbers); }
 
 bool same_material(const Settings& a, const Settings& b) {

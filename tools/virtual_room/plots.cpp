@@ -276,7 +276,7 @@ AxisText length_axis(double low, double high) {
   AxisText axis;
   axis.scale = span >= 0.9e-3 ? 1e-3 : span >= 0.9e-6 ? 1e-6 : 1e-9;
   axis.unit = axis.scale == 1e-3 ? "mm" : axis.scale == 1e-6 ? "µm" : "nm";
-  // Up to four digits are read at a glance.
+  // An axis gets an offset only where its numbers would have more than four digits.
   const bool small_steps = axis.scale < 1e-3 && farthest > 2000 * axis.scale;
   if (!(farthest > 50 * span || small_steps) || !std::isfinite(farthest) || !(span > 0)) return axis;
   const double grain = std::pow(10.0, std::ceil(std::log10(span)));

@@ -215,9 +215,9 @@ void World::add_carriage(double dt, Velocity& external) noexcept {
   }
 }
 
-// Loads of the step to come. A contact is a spring and, where bodies overlap, an overdamped one, both at the
-// end of the step; it presses or it is not there, and contacts change sides until all agree. Friction counts
-// here as it was in the last tick. Ends with the contacts that press inside mass and external force.
+// Finds the normal loads of the next step. A contact that presses is a spring with an overdamped damper,
+// taken at the end of the step. Contacts switch between pressing and open until all are consistent. Friction
+// is that of the last tick. At the end mass and `external` include the contacts that press.
 void World::find_loads(double dt, Velocity& external) noexcept {
   const double damper = 2.0 * std::sqrt(0.25 * normal_stiffness * parameters_.settings.mass);
   Vector9 push = external;
@@ -385,7 +385,7 @@ Vector3 World::friction() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  for (std::size_t corner = 0; corner < corners; ++corner) {  // the floor's places come first
+  for (std::size_t corner = 0; corner < corners; ++corner) {  // the floor's corners are the first places
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
   }

@@ -26,8 +26,8 @@ double find_growth(double piece, double farthest, double room) noexcept {
 struct Node {
   double age;    ///< path since birth
   double share;  ///< of the bristles, not yet over their sum
-  double reach;  ///< R: the path, over g of the time that it took
-  Survival at;   ///< it
+  double reach;  ///< R: `age` over the ageing factor g of the time that it took
+  Survival at;   ///< S and M at `reach`
 };
 
 /// Law of steady sliding at the speed of a move.

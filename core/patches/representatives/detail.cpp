@@ -291,7 +291,7 @@ Status set_detail(Patch& p, std::uint32_t bristles) noexcept {
   if (r.shared != nullptr) r.shared->end_slide();
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? find_stored_energy<T>(p) : 0.0;
-  const double old_count = r.weight * p.overload;  // physical bristles that one stood for
+  const double old_count = r.weight * p.overload;  // physical bristles per representative before
   const double sums[2] = {deflection_sum(p, 0), deflection_sum(p, 1)};
   r.detail = bristles;
   r.weight =

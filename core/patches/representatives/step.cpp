@@ -53,8 +53,8 @@ bool sums_agree(const Patch& p) noexcept {
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  // Bounds cost a square root per bristle: at a fortieth of the blocks rewritten they saved nearly all
-  // visits, at a quarter they cost more than they saved.
+  // Bounds cost a square root per bristle. They save nearly all visits where a fortieth of the blocks is
+  // rewritten, and cost more than they save where a quarter is.
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
