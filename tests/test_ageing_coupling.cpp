@@ -28,7 +28,8 @@ Material ageing_material() {
       .with_ageing(Ageing::logarithmic(beta, tau));
 }
 
-/// Of either population; representatives in double precision where there is one, for the energy.
+/// Options of either population. Representatives take double precision where the build has it, for the energy
+/// balance.
 PatchOptions options_of(Population population) {
   PatchOptions options =
       PatchOptions{}.with_max_normal_load(load).with_population(population).with_outputs(Outputs::all);
@@ -105,7 +106,7 @@ TEST_CASE("The force of a contact that ages keeps to its limit as one without ag
       highest = std::max(highest, share);
     }
   }
-  CHECK(highest > 0.9);  // and it is no idle bound
+  CHECK(highest > 0.9);  // and the bound is nearly reached
 }
 
 TEST_CASE("What a contact can have held is saved, restored and kept under another material",

@@ -375,7 +375,7 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
     std::vector<Response> responses(ids.size());
     batch.step(tick, motions, responses);
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      // A patch may have been removed since its id was read; anything else is as asked.
+      // A patch may have been removed since its id was read. Every other motion must be carried out.
       const bool right = i < steady.size()
                              ? responses[i].status == Status::ok
                              : responses[i].status == Status::ok || responses[i].status == Status::unknown_id;
@@ -496,7 +496,7 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
 }
 
 TEST_CASE("A patch that was reset has forgotten the creep that no position holds", "[batch][creep]") {
-  // 0.3 of a position's unit (2^-44 mean lengths) a step: what is left over is carried to the next.
+  // Steps of 0.3 position units (2^-44 mean lengths): the remainder is carried to the next step.
   constexpr double unit = 0x1p-44;
   for (const int axis : {0, 1}) {
     OnePatch used(plain_material(uniform, SnapRule::redraw), plain_options(20));

@@ -715,7 +715,8 @@ TEST_CASE("Forces with all outputs and without are two texts of one rule") {
       one.batch.step({&m, 1}, {&one.out, 1});
       other.batch.step({&m, 1}, {&other.out, 1});
       CAPTURE(kind.name, i);
-      // A bristle that grazes its limit begins to slide where rounding says: some 3e-4 of the limit.
+      // Rounding decides where a bristle that grazes its limit begins to slide: an error of some 3e-4 of the
+      // limit.
       for (const int k : {0, 1}) {
         const double error = std::abs(one.out.force[k] - other.out.force[k]) / 12.0;
         CHECK(error < 2e-4);
@@ -1019,7 +1020,8 @@ TEST_CASE("A wheel locked, spun, and in a pothole") {
   OneBed spun(material, BedShape::wheel_row(0.07), with_load(load));
   for (int i = 0; i < 50; ++i) spun.step(-0.01, 0.0, 0.0, 0.01);
   CHECK(spun.out.force[0] == Approx(friction * load).epsilon(1e-3));
-  // A pothole: no load and no force, then as a wheel that has just been put down.
+  // In a pothole the wheel has no load and no force. Behind it the wheel behaves as one that has just been
+  // put down.
   OneBed rolling(material, BedShape::wheel_row(0.07), with_load(load)),
       fresh(material, BedShape::wheel_row(0.07), with_load(load));
   double stored = 0.0;

@@ -672,7 +672,8 @@ TEST_CASE("Completion offers models, instruction sets and the keys of a scene", 
 TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   const Folder folder;
   const json body = run_report(folder, "run " + scene_path("block_on_floor"))["bodies"][0];
-  // Pushed by 1.3 N in 0.6 s from 1.4 s on; it holds 0.46 of 2.45 N. It takes 17 ms to go a snap length.
+  // The push rises to 1.3 N in 0.6 s from 1.4 s on, past the 0.46 x 2.45 N that the block holds. It moves by
+  // a snap length within 17 ms.
   CHECK(body["broke_away_n"].get<double>() == Approx(0.46 * 0.25 * 9.80665).epsilon(0.04));
   CHECK(body["broke_away_s"].get<double>() == Approx(1.4 + 0.6 * 0.46 * 0.25 * 9.80665 / 1.3).margin(0.02));
   CHECK(body["stuck_s"] > 2.0);

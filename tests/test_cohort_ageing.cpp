@@ -444,7 +444,7 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
       AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0, 256));
       for (const Leg& leg : journey) {
         for (int i = 0; i < 4; ++i) {
-          // At one speed: what is born after a rest begins a cohort.
+          // Keeps a speed without rests, since births after a rest begin a cohort of their own.
           const double seconds = std::hypot(leg.dx, leg.dy) + 1e-3;
           brush.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);
           longer.step(0.5 * leg.dx, 0.5 * leg.dy, seconds);

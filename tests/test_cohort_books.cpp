@@ -168,9 +168,9 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
       REQUIRE(s.count < r.count);
       REQUIRE(after.mass == before.mass);
       REQUIRE(std::abs(after.x - before.x) <= 1e-12 * before.mass * (1.0 + std::abs(before.x / before.mass)));
-      // Lost where the deflection is z: sum of m z^2 before less after, whatever place it is counted from.
+      // Loss of merging, sum of m z^2 before less after: it does not depend on the origin of z.
       REQUIRE(lost >= 0.0);
-      // The debt of an open cohort is lost when it is merged.
+      // Merging drops the debt of an open cohort.
       const double of_places = lost - (r.spread - s.spread);
       REQUIRE(s.spread >= 0.0);
       REQUIRE(std::abs(before.spread - after.spread - of_places) <= 1e-12 * (before.spread + r.spread));

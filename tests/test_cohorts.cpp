@@ -201,7 +201,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
         const double length = wide ? 210.0 : law.cv() > 0.9 ? 90.0 : 18.0;
         Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
         for (Brush* brush : {&far, &near}) {
-          for (int i = 0; i < 300; ++i) brush->step(0.05);  // then some of it back: two ages of cohorts
+          for (int i = 0; i < 300; ++i) brush->step(0.05);  // then some returns: cohorts of two ages
           for (int i = 0; i < 12; ++i) brush->step(-0.05, 0.02);
         }
         const double ex = std::cos(turn), ey = std::sin(turn);
@@ -474,7 +474,7 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
 }
 
 TEST_CASE("Short bristles among long ones are followed in pieces of their own length", "[cohorts][rubbing]") {
-  // A third of them have a length of a twentieth of the mean: less than half of an eighth of it.
+  // A third of the lengths are a twentieth of the mean: less than half a piece, which is an eighth of it.
   const std::vector<double> lengths{1e-6, 1e-6, 1e-5, 1e-4};
   for (const double renewal : {0.0, 0.3, 1.0}) {
     const Material material = Material{}

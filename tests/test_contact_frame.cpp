@@ -98,7 +98,7 @@ TEST_CASE("The axes follow the normal by the smallest rotation", "[frame]") {
     const Matrix3d smallest =
         Eigen::AngleAxisd(std::atan2(across.norm(), before.dot(to)), across.normalized()).toRotationMatrix();
     REQUIRE(frame.carry(7.0 * to));
-    // Near opposite normals the axis is known to the rounding over the sine of the angle.
+    // Near opposite normals the error of the axis is the rounding over the sine of the angle.
     const double tolerance = before.dot(to) > 0.0 ? 3e-15 : 3e-15 / across.norm();
     expect_near((frame.along() - smallest * along).norm(), 0.0, tolerance, "first axis");
     expect_near((frame.aside() - smallest * aside).norm(), 0.0, tolerance, "second axis");

@@ -103,7 +103,7 @@ TEST_CASE("A million counts of encoder chatter at rest leave no drift", "[creep]
           OnePatch patch(plain_material(SnapLength::uniform(0.5 * length, 1.5 * length), rule),
                          plain_options(600, axes, precision));
           for (int k = 0; k < 12; ++k) patch.step(0.43 * length, axes == 2 ? 0.1 * length : 0.0, 600.0);
-          // A few bristles near their length snap in the first counts; then all hold.
+          // In the first counts a few bristles near their snap length snap; later all hold.
           for (int k = 0; k < 20; ++k) {
             patch.step(count, 0.0, 600.0);
             patch.step(-count, 0.0, 600.0);
@@ -274,8 +274,8 @@ TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the 
           INFO(name_of(precision) << ", " << table_name(rule) << ", axes " << axes << ", " << grip.name);
           HeldCapsule capsule(rule, axes, precision, damping_per_newton);
           const Depth depth = hold(capsule, grip, 600, steps);
-          // It hangs where the bristles that always carry it, those of the least grip, are bent by its
-          // weight, a hundredth of a snap length deep; the others come and go straight.
+          // The weight hangs on the bristles that are in contact at the least grip, bent by a hundredth of a
+          // snap length; the others leave contact bent and return straight.
           const double least = grip.load(0) > 59.0 && !grip.changes ? 60.0 : 12.0;
           const double hangs = HeldCapsule::weight / (2.0 * capsule.stiffness_at(least));
           const double settling = 1e-4 * hangs;  // what is lost while the first bristles bend
@@ -340,7 +340,7 @@ std::vector<double> slide_long(SnapRule rule, int axes, Precision precision, std
   return means;
 }
 
-/// Holds every tenth against the first. Returns the largest deviation.
+/// Compares every tenth value with the first. Returns the largest deviation.
 double check_long_slide(SnapRule rule, int axes, Precision precision, std::int64_t steps) {
   constexpr std::uint32_t n = 300;
   const std::vector<double> means = slide_long(rule, axes, precision, n, steps);

@@ -415,9 +415,9 @@ TEST_CASE(
 
 namespace {
 
-// Three dampings: little, so that what swings fast is damped last; some; so much that it takes a share of
-// the fall with speed. The closed form is that of redraw without renewal (core/MODEL.md, "Stick-slip"); it
-// knows nothing of the response that the experiment measures, nor of its bisection.
+// Three dampings: small, where fast swings are damped last; middle; and so large that it takes a share of the
+// fall with speed. The closed form is that of redraw without renewal (core/MODEL.md, "Stick-slip"). It uses
+// neither the response that the experiment measures nor its bisection.
 void check_critical_stiffness(double ageing) {
   const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",
                       "residual=0",  "renewal=0",     "aged_damper=0", set("ageing", ageing)};

@@ -146,7 +146,8 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   const double limit = 0.4 * Disc::load;
   const auto swing = [&](int steps) {
     for (int i = 0; i < steps; ++i) {
-      // At most 0.4 of either limit: on the rim, 0.4 + 0.4 * 4/3 * 0.89 of kinetic friction.
+      // Force and torque are at most 0.4 of their limits, so the rim bears 0.4 + 0.4 * 4/3 * 0.89 of kinetic
+      // friction.
       const double share = 0.2 * (1.0 + std::sin(2.0 * pi * i / 10.0));
       disc.step(way, Vector3d(share * limit, 0.0, share * 2.0 / 3.0 * limit * Disc::radius), dt);
     }
@@ -177,8 +178,7 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
     const double velocity_before = disc.body.velocity.norm();
     disc.step(Way::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
-    // The velocity follows from the forces at the motion that was found; a residual r of the solve is worth r
-    // of the largest force times the way.
+    // A residual r of the solve allows an error of energy of r times the largest force times the path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
     const double way = tick * (velocity_before + 1e-3);
     expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");

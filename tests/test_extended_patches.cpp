@@ -439,7 +439,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A pose reached in one turn or in many gives the same forces", "[extended]") {
-  // Long bristles, so that large turns stick: 1.2 rad on a radius of 1/2 of a length.
+  // Bristles are long, so that large turns stick: 1.2 rad at a radius of half a snap length.
   const Material long_bristles = plain_material(SnapLength::single(dbar), SnapRule::keep);
   const Outline outline = Outline::rectangle(0.3 * dbar, 0.1 * dbar, Pressure::uniform, 3, 2);
   const auto turned = [&](int pieces) {

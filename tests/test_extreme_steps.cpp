@@ -48,7 +48,7 @@ TEST_CASE("Any displacement from 1e-310 m to 1e300 m gives finite forces within 
             }
           }
         }
-        // And it still works: friction opposes the motion.
+        // After the extreme step an ordinary one gives friction that opposes the motion.
         for (int k = 0; k < 20; ++k) patch.step(0.9 * dbar, 0.0, n);
         const Response r = patch.step(0.1 * dbar, 0.0, n);
         expect(r.elastic[0] < 0.0, "the force opposes the motion");
@@ -91,7 +91,7 @@ TEST_CASE("Steps near multiples of the snap length land on one side of the tie o
       const double snaps = static_cast<double>(r.snaps) / 10.0;
       expect(snaps == std::round(factor) - (before ? 1.0 : 0.0), "and the snaps tell which");
     }
-    // Off the tie there is one answer.
+    // Where no bristle is at a tie, the answer is unique.
     for (double off : {1e-3, 1e-5}) {
       for (double factor : {1.0, 2.0, 1000.0}) {
         if (precision == Precision::single && off < factor * 0x1p-22)

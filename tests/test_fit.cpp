@@ -602,7 +602,8 @@ TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
 }
 
 TEST_CASE("A speed that is one but for its turns and its noise shows no lubricant", "[fit]") {
-  // To and fro at 1 mm/s, a tenth of the time spent in turning: once read as 65.8 N s/m.
+  // To and fro at 1 mm/s, a tenth of the time spent in turning, which must not be read as a lubricant (65.8 N
+  // s/m).
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.motion = [](double t) {

@@ -278,7 +278,8 @@ TEST_CASE("Several files are one record of contacts that remember nothing of eac
   CHECK(fitted.result.past.of_part(0) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(1) == cli::StartState::straight);
   CHECK(fitted.result.past.of_part(2) == cli::StartState::forward);
-  // The second begins straight: next to no force, whatever the first ended with.
+  // The second file begins with a straight brush and next to no force, whatever the force at the end of the
+  // first.
   CHECK(std::abs(fitted.result.curve[500]) < 0.1);
   CHECK(std::abs(fitted.result.curve[499]) > 0.5);
   CHECK(std::abs(fitted.result.curve[1000]) > 0.6);

@@ -24,7 +24,7 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// All of a program, or what stands between its marks.
+/// Returns the part of a program between its marks, or all of it.
 std::string shown_part(const std::string& program) {
   const auto begin = program.find("// begin\n"), end = program.find("// end\n");
   if (begin == std::string::npos) return program;

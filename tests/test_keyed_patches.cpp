@@ -104,7 +104,7 @@ TEST_CASE("A patch that was reset answers to the bit like one newly added with t
     expect(run_script(used_batch, used, script, c.options.axes, 25) ==
                run_script(fresh_batch, fresh, script, c.options.axes, 25),
            "forces and state to the bit");
-    // Its seed goes through a change of material, and through save and restore.
+    // The seed survives a change of material, and save and restore.
     fresh_batch.set_material(fresh, c.later);
     used_batch.set_material(used, c.later);
     expect(run_script(used_batch, used, script + 1, c.options.axes, 15) ==
@@ -203,7 +203,7 @@ TEST_CASE("When the patches are all taken a new key gets none, and it is counted
   patches.clear();
   CHECK(patches.size() == 0);
   CHECK(patches.refused() == 0);
-  CHECK(patches.find_or_add(0));  // 0 is a key like others
+  CHECK(patches.find_or_add(0));  // 0 is a valid key
 }
 
 TEST_CASE("Forces of a contact depend on its key and motion, not on who had its patch before", "[keys]") {

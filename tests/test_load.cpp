@@ -250,7 +250,7 @@ TEST_CASE("The force is continuous in the load", "[load]") {
       load = lower;
       force = now;
     }
-    // And the sliding force against a load that wobbles: a small change has a small effect.
+    // In sliding a load that wobbles a little changes the force a little.
     for (int k = 0; k < 100; ++k) {
       const double wobble = 300.0 + 1e-4 * (k % 3);
       const double a = patch.step(0.0, 0.0, wobble).elastic[0];

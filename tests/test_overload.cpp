@@ -194,7 +194,7 @@ TEST_CASE("Copies go ways of their own once they have snapped", "[overload]") {
 }
 
 TEST_CASE("Changes of detail give the same bits everywhere", "[overload][determinism]") {
-  // The infinite brush has no bristles to leave out: a few of it.
+  // An infinite brush with few pieces and cohorts, which has no bristles to shed.
   const std::vector<PatchCase> cases = every_variant_and_few_infinite(test_size(400), 7);
   struct Outcome {
     std::vector<Response> responses;

@@ -156,7 +156,7 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   INFO(ours);
   CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
   CHECK(has(ours, "this program: the step used more CPU time than the deadline"));
-  // An event that the machine counts meanwhile, such as a page fault, is reported instead.
+  // If the machine counts an event meanwhile, such as a page fault, that event is reported instead.
   std::string woken;
   for (int k = 0; k < 100 && !has(woken, "an interrupt"); ++k)
     woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);

@@ -283,7 +283,7 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
         }
         const Sample s = describe(lost);
         const double samples = static_cast<double>(s.size);
-        // The mean: sampling, and a bias of 1e-3 of what one snap dissipates.
+        // Tolerance of the mean: sampling, and a bias of 1e-3 of the energy of one snap.
         expect_near(s.mean, c * length,
                     sigmas * std::sqrt(variance / (bristles * samples)) + allowed_bias * law.moment[2],
                     "dissipated per bristle and step");

@@ -1492,7 +1492,7 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
   to_open.send(packet(3, 0.9, 0));
   CHECK(wait_for(open, 3) == 0.3);
 
-  // With one: a packet that somebody recorded is old for ever, after a silence too.
+  // With a token a recorded packet stays too old, even after a silence.
   UdpDevice keyed(0, "127.0.0.1", 1e-3, 99);
   Sender to_keyed(keyed.port());
   to_keyed.send(packet(5, 0.5, 99));

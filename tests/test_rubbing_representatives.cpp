@@ -426,8 +426,8 @@ TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against
 
 namespace {
 
-/// One bristle after another, in pieces of the path so short that their order does not matter: snaps, then
-/// renewals of all bristles with the chance that follows from them.
+/// Brute force, in pieces of path so short that order does not matter: bristles snap one by one, then all are
+/// renewed with the probability that these snaps give.
 class BruteRub {
  public:
   BruteRub(std::size_t n, Quantile quantile, bool redraw, double residual, double renewal, std::uint64_t seed)

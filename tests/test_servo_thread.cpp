@@ -38,7 +38,7 @@ class BusyScene {
     responses_.resize(ids_.size());
   }
 
-  /// Bristles looked at: a step that did nothing has nothing to hide.
+  /// Counts the bristles visited, so that the test notices a step that did nothing.
   long step(int k) noexcept {
     for (std::size_t i = 0; i + 1 < motions_.size(); ++i) {
       motions_[i].displacement[0] = dbar * (k % 7 == 0 ? 30.0 : 0.4);

@@ -426,7 +426,7 @@ TEST_CASE("a drop gives the peak of the closed form, again after a rest and afte
       // A rest: they hold 0.7 of their length and slide at the whole: a peak 0.3 of a length on.
       const double after_rest = highest_of(1.0, 2.0);
       CHECK(after_rest > 0.7 + 0.6 * (peak - 0.7));
-      // A turn heals as well: in small steps and in one.
+      // A turn restores the static limit too, in small steps and in one.
       const double turned = highest_of(-1.0, 4.0);
       CHECK(turned > (law.law() == SnapLaw::single ? 0.997 : 0.72));
       patch.step(5.0 * dbar, 0.0, load);
@@ -645,7 +645,7 @@ TEST_CASE("bristles that slide do not fluctuate, whole or thinned out", "[slide]
     patch.step(0.0, 0.4 * dbar, load);
     const Bristles after = read(patch, detail);
     for (std::size_t i = 0; i < detail; ++i) {
-      const double t = std::exp(-0.4 * dbar / before.delta[i]);  // of half the angle to the new direction
+      const double t = std::exp(-0.4 * dbar / before.delta[i]);  // tan of half the angle to the new direction
       const double along = before.delta[i] * (1.0 - t * t) / (1.0 + t * t);
       expect_near(after.zy[i] / dbar, along / dbar, 1e-5, "along the new direction");
     }

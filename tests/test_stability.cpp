@@ -31,7 +31,7 @@ TEST_CASE("The linear loops have the spectral radii and limits of theory", "[sta
   for (const Row& row : read_table("stability_cases.csv")) {
     const double k = number(row, "k=KT2/m"), c = number(row, "c=CT/m");
     CAPTURE(row.at("case"));
-    // The table has twelve digits, of the entries too: a double root turns 1e-12 into 1e-6.
+    // The table and its inputs have twelve digits; at a double root an error of 1e-12 becomes 1e-6.
     CHECK(cli::linear_radius(Scheme::explicit_euler, k, c, 0.0) ==
           Approx(number(row, "rho_explicit_euler")).epsilon(1e-5));
     CHECK(cli::linear_radius(Scheme::semi_implicit, k, c, 0.0) ==

@@ -416,7 +416,7 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(names(refusal(delta + 4, &zero_float, 4), {"snap length"}));
   CHECK(names(refusal(40, &many, 4), {"patch 1", "another material or other options"}));
   CHECK(names(refusal(24, &far, 8), {"saved patches"}));
-  // The third bristle is out of contact (a load of 1.6 N): what is written of it does not count.
+  // The third bristle is out of contact (a load of 1.6 N), so its bytes do not count.
   std::vector<std::byte> ignored = good;
   put(ignored, zx + 8, &nan_float, 4);
   put(ignored, delta + 8, &nan_float, 4);

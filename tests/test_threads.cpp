@@ -314,7 +314,7 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
     undisturbed = switches() == before;
   }
   CHECK(undisturbed);
-  // And the count would have told: a large step does wake one.
+  // A large step wakes a worker, so the count above would have shown one.
   large.displacement[0] = 1.3 * dbar;
   for (int attempt = 0; attempt < 50 && switches() == before; ++attempt) {
     for (int k = 0; k < 20; ++k) batch.step(tick, {&large, 1}, {&response, 1});
@@ -337,7 +337,7 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     expect(batch.step(tick, {&motion, 1}, {&response, 1}).tasks == 1, "after a pause the caller steps alone");
   }
-  // Back to back. The machine may stop the caller between two steps, but not each time.
+  // 200 steps back to back: the machine may stop the caller between two of them, but not each time.
   int shared = 0;
   for (int k = 0; k < 200; ++k) shared += batch.step(tick, {&motion, 1}, {&response, 1}).tasks > 1;
   CHECK(shared > 0);

@@ -103,7 +103,7 @@ TEST_CASE("Reversal out of steady sliding follows the reversal curve of every la
             const Deflection f = brush.step((y - to) * e.x, (y - to) * e.y);
             y = to;
             INFO("y = " << y << " mean snap lengths after the reversal");
-            // With a single length the phases are spread evenly: one of them may be on the other side of a
+            // With a single length phases are spread evenly, and one bristle may be on the other side of its
             // snap.
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);

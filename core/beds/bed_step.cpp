@@ -169,8 +169,8 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
       const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
-      // In contact a deflection is within its limit, plus the rounding of a place far away. Out of contact a
-      // tip stays behind.
+      // Bounds the deflection of a cell in contact by its limit, plus the rounding of a place far away. Out
+      // of contact the tip stays behind, so only its place is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
     }

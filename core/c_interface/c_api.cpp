@@ -234,7 +234,7 @@ struct Field {
   CField C::*c;
   CppField Cpp::*cpp;
   const char* name;
-  std::uint32_t last;  ///< of an enumeration: its greatest value
+  std::uint32_t last;  ///< greatest value of an enumeration
 };
 template <class C, class CField, class Cpp, class CppField>
 constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::uint32_t last = 0) {

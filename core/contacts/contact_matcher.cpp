@@ -95,9 +95,9 @@ struct ContactMatcher::Impl {
     }
   }
 
-  /// Matches the points of a pair. The shortest of all matches is one whose points are each other's nearest,
-  /// and the same holds for the points left after it. So making all mutual matches until there is none makes
-  /// them in order of length.
+  /// Matches the points of a pair in order of distance. The shortest of all matches joins two points that are
+  /// each other's nearest, and this holds again for the points that are left. So repeated rounds of mutually
+  /// nearest points give that order.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;

@@ -33,7 +33,8 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// Owner of the patches or beds in a pool: one of the three is set; `id` is of its kind.
+/// Owner of the patches or beds in a pool: one of the three pointers is set, and an `id` is one of that
+/// owner's.
 struct Owner {
   PatchBatch* batch = nullptr;
   ExtendedPatches* extended = nullptr;

@@ -95,7 +95,7 @@ void write_state_file(const std::string& path, Span<const std::byte> state, Span
   const bool written =
       file.write({head, head_size}) && file.write(state) && file.write(extra) && file.flush();
   if (!written || !file.close() || !temporary.rename_to(path)) fail_system(path, "cannot be written");
-  // Without this a power cut could restore the old name.
+  // Flushes the folder: without this a power cut could undo the renaming.
   if (!flush_folder_of(path)) fail_system(path, "was written, but its folder could not be flushed");
 }
 

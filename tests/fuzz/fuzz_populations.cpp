@@ -8,9 +8,8 @@ namespace {
 
 /// Many bristles and infinitely many, led along the same path in steps so small that few snap twice in one.
 constexpr std::uint32_t bristles = 8000;
-/// Of the force limit: more than six standard deviations of the bristles that a load keeps in contact (under
-/// the whole load 1 % in sliding, for the widest law here), which leaves room for what the infinite brush is
-/// off by.
+/// Tolerance, as a share of the force limit: more than six standard deviations of the bristles in contact (1
+/// % in sliding under the whole load, for the widest law here), and room for the error of the infinite brush.
 double tolerance_under(double load) { return 0.065 / std::sqrt(load); }
 
 }  // namespace

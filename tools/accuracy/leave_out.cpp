@@ -241,7 +241,7 @@ FeatureResult run_trial(const Trial& t, const AccuracyStudy& study, double secon
   f.feature = t.feature;
   f.state = !t.used ? "left out already" : t.needed.empty() ? "used" : "needed";
   if (t.needed.empty()) {
-    // Short turns and many: what else the machine does then strikes both alike.
+    // Takes many short turns, so that other work of the machine affects both alike.
     const double step_s = study.cost.fixed_s + study.cost.bristle_s * study.scene_bristles();
     const auto all = step_count(study.scene);
     const double turn_steps = 0.3 * seconds / (2.0 * 9.0 * step_s * study.full_over_cut);

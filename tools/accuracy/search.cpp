@@ -97,7 +97,8 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
       // The finest ones are measured against their like.
       if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
     } else if (reach < literal_limit) {
-      // The friction lost is a bias: the work shows it, where forces show the scatter of other draws as well.
+      // The literal rule loses friction, which is a bias: the work shows it, while forces also show the
+      // scatter of other draws.
       literal.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).energy, 0.0);
     }
   }

@@ -89,7 +89,7 @@ class Search {
     }
   }
 
-  // A longer run, since a p99 of few steps is a noisy figure; backs off until one run agrees.
+  // Confirms by a longer run, since a p99 of few steps is noisy, and takes fewer bristles until a run fits.
   void confirm() {
     for (int i = 0; i < (options_.quick ? 6 : 20); ++i) {
       row_.fits = measure_with_patience(fits_, confirming_steps(), 2);

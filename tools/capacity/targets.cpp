@@ -206,7 +206,7 @@ class Targets {
               "the same disc, rim to and fro by 0.003: time over 21 x 21 LuGre elements");
   }
 
-  /// After enough tremor that every bristle which the first strokes snap has done so.
+  /// Returns a contestant that has trembled until every bristle that the first strokes snap has snapped.
   Contestant settled(const CapacityCase& what) const {
     Contestant contestant = bristle_kernel(what, a_million, options_.isa);
     for (int i = 0; i < 200; ++i) contestant.step();

@@ -256,7 +256,7 @@ cli::NameList command_names(const CLI::App& app) {
   return names;
 }
 
-// CLI11 itself would only say that a subcommand is missing.
+// Names the commands; CLI11 itself would only say that a subcommand is missing.
 void check_command(const CLI::App& app, const std::string& name) {
   const cli::NameList known = command_names(app);
   if (std::find(known.begin(), known.end(), name) == known.end())

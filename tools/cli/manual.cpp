@@ -65,7 +65,7 @@ std::string options_text(const Command& command) {
     } else {
       text += option.also.empty() ? "" : fmt::format("\\fB{}\\fR, ", roff(option.also));
       text += fmt::format("\\fB{}\\fR", roff(option.name));
-      // groff breaks no line of a tag: a long list of names stands in the text.
+      // groff does not break the line of a tag, so a long list of names goes into the text.
       if (is_long(option))
         text += " \\fINAME\\fR";
       else if (!option.value.empty())

@@ -13,7 +13,8 @@ constexpr double last_ratio = 0.653002;  // root of F(eps) / mu N = 2 eps T(eps)
 constexpr double seen_at = 0.02;         // of the speed at the start: here the ratio is read
 constexpr double stopped_below = 0.002;  // of it
 
-/// From v / (omega R) = ratio on: the ratio late in the motion, and when it stops to slide and to spin, s.
+/// Result of a throw from v / (omega R) = ratio: the ratio late in the motion, and the times at which sliding
+/// and spinning end, s.
 struct Throw {
   double late_ratio = 0.0;
   double slides_until = 0.0, spins_until = 0.0;

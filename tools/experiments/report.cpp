@@ -157,7 +157,7 @@ std::string findings_answer(std::span<const ExperimentReport> reports,
   return text + ".\n";
 }
 
-/// One row a phenomenon and one column a model: as wide as there are models.
+/// Prints a row a phenomenon and a column a model; the width grows with the models.
 std::string wide_table(std::span<const ExperimentReport> reports, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));

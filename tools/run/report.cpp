@@ -168,7 +168,7 @@ std::string energy_table(const Scene& scene, const RunResult& r) {
   return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
 }
 
-/// In words: whether it keeps time, and what the friction did.
+/// Returns the answer in words: whether the run keeps its deadline, and the friction found.
 std::string run_answer(const Scene& scene, const RunResult& r) {
   const bristle::DeadlineMonitor& m = r.monitor;
   std::string text =

@@ -124,7 +124,7 @@ std::vector<double> SceneStepper::places() const {
 }
 
 void SceneStepper::set_places(bristle::Span<const double> places, std::uint64_t steps) {
-  // Not saved: a paced run has the next step's motion ready before it stops.
+  // Not saved, because a paced run has prepared the next step's motion before it stops.
   if (steps > 0) prescribe(static_cast<double>(steps - 1) * scene_.dt);
   const double* at = places.data();
   for (BodyMotion& body : bodies_) {

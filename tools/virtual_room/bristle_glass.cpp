@@ -31,7 +31,8 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-// All bristles that do not snap move by the same displacement: the median. Who moved otherwise has snapped.
+// All bristles that do not snap move by one displacement, the median. A bristle that moved otherwise has
+// snapped.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
   const std::size_t count = hairs_.size();

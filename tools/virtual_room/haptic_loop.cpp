@@ -275,7 +275,7 @@ struct HapticLoop::Impl {
     device->write(last_force);
   }
 
-  // A tick of a pause. What the device sends is taken, so that it does not queue up, and goes nowhere.
+  // Runs a tick of a pause: reads the device, so that packets do not queue up, and ignores them.
   void stand_still() noexcept {
     Hand unused;
     device->read(world.time(), unused);
@@ -650,7 +650,7 @@ struct HapticLoop::Impl {
     while (running.load(std::memory_order_acquire)) {
       try {
         desk();
-      } catch (const std::exception& error) {  // memory is short: what was asked for is not done
+      } catch (const std::exception& error) {  // memory is short: the request is dropped
         std::fprintf(stderr, "bristle-room: %s\n", error.what());
       }
       std::this_thread::sleep_for(desk_pause);

@@ -90,7 +90,7 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
                     const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   if (room.compared == 0) return;
   const ComparedScene& scene = scene_of(room.settings.compare);
-  // Blocks that a carriage moves have long labels, which nothing may cover.
+  // Puts labels one below the other where they are long, as for blocks that a carriage moves.
   const bool narrow = scene.driven || layout.picture.scene.width < 700 * layout.scale;
   // Beside the block where `off` (m) puts it, so that no name covers another.
   const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,

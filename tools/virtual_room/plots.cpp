@@ -203,7 +203,7 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   frame.label(in.x + 4, low - high - 1.15f * fonts.small->FontSize, colours::snaps, text, 0);
 }
 
-// A window into the plot that stays: how the bristles bent at first.
+// Draws the inset, which keeps the first bending of the bristles since the reset.
 void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending) {
   const Area& in = frame.inner();
   const float line = fonts.small->FontSize;

@@ -140,8 +140,8 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   r.law.slow = 2.0 * mean;
   // Under a wide law many bristles snap twice in a long piece, so pieces may grow less.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
-  // In steady sliding a cohort is born with `share` of the mass. Under a wide law it still carries force when
-  // `weak` of it is left, and must not snap as a whole before.
+  // In steady sliding a cohort is born with `share` of the mass. Under a wide law it carries force until only
+  // `weak` of it is left, so it must not snap as a whole earlier.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
   set_fluctuation(r);
 }

@@ -278,7 +278,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // The slide has mixed all ranks.
+  // A slide of this length mixes all ranks.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;
