@@ -13,6 +13,7 @@
 #include "bristle/error.hpp"
 #include "bristle/joint_friction.hpp"
 #include "bristle/snap_length.hpp"
+#include "core/contacts/sealed_bytes.hpp"
 #include "core/kernel_table.hpp"
 #include "core/materials/strata.hpp"
 #include "expect.hpp"
@@ -381,19 +382,23 @@ TEST_CASE("Derivatives of a joint's torque are right to 1e-6 where no bristle be
 
 TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 through a whole run",
           "[joints]") {
-  for (const double stribeck : {0.5, 0.0}) {
-    JointMaterial m = gear();
-    m.stribeck_speed = stribeck;
+  JointMaterial no_fall = gear(), no_static_part = gear(), no_load = gear();
+  no_fall.stribeck_speed = 0.0;
+  no_static_part.static_part = {};
+  no_load.kinetic = {0.4, {}, {}};
+  no_load.static_part = {0.15, {}, {}};
+  for (const JointMaterial& m : {gear(), no_fall, no_static_part, no_load}) {
     JointOptions with;
     with.gradients = true;
     OneJoint joint(m, with), plain(m);
-    // Two runs a number, which differ in it by 2e-6 of itself.
+    // Two runs a number, which differ in it by 2e-6 of itself, or by 2e-6 where it is 0.
     std::vector<Judge<long double>> low, high;
     for (unsigned p = 0; p < joint_parameters; ++p) {
       low.emplace_back(m, 8, 0.4);
       high.emplace_back(m, 8, 0.4);
-      low[p].number[p] *= 1 - 1e-6L;
-      high[p].number[p] *= 1 + 1e-6L;
+      const long double change = 1e-6L * (low[p].number[p] != 0 ? low[p].number[p] : 1);
+      low[p].number[p] -= change;
+      high[p].number[p] += change;
     }
     Wander wander(5);
     for (auto* all : {&low, &high})
@@ -408,7 +413,7 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
         one->go(wander.angle, wander.speed, wander.motor, wander.outside);
       expect(joint.torque == plain.torque, "gradients leave the torque as it is");
       for (unsigned p = 0; p < joint_parameters; ++p) {
-        if (p == joint_stribeck_speed && stribeck == 0.0) continue;
+        if (p == joint_stribeck_speed && m.stribeck_speed == 0.0) continue;
         for (auto* judge : {&low[p], &high[p]})
           judge->go(wander.angle, wander.speed, wander.motor, wander.outside);
         bool same = true;
@@ -472,9 +477,12 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
       CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
     }
   }
-  // A joint alone, of its material, without gradients and with the torque only.
-  for (const std::size_t which : {0, 1, 20}) {
+  // A joint alone, of its material: without gradients and with the torque only, and with them.
+  JointOptions with;
+  with.gradients = true;
+  for (const std::size_t which : {0, 1, 20, 2003}) {
     JointFriction alone(1, {materials + which % 3, 1});
+    OneJoint tells(materials[which % 3], with);
     Wander wander(2);
     double angle = 0, torque = 0;
     for (int step = 0; step < 12; ++step) {
@@ -488,8 +496,13 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
         outside = wander.outside;
       }
       alone.step({{&angle, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}}, {{&torque, 1}});
-      expect(torque == expected[static_cast<std::size_t>(step) * (6 + joint_parameters) * n + which],
-             "a joint alone");
+      tells.go(angle, speed, motor, outside);
+      const double* row =
+          expected.data() + static_cast<std::size_t>(step) * (6 + joint_parameters) * n + which;
+      expect(torque == *row, "a joint alone");
+      row += 6 * n;
+      for (unsigned p = 0; p < joint_parameters; ++p, row += n)
+        expect(tells.gradient[p] == *row, "derivatives of a joint alone");
     }
   }
 }
@@ -557,22 +570,49 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
 }
 
 TEST_CASE("A trial of joints changes no state, before the first step either", "[joints]") {
-  OneJoint joint(gear());
+  JointOptions options;
+  options.gradients = true;
+  OneJoint joint(gear(), options), untried(gear(), options);
   const std::uint64_t fresh = joint.batch.state_hash();
   joint.go(0.7, 0, 1, 1, false);
   CHECK(joint.torque == 0.0);
   CHECK(joint.batch.state_hash() == fresh);
-  joint.go(0.7, 0, 1, 1);
-  joint.go(0.72, 3, 1, 1);
-  const std::uint64_t hash = joint.batch.state_hash();
-  joint.go(0.8, 3, 1, 1, false);
-  const double trial = joint.torque;
-  CHECK(joint.batch.state_hash() == hash);
-  joint.go(0.8, 3, 1, 1);
-  CHECK(joint.torque == trial);
+  Wander wander(6);
+  for (int i = 0; i < 300; ++i) {
+    wander.go();
+    const auto go = [&](OneJoint& its, bool keep) {
+      its.go(wander.angle, wander.speed, wander.motor, wander.outside, keep);
+    };
+    joint.go(wander.angle + wander.uniform(-0.02, 0.02), 0, wander.outside, wander.motor, false);
+    go(joint, false);
+    const double trial = joint.torque;
+    go(joint, true);
+    go(untried, true);
+    expect(joint.torque == trial, "a trial answers as the step");
+    expect(joint.torque == untried.torque, "torque after trials");
+    expect(std::equal(joint.gradient, joint.gradient + joint_parameters, untried.gradient),
+           "derivatives after trials");
+    expect(joint.batch.state_hash() == untried.batch.state_hash(), "state after trials");
+  }
   joint.batch.reset(0);
   CHECK(joint.batch.state_hash() == fresh);
   CHECK_FALSE(joint.batch.reset(1));
+}
+
+TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step, have two hashes",
+          "[joints]") {
+  OneJoint slides(gear()), stuck(gear());
+  for (OneJoint* joint : {&slides, &stuck}) {
+    joint->go(0, 0, 0, 0);
+    joint->go(0.1, 0, 0, 0);
+  }
+  stuck.go(0.1, 0, 0, 0);
+  CHECK(slides.torque == Approx(stuck.torque).epsilon(1e-14));
+  CHECK(slides.batch.state_hash() != stuck.batch.state_hash());
+  // With speed the static part falls: only what slides follows it.
+  for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
+  CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
+  CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
 }
 
 TEST_CASE("Joints save and restore their state, and refuse what is not theirs", "[joints]") {
@@ -613,6 +653,17 @@ TEST_CASE("Joints save and restore their state, and refuse what is not theirs", 
       CHECK_THROWS_AS(b.restore_state(damaged), Error);
     }
     CHECK(names(message_of([&] { b.restore_state({state.data(), 30}); }), {"JointFriction", "cut short"}));
+    // A well-sealed state whose last joint holds an impossible number: nothing of it is taken over.
+    for (double& x : angle) x += 0.01;
+    a.step({angle, {}, {}, {}}, {torque});
+    REQUIRE(a.save_state(state) == state.size());
+    const double impossible = std::numeric_limits<double>::infinity();
+    std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
+    std::uint64_t magic;
+    std::memcpy(&magic, state.data(), sizeof magic);
+    detail::seal(state, magic);
+    CHECK(names(message_of([&] { b.restore_state(state); }), {"JointFriction", "no joint can have"}));
+    CHECK(b.state_hash() == hash);
     JointFriction fewer(4, {&m, 1}, options);
     CHECK_THROWS_AS(fewer.restore_state(state), Error);
     CHECK(b.state_hash() == hash);

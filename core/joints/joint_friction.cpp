@@ -28,7 +28,8 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// One number for each of 16 joints. Not zeroed: a step has rows that no kernel of its variant reads or fills.
+/// One number for each of 16 joints. Not zeroed: a step has rows that no kernel of its variant reads or
+/// fills.
 struct alignas(64) Column {
   double lane[lane_count];
 };
@@ -104,7 +105,8 @@ struct JointFriction::Impl {
       std::copy_n(its, +joint_parameters, numbers[m].lane);
       numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // where a decay is 0
     }
-    if (options.gradients) variant |= joint_gradients;
+    // Derivatives by numbers that are 0 in all materials too: a gradient's descent may begin there.
+    if (options.gradients) variant |= joint_gradients | joint_loaded | joint_drops;
     layout = JointLayout(variant, bristles);
     const Strata strata = make_strata(SnapLength::lognormal(1.0, options.spread), bristles);
     share = strata.share;

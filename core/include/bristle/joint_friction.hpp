@@ -10,8 +10,8 @@
 //   bristle::JointFriction joints(12, {&gear, 1});
 //   joints.step({angle, speed, motor, outside}, {torque});
 //
-// A joint is a row of bristles with the rule `slide` (core/MODEL.md, section 30): each is a spring that
-// slides at its limit. Angles in rad, torques in N m. Equations and limits: core/joints/JOINTS.md.
+// A joint is a row of springs that slide at their limits (`slide`, core/MODEL.md, section 30). `redraw` and
+// `keep` are not offered: their peak ends with the first turn. Units: N m, rad. See core/joints/JOINTS.md.
 #pragma once
 
 #include <cstddef>
