@@ -70,7 +70,7 @@ const Outcome& help_of(const Folder& folder, const std::string& path) {
   return found != all.end() ? found->second : all[path] = run_cli(folder, path + " --help");
 }
 
-/// Words that a command's --help lists: its subcommands and options.
+/// Returns the subcommands and options that a command's --help lists.
 std::vector<std::string> helped_words(const Folder& folder, const std::string& path) {
   std::vector<std::string> words;
   std::string section;

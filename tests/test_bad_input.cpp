@@ -382,7 +382,7 @@ TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it"
   CHECK_THROWS_WITH(batch.add(wide, bristles),
                     Catch::Contains("snap_length.cv") && Catch::Contains("1.3") && Catch::Contains("1.25"));
   CHECK_NOTHROW(batch.add(Material(wide).with_snap_rule(SnapRule::keep), bristles));
-  // validate_for_representatives() gives the text of add() without a patch.
+  // validate_for_representatives() gives the error of add(), but without naming a patch.
   CHECK_THROWS_WITH(wide.validate_for_representatives(),
                     "Material: snap_length.cv = 1.3; allowed is 0 to 1.25 with snap_rule redraw and "
                     "representatives; snap_rule keep takes every law");

@@ -415,7 +415,7 @@ TEST_CASE("A patch that follows a removed one takes its place in the queue of mo
   for (int i = 0; i < 64; ++i) ids.push_back(add());
   for (PatchId id : ids) batch.move(id, 1e-6, 0.0, 0.5);
   batch.remove(ids[7]);
-  const PatchId follower = add();  // the same slot: the queue is full without it
+  const PatchId follower = add();  // takes the slot of ids[7], whose motion must leave the full queue
   batch.move(follower, 2e-6, 0.0, 0.5);
   CHECK(batch.step(1e-3).patches_stepped == 64);
   CHECK(batch.force(follower).status == Status::ok);

@@ -827,7 +827,8 @@ TEST_CASE("An experiment writes its curves, its findings and its picture, and sa
   CHECK(help.code == 0);
   CHECK_THAT(help.out, Contains("force_high") && Contains("N/m") && Contains("--plot"));
 
-  // Options beat the file, the file beats the defaults; another experiment's table is left alone.
+  // Options take precedence over the file, and the file over the defaults; the table of another experiment is
+  // ignored.
   const std::string config =
       folder.write("drift.toml", "[drift]\nload = 1.2\ncycles = 4\n[turn]\nload = 7\n");
   const json report = run_report(folder, "experiment drift --models lugre,brush_keep --config '" + config +

@@ -107,8 +107,8 @@ Errors steady_errors(double resolution) {
   return errors;
 }
 
-/// Peaks, relative. `brief`: the rows of a hold of tau, which the table has to 1.4e-3 only (see the test
-/// against quadrature).
+/// Returns relative errors of peaks. `brief`: those of rows with a hold of tau, which the table has to 1.4e-3
+/// only (see the test against quadrature).
 Errors hold_errors(double resolution, bool brief) {
   Errors errors;
   for (const Row& row : read_table("ageing_hold.csv")) {

@@ -553,7 +553,8 @@ TEST_CASE("A load that wavers along a path does the same along either axis", "[c
 }
 
 TEST_CASE("An overload at rest divides deflections, and their energy, by itself", "[cohorts][load][energy]") {
-  // The bristles in contact carry twice the load: half as far, each twice as stiff, and no force changes.
+  // Twice the load on the bristles in contact halves each deflection and doubles each stiffness, so no force
+  // changes.
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   for (const std::uint32_t cohorts : {8u, 0u}) {

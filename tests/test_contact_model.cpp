@@ -152,7 +152,7 @@ double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, d
 TEST_CASE("A second contact model is stepped, tried, saved and restored by the batch", "[contact model]") {
   bristle::PatchBatch batch;
   const bristle::PatchId id = add_coulomb(batch, 3.0);
-  // Beside a brush, whose steps it must not disturb.
+  // A brush in the same batch, whose steps the second model must not disturb.
   const bristle::PatchId brush = batch.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
                                            bristle_test::plain_options(40, 1));
   CHECK(batch.patch_count() == 2);

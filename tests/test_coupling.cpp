@@ -222,8 +222,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
     feet[i].axes = 1;
   }
   feet[1].jacobian << 0, 1, 1, 0;
-  // Along x the force is taken at the middle of the step: x = T^2 F/2 / (m + T^2 k/2), 4 um of 10 for 40 N.
-  // The way along y is no slip of A's, which would let go of it.
+  // Along x the force acts at the middle of the step: x = T^2 F/2 / (m + T^2 k/2), 4 um of 10 for 40 N. The
+  // motion along y is no slip of contact A, which would lower its force.
   for (const double pull : {0.0, 40.0}) {
     const bristle::BodyVector<2> external = Eigen::Vector2d(pull, 0.0);
     bristle::predict_displacements(batch, tick, body, external, feet, motions);

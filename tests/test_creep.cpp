@@ -1,4 +1,4 @@
-// What must stay in place stays in place: chatter at rest, slow creep, long runs, a held object.
+// Contacts hold their place: chatter at rest, slow creep, long runs, a held object.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ TEST_CASE("What rounding left over of a creep is state: saved, part of the hash,
   for (OnePatch* patch : {&crept, &fresh}) patch->step(0.3 * dbar, 0.0, 300.0);
   const std::uint64_t before = crept.hash();
   REQUIRE(fresh.hash() == before);
-  crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a unit: no bristle moves yet
+  crept.step(1.7e-19, 0.0, 300.0);  // two fifths of a position unit: only the remainder changes
   CHECK(crept.hash() != before);
   // A trial step takes it along and leaves it.
   Motion trial;
@@ -233,7 +233,7 @@ class HeldCapsule {
 struct Grip {
   const char* name;
   bool changes;
-  std::function<double(int)> load;  ///< of each pad in step k, N
+  std::function<double(int)> load;  ///< load of each pad in step k, N
 };
 
 /// All reach 12 N, the least, within the first second: there the deflection is the largest.

@@ -177,7 +177,7 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   DeadlineMonitor monitor(1e-3, 1e-3);
   monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // in time
   monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // started late, in time
-  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: the machine's
+  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // woken too late: caused by the machine
   monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // too long: ours
   CHECK(monitor.misses() == 2);
   CHECK(monitor.misses_ours() == 1);
@@ -216,7 +216,7 @@ TEST_CASE("The longest run counts late and skipped ticks in a row", "[deadline]"
   CHECK(monitor.skipped() == 4);
   CHECK(monitor.misses() == 7);
   run(4, 0);
-  monitor.pause();  // what comes after a pause is no part of the run
+  monitor.pause();  // a pause ends the run of late ticks
   run(4, 0);
   CHECK(monitor.longest_run() == 6);
   monitor.reset();

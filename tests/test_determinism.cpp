@@ -138,7 +138,7 @@ TEST_CASE("Every instruction set, thread count and order of motions gives the bi
             manner.shuffle);
     check_same(cases, all, expected, got, what.c_str());
     INFO(what);
-    CHECK((got.saved == expected.saved));  // as a bool: nobody reads megabytes of bytes
+    CHECK((got.saved == expected.saved));  // as a bool, so that a failure does not print megabytes
 #if BRISTLE_WITH_TBB
     CHECK(got.most_tasks > 1);
 #endif

@@ -159,7 +159,7 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   CHECK(start[2] * Disc::radius > 0.02 * length);
   swing(static_cast<int>(test_size(59)) * minute);
   CHECK(disc.status == Status::ok);
-  // Rounding of positions of 1e-6 m in 2e5 steps, and what single precision leaves of the forces.
+  // Tolerance: rounding of positions of 1e-6 m in 2e5 steps, and of forces in single precision.
   CHECK((disc.pose - start).head<2>().norm() < 1e-8 * length);
   CHECK(std::abs(disc.pose[2] - start[2]) * Disc::radius < 1e-8 * length);
 }

@@ -520,7 +520,7 @@ TEST_CASE("The tangent is the change of force and torque in sticking, and turns 
   outline.cells = {{{2e-3, 1e-3}, 0.5}, {{-1e-3, 0.0}, 0.3}, {{0.0, 4e-3}, 0.2}};
   for (double angle : {0.0, 1.0, -2.5}) {
     Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0), outline, load_n);
-    pad.load = 0.0;  // turned out of contact: no force yet
+    pad.load = 0.0;  // turns while out of contact, so no force arises
     pad.step(0.0, 0.0, angle);
     pad.load = load_n;
     pad.step(0.0, 0.0, 0.0);

@@ -295,7 +295,7 @@ TEST_CASE("A way to and fro inside a step is not seen: the force is that of the 
     };
     OnePatch patch(material, options);
     const double steady = slide(patch);
-    // One step: the net way is nothing, so is the change.
+    // In one step the net displacement is zero, so nothing changes.
     expect_near(out_and_back(1), steady, 1e-6 * n * dbar, "in one step");
     // Two steps, split at the turn, are exact: steady friction going out, then all bristles straighten by
     // `reach`, which is less than any snap length. Bristles that snapped on the way are a sample of n.

@@ -245,7 +245,7 @@ TEST_CASE("A windowed velocity that opposes the displacement is taken as none", 
     x += 10e-6;
   }
   CHECK(std::abs(motion.velocity[0]) + std::abs(motion.velocity[1]) == Approx(0.01));
-  // Back by less than a count, which the slope over many ticks does not see.
+  // Moves back by less than a count, which the slope over many ticks does not show.
   point.prepare(tick, {x - 15e-6, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
   CHECK(std::abs(motion.displacement[0]) + std::abs(motion.displacement[1]) == Approx(5e-6));
   CHECK(motion.has_velocity);

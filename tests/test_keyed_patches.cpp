@@ -553,7 +553,7 @@ TEST_CASE("An engine's contacts are restored in mid-slide and go on to the same 
   for (int k = 25; k < 50; ++k) first.step(k, bits);
 
   Engine second;
-  for (int k = 0; k < 7; ++k) second.step(3 * k, again);  // what it did before does not matter
+  for (int k = 0; k < 7; ++k) second.step(3 * k, again);  // a restored engine must forget its own past
   second.pads.restore_state(patches);
   second.points.restore_state(points);
   second.outlines.restore_state(outlines);

@@ -62,7 +62,8 @@ TEST_CASE("A live change of the lubricant leaves deflections, lengths and draws 
       for (int axis = 0; axis < 2; ++axis)
         CHECK(out[0].elastic[axis] == Approx(out[1].elastic[axis]).epsilon(1e-5));
     }
-    // Lengths are drawn, not rounded: the same draws make the same lengths, but where rounding moved a snap.
+    // Equal draws give equal lengths to the bit, except where rounding of deflections moved a snap to another
+    // step.
     const Columns a(twins.batch, twins.changed), b(twins.batch, twins.same);
     int others = 0;
     for (std::uint32_t i = 0; i < n; ++i) others += a.length[i] != b.length[i];
@@ -167,8 +168,7 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
           "[load][energy]") {
   const std::uint32_t n = 200;
   const Material longer = plain_material(uniform, SnapRule::redraw);
-  const Material shorter =
-      plain_material(SnapLength::uniform(0.25 * dbar, 0.75 * dbar), SnapRule::redraw);
+  const Material shorter = plain_material(SnapLength::uniform(0.25 * dbar, 0.75 * dbar), SnapRule::redraw);
   OnePatch patch(longer, plain_options(n));
   patch.step(0.45 * dbar, 0.0, n);
   const double before = patch.energy();

@@ -25,7 +25,8 @@ TEST_CASE("a patch of one axis, keep, end and float follows the virgin curve in 
     const Response response = patch.step(0.1 * dbar, 0.0, n);
     CAPTURE(x);
     REQUIRE(response.status == Status::ok);
-    // Stratified lengths: the share of snapped bristles is right to a few bristles, a snap is at most 1.
+    // With stratified lengths the number of snapped bristles is right within a few, and each snap changes the
+    // force by at most one length.
     REQUIRE(response.end[0] == Approx(-f * n * dbar).margin((10.0 + 1e-6 * n) * dbar));
     REQUIRE(response.end[1] == 0.0);
   }

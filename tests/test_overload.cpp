@@ -448,7 +448,7 @@ TEST_CASE("A mistaken gift doubles the wait once, and sixteen waits without one 
   Loop loop({100000}, {0}, LoadShedderOptions{}.with_budget(40e-6).with_wait_steps(20));
   double scale = 1.0;
   const auto time = [&](double b) { return scale * one_nanosecond_each(b); };
-  /// Steps from the decision before.
+  /// Returns the number of steps since the decision before.
   const auto wait_for_gift = [&] {
     const std::uint32_t before = loop.detail(0);
     for (int k = 0; k < 1000 && loop.detail(0) == before; ++k) loop.tick_once(time);
@@ -631,7 +631,7 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
   for (const bool foresees : {false, true})
     for (int k = 0; k < 20; ++k) CHECK(tick_with(4e-3, 0.3 * dbar, foresees) == 0);
   CHECK(loop.pieces() == 8);
-  // To and fro it takes pieces, which are shed.
+  // Moved to and fro the patch takes pieces, which can be shed.
   for (int k = 0; k < 20; ++k) tick_with(4e-3, (k % 2 == 0 ? -0.9 : 0.9) * dbar, false);
   CHECK(loop.pieces() == 4);
 }

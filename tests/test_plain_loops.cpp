@@ -1,4 +1,4 @@
-// The opponents of the benchmarks do the same physics, or a comparison with them would mean nothing.
+// The loops that the benchmarks compare with compute bristle's physics.
 #include <catch2/catch.hpp>
 
 #include <cmath>

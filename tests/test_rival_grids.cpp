@@ -187,7 +187,7 @@ TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "
     expect_near(f.mean.force.x * dx + f.mean.force.y * dy + f.mean.torque * angle, dot(expected.mean, way),
                 1e-12, "work");
   }
-  // Without load, no force and no memory.
+  // Without load there is no force, and the state is reset.
   CHECK(grid.step({1e-5, 0.0}, 0.1, dt, 0.0).end.force.x == 0.0);
   CHECK(grid.step({}, 0.0, dt, load).end.force.y == 0.0);
 }

@@ -312,7 +312,8 @@ TEST_CASE("Coefficients with residual and shared renewal become a material that 
     for (SnapRule rule : both_rules) {
       for (double share : {0.0, 0.1, 0.3, 0.9}) {
         for (double kappa : {0.0, 0.5, 2.0}) {
-          // Between the ends of every family: (l_r + 1) / (l_r + k) with k <= 1/2 for lengths all alike.
+          // A ratio within the range of every family, whose upper end is (l_r + 1) / (l_r + k) with k <= 1/2,
+          // for equal lengths.
           const double residual = share / (1.0 - share);
           const double ratio = 1.0 + 0.75 * (0.5 / (residual + 0.5));
           INFO(to_string(law) << (rule == SnapRule::keep ? ", keep" : ", redraw") << ", share " << share

@@ -330,7 +330,8 @@ TEST_CASE("A long slide that stops, turns back and goes on in long steps follows
 }
 
 TEST_CASE("Long steps back take bristles that keep a long residual as far as it is, twice", "[rubbing]") {
-  // After a slide all are bent by the residual and more: none snaps back there before it has come by both.
+  // After a slide every bristle is bent by at least the residual, so on the way back none snaps before it has
+  // unbent that and bent as far the other way.
   TableCase c;
   c.law = uniform;
   c.renewal = 1.0;
@@ -487,7 +488,7 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
   c.residual = 0.25;
   c.renewal = 1.0;
   Rub rub(c, n, 1);
-  // Out, back by half a length, out again, far back.
+  // Moves out, back by half a length, out again, and far back.
   for (const double way : {2.0, -0.5, 2.0, -1.0, -3.0}) {
     for (int k = 0; k < 10; ++k) {
       const double d = way / 10.0;

@@ -143,7 +143,7 @@ TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed 
       CHECK(std::abs(drift(renewal, quiet.first, quiet.second)) < 2e-5);
     }
   }
-  // Beyond, kappa = 1 creeps where the paper's brush hardens.
+  // Beyond the limit kappa = 1 creeps, where the paper's brush hardens.
   CHECK(drift(1.0, 0.6, 0.6) > 0.1);
   CHECK(std::abs(drift(0.0, 0.6, 0.6)) < 1e-6);
 }

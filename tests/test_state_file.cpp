@@ -80,7 +80,7 @@ class Scripted {
 
  public:
   PatchBatch batch;
-  std::vector<double> forces;  ///< of the last step, and what it lost
+  std::vector<double> forces;  ///< forces of the last step, and its energy losses
 };
 
 /// Two small patches, bent.

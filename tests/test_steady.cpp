@@ -43,8 +43,8 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
           snaps += static_cast<double>(r.snaps);
         }
         const Sample f = describe(force);
-        // The table of the fluctuation holds the closed form too, with keep for its own sample of 900
-        // lengths.
+        // The table of the fluctuation also has the closed form; with keep it is that of the table's own
+        // sample of 900 lengths.
         const double table_sd = number(find_row(fluctuation, key), "sd_in_time_ref");
         const double of_squares = law.law.moment(4) / (law.law.moment(2) * law.law.moment(2)) - 1.0;
         const double luck = rule == SnapRule::keep ? sigmas * 0.5 * std::sqrt(of_squares / n) : 1e-9;

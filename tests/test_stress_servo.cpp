@@ -342,7 +342,7 @@ class PlainHandOver {
     const auto first = static_cast<std::size_t>(j % 4 * come_and_go);
     for (std::size_t i = first; i < first + come_and_go; ++i) push(i, nullptr);
     for (std::size_t i = first; i < first + come_and_go; ++i)
-      push(i, std::make_unique<std::array<float, 8 * small>>());  // of the order of a patch
+      push(i, std::make_unique<std::array<float, 8 * small>>());  // about the memory of a patch
   }
   void consume() {
     while (Node* next = current_->next.load(std::memory_order_acquire)) {

@@ -71,7 +71,7 @@ velocity = 1e-3
 load = 0.8
 )";
 
-/// A table, and the command that made it went well.
+/// Runs a sweep, requires that it succeeds, and returns its table.
 std::string table_of(const Folder& folder, const std::string& arguments,
                      const std::string& environment = "") {
   const Outcome outcome =
@@ -373,7 +373,7 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
   options.scene = folder.write("trace.toml", scene);
   options.vary = {"material.wood.kinetic=0.3,0.4"};
   const cli::Study first(options);
-  // From its recipe alone, in another folder.
+  // A study made from the recipe alone, in another folder.
   const Folder elsewhere;
   const cli::Study copy(first.recipe(), elsewhere.path.string());
   CHECK(copy.hash() == first.hash());

@@ -351,7 +351,8 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
     while (!retreat.is_over()) ++count;
     return count;
   };
-  // An even share, and a wait for a last piece that was as long as all that the caller did.
+  // Alternates steps without a wait and steps in which the caller waits for the last piece as long as it
+  // worked.
   for (int k = 0; k < 100; ++k) {
     CHECK(retreat.is_over());
     retreat.judge(1e-3, k % 2 == 0 ? 0.0 : 1e-3);

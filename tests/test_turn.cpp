@@ -36,7 +36,8 @@ TEST_CASE("After a turn the force along and across the new direction follow the 
             INFO("y = " << y << " mean snap lengths after the turn");
             const double tolerance = brush.single() ? 1.5 / SteadyBrush::phases
                                                     : sampling_tolerance(number(row, "mc_se"), n, precision);
-            // Across: what is left of the old direction, which lies to the right of a turn to the left.
+            // The component across is the rest of the old direction, which lies to the right after a turn to
+            // the left.
             expect_near(f.x * ex + f.y * ey, number(row, "f_parallel_ref"), tolerance, "deflection along");
             expect_near(f.x * ey - f.y * ex, number(row, "f_perp_ref"), tolerance, "deflection across");
             ++points;

@@ -213,7 +213,7 @@ bristle_result remove_id(Handle* handle, const char* name, bristle_id id) {
   });
 }
 
-/// Of one id, or of all where it is 0.
+/// Returns the state hash of one id, or of all patches where the id is 0.
 template <class Handle>
 uint64_t hash_of(const Handle* handle, bristle_id id) {
   if (handle == nullptr) return 0;
@@ -782,7 +782,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // C++ leaves out a column of length 0.
+  // The C++ call skips a column of length 0.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

@@ -462,7 +462,7 @@ struct ChangeMaterial final : Change {
 /// Data of the adding side.
 struct ExtendedPatches::Impl {
   struct Record {
-    // Cells in memory of the stepping side's ExtendedPatch, which neither side changes.
+    // Views of the cells of the stepping side's ExtendedPatch, which neither side changes.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
     Outputs outputs = Outputs::end;

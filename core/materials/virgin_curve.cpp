@@ -467,7 +467,8 @@ double redraw_deflection(const SnapLength& law, double x) {
 // ---------------------------------------------------------------------------------------------------
 // peaks
 
-/// Golden section steps: where f is smooth the square of the place counts, at a kink the place itself.
+/// Numbers of golden-section steps. Where f is smooth its error is quadratic in that of the place; at a kink
+/// it is linear.
 constexpr int smooth_iterations = 22, kink_iterations = 60;
 
 /// Maximum of f on [low, high], where it has one hump: golden section.

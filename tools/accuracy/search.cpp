@@ -19,7 +19,7 @@ namespace cli {
 namespace {
 
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};  // the first that can be had
-constexpr double front_gain = 0.02;                           // less is the luck of the seeds
+constexpr double front_gain = 0.02;                           // smaller gains are noise of the seeds
 constexpr double above_floor = 3.0;  // points of a slope lie this much above what the reference can tell
 constexpr double literal_limit =
     0.7;  // mean snap lengths a step; beyond, most friction is gone and no law holds

@@ -42,7 +42,8 @@ class Search {
 
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
-  // Measures again where most steps are well inside and only the 99th percentile is not: it was the machine.
+  // Measures again where the median is well inside the deadline and only the 99th percentile is not, which
+  // other work of the machine causes.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
     StepTimes best = measure_(bristles, steps);
     for (int i = 1; i < tries && !fits(best) && best.p50_s < 0.9 * options_.deadline_s; ++i) {

@@ -166,9 +166,9 @@ class Twins {
   double mean_ = 0.0, difference_ = 0.0;
 };
 
-// Whether the swing of the twins' difference grows: from each of eight stretches of the way to the next, the
-// first two left out, or to eight times that of the first, or to 3 % of kinetic friction; or whether both
-// leave steady sliding by that much, as on soft springs, where every trifle grows.
+// Whether the twins' difference swings ever wider: in each of eight stretches of path more than in the one
+// before (the first two left out), or eight times as much as in the first, or by 3 % of kinetic friction.
+// Also true if both leave steady sliding by that much, as on soft springs, where every disturbance grows.
 bool grows(const Trial& trial) {
   const Settings& s = trial.s;
   const double large = 0.03 * s.number("kinetic") * s.number("load");
@@ -184,7 +184,7 @@ bool grows(const Trial& trial) {
       if (high - low > std::min(large, 8.0 * first) || std::fabs(twins.mean()) > large) return true;
     }
     if (i == 0) first = high - low;
-    // Where nothing takes energy or gives it the swing stays as it is, but for rounding and for bristles that
+    // A swing that neither gains nor loses energy stays as it is, except for rounding and for bristles that
     // snap a step earlier or later.
     if (high - low < 1.5e-4 * large || (i >= 2 && !(high - low > 1.01 * before))) return false;
     before = high - low;

@@ -76,7 +76,7 @@ double hold(const ExperimentInput& input, const std::string& model, ExperimentRe
   const long steps = std::max(20L, std::lround(0.5 / dt));
   Subject joint = joint_of(model, s);
   SlidingBlock arm(0.01);             // kg m^2
-  constexpr std::size_t cycles = 10;  // the first one only grows
+  constexpr std::size_t cycles = 10;  // the force rises during the first one
   double mean[cycles] = {};
   for (long k = 0; k < static_cast<long>(cycles) * steps; ++k) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);

@@ -48,7 +48,7 @@ struct Loop {
   double work = 0.0;
 };
 
-constexpr double open_loop = 0.02;  // of the work of rigid Coulomb friction
+constexpr double open_loop = 0.02;  // share of the work of rigid Coulomb friction
 
 /// To `stroke`, to -`stroke` and back to the middle.
 Loop rub(Rubbed& contact, double stroke, double per_length) {

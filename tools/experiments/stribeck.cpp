@@ -20,7 +20,7 @@ struct Curve {
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  // Not in step with the snap lengths; no longer than dt allows.
+  // The step is no fraction of the snap lengths, and no longer than dt allows.
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));

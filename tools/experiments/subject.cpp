@@ -99,8 +99,7 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   const double length = settings.number("presliding");
   const bool aged = model == "brush_aged", rubbed = model == "brush_rubbed" || aged;
   const double residual = rubbed ? settings.number("residual") * length : 0.0;
-  // Bristles that slide from no deflection on, as those of Maxwell slip do; those that drop have the spread
-  // of all.
+  // Limits from 0 on, as those of Maxwell slip; with a drop the spread of the other brushes.
   material.snap_length = model == "brush_slide" ? bristle::SnapLength::uniform(0.0, 2.0 * length)
                                                 : snap_length(settings, length - residual);
   material.residual_length = residual;

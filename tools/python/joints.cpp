@@ -22,10 +22,11 @@ using Material = std::array<double, bristle::joint_parameters>;
 
 using Joints = Owned<JointFriction>;
 
-/// Joints from which a step lets go of the interpreter's lock: it takes longer than taking the lock back.
+/// Number of joints from which a step releases the interpreter's lock: its step takes longer than acquiring
+/// the lock again.
 constexpr std::size_t lets_go_from = 64;
 
-/// An array of the caller's that is written in place. None: not asked for.
+/// Returns the caller's array, to be written in place; an empty span for None.
 template <class T>
 bristle::Span<T> room_of(const py::object& array, std::size_t size, const char* name) {
   if (array.is_none()) return {};

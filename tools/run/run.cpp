@@ -314,8 +314,8 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
       result_.realtime.emplace(start_realtime(realtime, scene_.dt, scene_.deadline, thread));
   Progress progress("run --realtime", options_.quiet);
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
-  // A second each in turn, so that both loops meet the same machine; shorter where the run is, but for two
-  // ticks, which have a period between them.
+  // The loops alternate every second, so that both meet the same conditions; a short run takes shorter turns
+  // of at least two ticks, which have one period between them.
   const std::uint64_t segment = std::clamp<std::uint64_t>(
       result_.steps / 4, 2, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 2.0)));
   std::uint64_t done = 0;

@@ -189,7 +189,7 @@ SceneMaterial read_material(TomlTable table) {
 
 // ------------------------------------------------------------------------------------------- patches
 
-/// The tables of one kind, by name: a scene may have hundreds of thousands.
+/// Finds the tables of one kind by name; a scene may have hundreds of thousands.
 class Names {
  public:
   /// Of the table read next.

@@ -74,7 +74,8 @@ class Probe {
       known_;
 };
 
-/// Of the machine, and of what this process may still take of it. The largest number where nobody says.
+/// Returns the free memory of the machine, or less where a limit of this process leaves less; the largest
+/// number where neither is known.
 std::uint64_t free_memory() {
   std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
   std::ifstream machine("/proc/meminfo");

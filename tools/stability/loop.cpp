@@ -18,7 +18,7 @@ constexpr double bound_amplitude = 1e5;  // of the mean snap length: without bou
 constexpr double lasting_energy = 0.8;   // of the quarter before: snapping continues
 constexpr double lasting_amplitude =
     0.5;                                // of the mean snap length, peak to peak: the shortest bristle snaps
-constexpr double quanta_at_rest = 4.0;  // an encoder keeps a loop busy within its counts
+constexpr double quanta_at_rest = 4.0;  // encoder counts within which a loop at rest may move
 
 // A mass under a force that is held over a step: x and v change by these shares of v and F.
 struct Hold {

@@ -133,7 +133,7 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   result.lowest_force = std::numeric_limits<double>::infinity();
   double energy = 0.5 * pull.mass_kg * body.velocity[0] * body.velocity[0] + batch.stored_energy(motion.id);
   for (long i = 0; i < steps; ++i) {
-    // The spring in the middle of the step.
+    // Force of the spring in the middle of the step.
     const double before = body.velocity[0];
     const double force = stiffness * (stretch + 0.5 * dt * (v - before));
     const bristle::BodyVector<1> external = Eigen::Matrix<double, 1, 1>(force);

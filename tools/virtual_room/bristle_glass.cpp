@@ -110,7 +110,7 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
     }
   }
   seen_ = found;
-  // Beside each other in the order of their bending, each as wide as its mass.
+  // Draws cohorts side by side in the order of their bending, each as wide as its mass.
   std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
   hairs_.resize(found.size());
   float from = -0.86f * reach;

@@ -36,7 +36,7 @@
 namespace room {
 namespace {
 
-constexpr double fade_time = 0.05;      // s: the hand's force comes and goes over this
+constexpr double fade_time = 0.05;      // s, over which the hand's force fades in and out
 constexpr double message_time = 6.0;    // s: how long a line stands
 constexpr double farthest_hand = 10.0;  // m, in each axis
 constexpr double strongest_hand = 1e3;  // N, in each axis
@@ -108,7 +108,7 @@ struct HapticLoop::Impl {
     bristle::PatchBatch batch;
     World world;
     PatchMaker maker;
-    bool has_patches = false;  // desk: the world, of its maker
+    bool has_patches = false;  // read by the desk: whether `world` has the patches of `maker`
   };
 
   Impl(const LoopOptions& given, std::unique_ptr<Device> given_device)
@@ -282,7 +282,7 @@ struct HapticLoop::Impl {
     release_device();
   }
 
-  // Nothing is computed for this device from here on: it must not keep the last force.
+  // Sets the device's force to zero: nothing computes its force from here on.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
     std::fill(last_force, last_force + 3, 0.0);
@@ -572,7 +572,7 @@ struct HapticLoop::Impl {
         default:
           return;
       }
-    } catch (const std::exception& error) {  // a file that cannot be read or written: a line, then continue
+    } catch (const std::exception& error) {  // a file that cannot be read or written: reports it
       if (act == Act::record) recorder.abandon();
       order = {};
       order.message = to_message(error.what());

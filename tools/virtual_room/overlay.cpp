@@ -249,7 +249,7 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
 
 }  // namespace
 
-/// What there is to see, in one line.
+/// Returns one line that says what the scene shows.
 static const char* title_of(const Snapshot& room) {
   switch (room.settings.compare) {
     case Comparison::none:

@@ -383,7 +383,7 @@ struct Renderer::Impl {
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
       const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
-      // As the curves, where there are any.
+      // Colours as in the curves, where the scene has any.
       const bool first =
           scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
       const bool brush = other.model == FrictionModel::brush;

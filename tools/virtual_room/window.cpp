@@ -272,7 +272,7 @@ class RoomWindow {
     }
   }
 
-  // To a scene that compares, or back to a level floor; from the beginning.
+  // Starts a scene that compares, or the level floor, from its beginning.
   void compare(Comparison scene) {
     Settings to = settings_of(scene);
     to.bristles = view_->gui.settings.bristles;
