@@ -636,6 +636,49 @@ TEST_CASE("An infinite brush that glides visits nothing, so its pieces are not s
   CHECK(loop.pieces() == 4);
 }
 
+TEST_CASE("Whatever a glide costs, the budget is kept and bristles get what it leaves",
+          "[overload][shedder]") {
+  // 50 brushes that glide take half the budget, bristles at 1 ns each want three times the other half. The
+  // shedder counts a patch as 280 bristles: here it costs 4 to 2000 of them.
+  constexpr int brushes = 50, steps = 4000;
+  for (const bool foresees : {false, true})
+    for (const double glide : {4e-9, 40e-9, 400e-9, 2e-6}) {
+      INFO("a glide of " << 1e9 * glide << " ns, " << (foresees ? "foreseen" : "not foreseen"));
+      const double budget = 2.0 * brushes * glide;
+      const auto bristles = static_cast<std::uint32_t>(1.5 * budget / 1e-9);
+      PatchBatch batch;
+      LoadShedder shedder(LoadShedderOptions{}.with_budget(budget).with_wait_steps(10));
+      std::vector<PatchId> ids;
+      ids.push_back(batch.add(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep),
+                              plain_options(bristles, 1, Precision::single, Outputs::end)));
+      PatchOptions infinite = plain_options(0, 1);
+      infinite.with_population(bristle::Population::infinite).with_max_normal_load(1.0);
+      for (int i = 0; i < brushes; ++i)
+        ids.push_back(
+            batch.add(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), infinite));
+      for (const PatchId id : ids) shedder.add(id, 0, 1);
+      std::vector<Motion> motions = same_motion(ids, 5.0 * dbar, 0.0, 1.0);
+      motions[0].normal_load = bristles;
+      std::vector<Response> responses(ids.size());
+      for (int k = 0; k < 20; ++k) batch.step(tick, motions, responses);  // until all glide
+      int late = 0, late_at_last = 0;
+      for (int k = 0; k < steps; ++k) {
+        if (foresees) shedder.before_step(batch, motions);
+        const StepReport report = batch.step(tick, motions, responses);
+        const double time = brushes * glide + 1e-9 * static_cast<double>(report.bristles_visited);
+        if (time > budget) (k < steps / 2 ? late : late_at_last) += 1;
+        shedder.after_step(batch, motions, time, report);
+      }
+      CHECK(late <= 3);
+      CHECK(late_at_last == 0);
+      // Beyond shed_to, which is 0.75 of the budget.
+      const double left = budget - brushes * glide;
+      const double taken = 1e-9 * static_cast<double>(batch.info(ids[0]).active) / left;
+      CHECK(taken > 0.5);
+      CHECK(taken < 1.0);
+    }
+}
+
 TEST_CASE("A full record counts the decisions that it lost", "[overload][shedder]") {
   Loop loop({1000, 1000, 1000}, {0, 1, 2}, LoadShedderOptions{}.with_budget(1e-6).with_record(2));
   for (int k = 0; k < 20; ++k) loop.tick_once(one_nanosecond_each);
