@@ -382,45 +382,6 @@ TEST_CASE("in double precision two halves of a step are the step, bristle by bri
     }
   }
 }
-
-TEST_CASE("the energy of bristles that age balances at every step", "[ageing]") {
-  for (const int axes : {1, 2}) {
-    for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-      for (const Precision precision : precisions()) {
-        for (const double kappa : {0.0, 1.0}) {
-          const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), rule)
-                                        .with_residual_length(0.2 * dbar)
-                                        .with_shared_renewal(kappa)
-                                        .with_ageing(Ageing::logarithmic(0.1, tau));
-          const std::uint32_t n = test_size(1500);
-          AgeingBrush brush(material, n, precision, axes);
-          OnePatch& patch = brush.patch();
-          std::mt19937_64 random(9);
-          std::uniform_real_distribution<double> flat(0.0, 1.0);
-          double stored = 0.0;
-          INFO(axes << " axes, " << table_name(rule) << ", " << name_of(precision) << ", kappa " << kappa);
-          for (int k = 0; k < 120; ++k) {
-            const double lengths[] = {0.01, 0.1, 0.7, 3.0, 40.0, 6000.0};
-            const double length = dbar * lengths[k % 6] * (0.5 + flat(random));
-            const double angle = axes == 1 ? 0.0 : 6.3 * flat(random);
-            const double x = (axes == 1 && k % 4 == 0 ? -length : length) * std::cos(angle);
-            const double y = axes == 1 ? 0.0 : length * std::sin(angle);
-            const double load = k % 7 == 0 ? 0.8 * n * flat(random) : n;
-            const Response r = patch.step(x, y, load, tau * std::exp(10.0 * (flat(random) - 0.5)));
-            const double now = patch.energy();
-            const double work = -(r.mean[0] * x + r.mean[1] * y);
-            const double scale = std::abs(work) + stored + n * dbar * dbar * 1e-3;
-            const double closed = precision == Precision::single ? 3e-6 : 1e-12;
-            expect_near((work - (now - stored) - r.dissipated - r.contact_loss) / scale, 0.0, closed,
-                        "work, stored, lost");
-            stored = now;
-          }
-        }
-      }
-    }
-  }
-}
-
 TEST_CASE("a long rest visits no bristle and ages them all", "[ageing]") {
   const std::uint32_t n = test_size(3000);
   const Material material =
@@ -664,45 +625,6 @@ TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
   const Response pulled = brush.patch().step(0.05 * dbar, 0.0, n, tau);
   expect(static_cast<double>(pulled.snaps) < 0.1 * n, "copies are as old as what they copy");
 }
-
-TEST_CASE("a saved state keeps ages, and the same future", "[ageing]") {
-  for (const double kappa : {0.0, 1.0}) {
-    const Material material = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)
-                                  .with_shared_renewal(kappa)
-                                  .with_ageing(Ageing::saturating(0.6, tau));
-    OnePatch patch(material, plain_options(600, 2)), other(material, plain_options(600, 2));
-    for (int k = 0; k < 30; ++k) patch.step(0.37 * dbar, 0.1 * dbar, 400.0 + 5.0 * k, 0.3 * tau);
-    std::vector<std::byte> bytes(patch.batch.state_size());
-    patch.batch.save_state(bytes);
-    other.step(0.2 * dbar, 0.0, 10.0, 17.0 * tau);
-    other.batch.restore_state(bytes);
-    CHECK(other.hash() == patch.hash());
-    patch.batch.step(2.0 * tau, {}, {});
-    other.batch.step(2.0 * tau, {}, {});
-    for (int k = 0; k < 20; ++k) {
-      const Response a = patch.step(0.21 * dbar, -0.3 * dbar, 500.0, tau);
-      const Response b = other.step(0.21 * dbar, -0.3 * dbar, 500.0, tau);
-      CHECK(first_difference(a, b) == "");
-    }
-    CHECK(other.hash() == patch.hash());
-  }
-}
-
-TEST_CASE("a trial step of bristles that age changes nothing", "[ageing]") {
-  const Material material =
-      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.2, tau));
-  OnePatch patch(material, plain_options(500, 2));
-  for (int k = 0; k < 20; ++k) patch.step(0.3 * dbar, 0.1 * dbar, 500.0, tau);
-  const std::uint64_t hash = patch.hash();
-  Motion motion;
-  motion.id = patch.id;
-  motion.displacement[0] = 1.7 * dbar;
-  motion.normal_load = 500.0;
-  const Response tried = patch.batch.find_force(0.7 * tau, motion);
-  CHECK(patch.hash() == hash);
-  CHECK(first_difference(tried, patch.step(motion, 0.7 * tau)) == "");
-}
-
 TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
   const Material material =
       plain_material(uniform, SnapRule::keep).with_ageing(Ageing::logarithmic(0.2, tau));

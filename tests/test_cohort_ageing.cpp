@@ -729,32 +729,6 @@ TEST_CASE("The force at which a contact breaks away falls with the rate of the f
     last = peak;
   }
 }
-
-TEST_CASE("Energy of an infinite brush that ages balances under holds and loads that change",
-          "[cohorts][ageing][energy]") {
-  for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
-    for (const Ageing& ageing : {Ageing::logarithmic(0.1, 1e-5), Ageing::saturating(0.5, 1e-2)}) {
-      for (const double renewal : {0.0, 1.0}) {
-        AgedBrush brush(
-            aged(law, ageing).with_residual_length(0.3 * renewal * dbar).with_shared_renewal(renewal));
-        std::mt19937 random(5);
-        const auto flat = [&] { return static_cast<double>(random() >> 8) * 0x1p-24; };
-        for (int i = 0; i < 300; ++i) {
-          constexpr double lengths[] = {0.0, 1e-3, 0.05, 0.3, 1.0, 5.0, 60.0, 5000.0};
-          constexpr double durations[] = {1e-6, 1e-4, 1e-3, 0.1, 10.0, 1e4};
-          const double length = lengths[random() % 8] * flat();
-          const double angle = 2.0 * M_PI * flat();
-          brush.load = random() % 4 ? load_n : load_n * flat();
-          brush.step(length * std::cos(angle), length * std::sin(angle), durations[random() % 6]);
-        }
-        INFO(to_string(law.law()) << ", form " << static_cast<int>(ageing.form) << ", renewal " << renewal);
-        CHECK(brush.imbalance < 1e-12);
-        CHECK(brush.most_negative >= 0.0);
-      }
-    }
-  }
-}
-
 TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   AgedBrush brush(aged(lognormal, 0.1));
   brush.step(0.4, 0.0, 0.4);

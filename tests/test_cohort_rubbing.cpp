@@ -375,28 +375,6 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
     }
   }
 }
-
-TEST_CASE("Energy of a rubbed infinite brush balances under loads that change",
-          "[cohorts][rubbing][energy]") {
-  std::mt19937 generator(3);
-  std::uniform_real_distribution<double> flat(-1.0, 1.0);
-  for (const Rubbing& r : settings) {
-    for (std::uint32_t cohorts : {8u, 32u, 0u}) {
-      INFO("residual " << r.residual << ", renewal " << r.renewal << ", cohorts " << cohorts);
-      Brush brush(rubbed(lognormal, r), infinite_options(0.0, cohorts));
-      for (int i = 0; i < 3000; ++i) {
-        const double s = i % 700 < 350 ? 0.08 : i % 97 == 0 ? 9.0 : 0.6;
-        if (i % 3 == 0) brush.load = load_n * (0.5 + 0.4 * flat(generator));
-        if (i % 11 == 0) brush.load = 1.3 * load_n;
-        if (i % 501 == 500) brush.load = 0.0;
-        brush.step(s * (flat(generator) + 0.3), s * flat(generator));
-      }
-      CHECK(brush.imbalance < 1e-12);
-      CHECK(brush.most_negative >= 0.0);
-    }
-  }
-}
-
 TEST_CASE("Energy of a rubbed infinite brush balances at the lowest resolutions",
           "[cohorts][rubbing][energy]") {
   for (double resolution : {1.0, 1.5, 2.0, 3.0})

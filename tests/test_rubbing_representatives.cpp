@@ -221,25 +221,6 @@ TEST_CASE("A long slide keeps its friction, its snaps and its spread in steps of
     expect_near(squares * n, variance, variance * (0.05 + 4.0 * std::sqrt(12.0 / steps)), "variance");
   }
 }
-
-TEST_CASE("A saved slide goes on as the one that was not saved", "[rubbing][state]") {
-  TableCase c;
-  c.law = SnapLength::lognormal(dbar, 0.3);
-  c.renewal = 1.0;
-  Rub one(c, 700, 2);
-  Rub two(c, 700, 2);
-  slide(one, 40.0, 1.0);
-  two.move(-4.0);
-  std::vector<std::byte> bytes(one.patch.batch.state_size());
-  one.patch.batch.save_state(bytes);
-  two.patch.batch.restore_state(bytes);
-  CHECK(one.patch.hash() == two.patch.hash());
-  for (const double step : {30.0, 0.1, 10.0, -10.0}) {
-    CHECK(first_difference(one.move(step), two.move(step)).empty());
-    CHECK(one.patch.hash() == two.patch.hash());
-  }
-}
-
 TEST_CASE("A load that rises brings bristles that are not steady: they are followed", "[rubbing][load]") {
   TableCase c;
   c.law = SnapLength::lognormal(dbar, 0.3);
@@ -500,66 +481,6 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
     }
   }
 }
-
-TEST_CASE("The energy of a rubbed patch balances in every step", "[rubbing][energy]") {
-  constexpr std::uint32_t n = 530;
-  const int steps = static_cast<int>(test_size(150));
-  for (Precision precision : precisions()) {
-    for (const SnapLength& law : all_laws()) {
-      for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-        for (int axes : {1, 2}) {
-          for (int kind = 0; kind < 3; ++kind) {
-            const double residual = kind == 1 ? 0.0 : 0.4;
-            // keep with shared renewal takes no law with bristles near no length.
-            const bool has_short = law.survival(dbar / 64.0) < 1.0 - 1e-4;
-            const double renewal = kind == 0 || (rule == SnapRule::keep && has_short) ? 0.0 : 1.0;
-            INFO(name_of(precision) << ", " << to_string(law.law()) << ", " << table_name(rule) << ", axes "
-                                    << axes << ", residual " << residual << ", renewal " << renewal);
-            OnePatch patch(rubbed(law, rule, residual, renewal).with_bristle_damping(0.02),
-                           plain_options(n, axes, precision));
-            int failures = 0;
-            for (int k = 0; k < steps && failures < 3; ++k) {
-              const Motion m = scripted_motion(3, k, axes);
-              Motion motion = m;
-              motion.id = patch.id;
-              motion.has_velocity = false;
-              motion.normal_load *= 0.5 * n;
-              const double before = patch.energy();
-              const Response r = patch.step(motion);
-              const double after = patch.energy();
-              double work = 0.0;
-              double force = 0.0;
-              double digits = 0.0;
-              for (int axis = 0; axis < 2; ++axis) {
-                const double f = r.mean[axis] - r.damper[axis];
-                work -= f * motion.displacement[axis];
-                force += std::abs(f);
-                digits += 0x1p-52 * std::abs(r.damper[axis] * motion.displacement[axis]);
-              }
-              const double path = std::hypot(motion.displacement[0], motion.displacement[1]);
-              const double involved =
-                  before + after + r.dissipated + std::abs(r.contact_loss) + std::abs(work);
-              const double one = std::max(1.0, r.stiffness / n);
-              const double longest = law.longest() + 0.8 * dbar;
-              const double grain = 0x1p-44 * 2.0 * dbar;
-              // As in test_energy.cpp: rounding of numbers, and of fixed point.
-              const double tolerance =
-                  (precision == Precision::double_ ? 1e-12 : 1e-6) * involved + digits + force * grain +
-                  3.0 * one * (grain * path + 0x1p-50 * (path + 2.0 * longest) * longest);
-              const double off = work - (after - before) - r.dissipated - r.contact_loss;
-              if (!(std::abs(off) <= tolerance) || r.dissipated < 0.0) {
-                ++failures;
-                FAIL_CHECK("step " << k << ": off by " << off << ", allowed " << tolerance << ", dissipated "
-                                   << r.dissipated << ", work " << work);
-              }
-            }
-          }
-        }
-      }
-    }
-  }
-}
-
 TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no trace", "[rubbing]") {
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     OnePatch patch(rubbed(uniform, rule, 0.4, 1.0), plain_options(3000, 1));
@@ -575,47 +496,6 @@ TEST_CASE("Where nothing snaps nothing is renewed: presliding and rest leave no 
     if (!is_scalar(patch.batch)) CHECK(visited < 10 * 3000);
   }
 }
-
-TEST_CASE("A rubbed patch has the same bits lazy or eager, and on any number of threads", "[rubbing]") {
-  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-    const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);
-    const auto options = plain_options(test_size(60000), 2);
-    OnePatch one(material, options, BatchOptions{}.with_threads(1));
-    OnePatch eager(material, options, stepped_eagerly());
-    OnePatch four(material, options, BatchOptions{}.with_threads(4));
-    std::mt19937_64 random(11);
-    int wrong = 0;
-    for (int k = 0; k < 150; ++k) {
-      static constexpr double lengths[] = {0.0, 1e-4, 0.01, 0.1, 0.24, 0.26, 0.9, 3.0, 40.0, 6000.0};
-      const double d = dbar * lengths[random() % 10] * (random() % 3 ? 1.0 : -1.0);
-      const double load = options.max_normal_load * (k % 20 == 19 ? 0.7 : 1.0);
-      const Response a = one.step(d, 0.3 * d, load);
-      if (!first_difference(a, eager.step(d, 0.3 * d, load)).empty()) ++wrong;
-      if (!first_difference(a, four.step(d, 0.3 * d, load)).empty()) ++wrong;
-    }
-    CHECK(wrong == 0);
-    CHECK(one.hash() == eager.hash());
-    CHECK(one.hash() == four.hash());
-  }
-}
-
-TEST_CASE("A rubbed patch has the same state whatever its outputs", "[rubbing]") {
-  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-    std::vector<std::uint64_t> hashes;
-    for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
-      OnePatch patch(rubbed(uniform, rule, 0.3, 1.0), plain_options(700, 2, Precision::single, outputs));
-      for (int k = 0; k < 60; ++k) {
-        Motion motion = scripted_motion(2, k, 2);
-        motion.id = patch.id;
-        motion.normal_load *= 350.0;
-        patch.step(motion);
-      }
-      hashes.push_back(patch.hash());
-    }
-    for (std::uint64_t hash : hashes) CHECK(hash == hashes[0]);
-  }
-}
-
 TEST_CASE("A material without residual lets bristles beyond its lengths slip along their own deflection",
           "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::single(dbar), SnapRule::keep, 2.0, 0.0), plain_options(100, 2));
@@ -793,25 +673,6 @@ TEST_CASE("A load that rises in a slide costs a slide's steps twice at most", "[
     CHECK(of_ripples <= 1.5 * visits);
   }
 }
-
-TEST_CASE("Bristles that came into contact during a slide go on from a saved state", "[rubbing][ripple]") {
-  const Material material = rubbed(uniform, SnapRule::redraw, 0.2, 1.0);
-  const std::uint32_t n = 3000;
-  OnePatch one(material, plain_options(n)), two(material, plain_options(n));
-  for (int k = 0; k < 30; ++k) one.step(2.0 * dbar, 0.0, 2500.0);
-  one.step(2.0 * dbar, 0.0, 2700.0);
-  std::vector<std::byte> bytes(one.batch.state_size());
-  one.batch.save_state(bytes);
-  two.batch.restore_state(bytes);
-  int different = 0;
-  for (int k = 0; k < 10; ++k) {
-    const double load = 2700.0 + 20.0 * k;
-    different += !first_difference(one.step(0.6 * dbar, 0.0, load), two.step(0.6 * dbar, 0.0, load)).empty();
-  }
-  CHECK(different == 0);
-  CHECK(one.hash() == two.hash());
-}
-
 TEST_CASE("A step round a bend visits bristles twice as often as a straight one at most",
           "[rubbing][bends]") {
   const Material material = Material::from_coefficients({});

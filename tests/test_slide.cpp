@@ -534,29 +534,14 @@ TEST_CASE("coefficients of bristles that slide, there and back", "[slide]") {
   CHECK(aged.coefficients().growth_per_decade == Approx(1e-4).epsilon(1e-6));
 }
 
-TEST_CASE("a patch of bristles that slide is saved, tried, thinned out and given another material",
-          "[slide]") {
+TEST_CASE("a patch of bristles that slide is thinned out and given another material", "[slide]") {
   for (const Precision precision : precisions())
     for (const double drop : {0.0, 0.2}) {
       const Material material = sliding(SnapLength::lognormal(dbar, 0.4)).with_drop(drop);
       const PatchOptions options = plain_options(70, 2, precision).with_max_normal_load(load);
-      OnePatch patch(material, options), other(material, options);
+      OnePatch patch(material, options);
       patch.step(0.4 * dbar, 0.6 * dbar, load);
       patch.step(0.4 * dbar, -0.3 * dbar, 0.8 * load);
-      std::vector<std::byte> bytes(patch.batch.state_size());
-      REQUIRE(patch.batch.save_state(bytes) == bytes.size());
-      other.batch.restore_state(bytes);
-      CHECK(other.hash() == patch.hash());
-      Motion trial;
-      trial.id = patch.id;
-      trial.displacement[0] = 0.7 * dbar;
-      trial.normal_load = 0.5 * load;
-      const Response tried = patch.batch.find_force(tick, trial);
-      CHECK(patch.hash() == other.hash());
-      CHECK(tried.end[0] == patch.step(trial).end[0]);
-      CHECK(first_difference(patch.step(-0.2 * dbar, 0.1 * dbar, load),
-                             (other.step(trial), other.step(-0.2 * dbar, 0.1 * dbar, load))) == "");
-      CHECK(patch.hash() == other.hash());
 
       // Fewer strata, and all again: the force stays.
       const double few = precision == Precision::double_ ? 1e-12 : 1e-5;
@@ -595,25 +580,6 @@ TEST_CASE("a patch that cannot slide is refused by name", "[slide]") {
   CHECK(batch.info(id).bristles == 32);
   CHECK(std::string(batch.info(id).kernel) == "2 axes, slide, end, single");
 }
-
-TEST_CASE("bristles that slide have one state whatever is asked of them", "[slide]") {
-  for (const Precision precision : precisions())
-    for (const double drop : {0.0, 0.2}) {
-      const Material material = sliding(SnapLength::lognormal(dbar, 0.4)).with_drop(drop);
-      std::vector<std::uint64_t> hashes;
-      for (const Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
-        OnePatch patch(material, plain_options(33, 2, precision, outputs).with_max_normal_load(load));
-        Winding path;
-        for (int k = 0; k < 200; ++k) {
-          const auto d = path.next(0.3 * dbar);
-          patch.step(d[0], d[1], k % 7 < 3 ? load : 0.7 * load);
-        }
-        hashes.push_back(patch.hash());
-      }
-      CHECK(hashes == std::vector<std::uint64_t>(4, hashes[0]));
-    }
-}
-
 TEST_CASE("what a load that falls makes slide goes on sliding", "[slide]") {
   OnePatch patch(sliding(SnapLength::single(dbar)).with_drop(0.3),
                  plain_options(8, 2).with_max_normal_load(load));
