@@ -125,19 +125,40 @@ struct BlockOutput {
   std::uint32_t* draw;
 };
 
+/// Sums over the first passes of the rows of a block, lane by lane.
+template <class T>
+struct PassSums {
+  Lanes<T> passed[2];  ///< start x path
+  Lanes<T> squares;    ///< over the snaps: delta^2, with a residual (residual + delta)^2 - residual^2
+
+  PassSums() { passed[0] = passed[1] = squares = Lanes<T>(T(0)); }
+  /// Copies vector by vector. A copy of whole arrays keeps a local in memory, at eight cycles for each
+  /// addition.
+  PassSums& operator=(const PassSums& other) {
+    passed[0] = other.passed[0];
+    passed[1] = other.passed[1];
+    squares = other.squares;
+    return *this;
+  }
+};
+
 /// Sums over the rows of a block, lane by lane.
 template <class T>
-struct RowSums {
+struct RowSums : PassSums<T> {
   Lanes<T> stored[2];  ///< deflections at the end
-  Lanes<T> passed[2];  ///< start x path of the first pass
   Lanes<T> along;      ///< sum over all passes of their squares
-  Lanes<T> squares;    ///< over the first snaps: delta^2, with a residual (residual + delta)^2 - residual^2
-  Lanes<T> further;    ///< the same over the others
+  Lanes<T> further;    ///< as `squares`, over all snaps but the first
   Lanes<T> snaps;
 
-  RowSums() {
-    const Lanes<T> none(T(0));
-    stored[0] = stored[1] = passed[0] = passed[1] = along = squares = further = snaps = none;
+  RowSums() { stored[0] = stored[1] = along = further = snaps = Lanes<T>(T(0)); }
+  RowSums& operator=(const RowSums& other) {
+    PassSums<T>::operator=(other);
+    stored[0] = other.stored[0];
+    stored[1] = other.stored[1];
+    along = other.along;
+    further = other.further;
+    snaps = other.snaps;
+    return *this;
   }
 };
 
@@ -172,17 +193,21 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
   }
 }
 
-/// Adds the sums of the first pass to those of the rows.
+/// Finds the first pass of the bristles at i and adds its sums to those of the rows.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
-inline void add_pass(const BlockMotion<T, axes, residual>& motion, const FirstPass<T>& pass, Lanes<T> limit,
-                     const Weights<T, partial>& weights, RowSums<T>& sums) {
+[[gnu::always_inline]] inline FirstPass<T> begin_pass(const BlockMotion<T, axes, residual>& motion,
+                                                      std::uint32_t i, const T* row_weights,
+                                                      PassSums<T>& sums) {
+  const Weights<T, partial> weights(row_weights);
+  const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
   if constexpr (mean) {
     weights.add(sums.passed[0], pass.start_x * pass.path);
     if constexpr (axes == 2) weights.add(sums.passed[1], pass.start_y * pass.path);
   }
   if constexpr (energy)
     weights.add(sums.squares,
-                select_lanes(pass.path < motion.length, motion.residual.squares_of(limit), Lanes<T>(T(0))));
+                select_lanes(pass.snaps, motion.residual.squares_of(load(motion.delta + i)), Lanes<T>(T(0))));
+  return pass;
 }
 
 /// Books the path after the first pass, and writes deflections of the bristles at i. `land` is 0 where none
@@ -208,28 +233,25 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
   put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
 }
 
-/// Keep: a bristle snaps every delta. Advances the bristles at i of a block that is being rewritten.
-/// `again`: the step is long enough that one may snap more than once.
-template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
-[[gnu::always_inline]] inline void advance_keep(const BlockMotion<T, axes, residual>& motion,
-                                                const BlockOutput<T>& output, std::uint32_t i,
-                                                const T* row_weights, bool again, RowSums<T>& sums) {
+/// Keep: a bristle snaps every delta. Advances the bristles at i of a block that is being rewritten, after
+/// begin_pass(). `again`: the step is long enough that one may snap more than once.
+template <class T, int axes, bool mean, bool energy, bool residual, bool partial, bool again>
+[[gnu::always_inline]] inline void end_keep(const BlockMotion<T, axes, residual>& motion,
+                                            const BlockOutput<T>& output, std::uint32_t i, Lanes<T> path,
+                                            const T* row_weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
-  const Weights<T, partial> weights(row_weights);
-  const Lanes<T> limit = load(motion.delta + i);
-  const Lanes<T> delta = motion.residual.length_of(limit);
-  const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
+  const Lanes<T> delta = motion.residual.length_of(load(motion.delta + i));
 
   // R = H - tau, n = 1 + floor(R / delta), r = R - (n - 1) delta
-  const Lanes<T> rest = motion.length - pass.path;
+  const Lanes<T> rest = motion.length - path;
   AfterSnaps<T> land{rest, none, none};
-  if (again) {
+  if constexpr (again) {
     land.count = whole_part(divide(rest, delta));
     land.deflection = least(positive_part(rest - land.count * delta), delta);
     land.squares = land.count * (delta * delta);
   }
-  add_pass<T, axes, mean, energy>(motion, pass, limit, weights, sums);
-  put_snapped<T, axes, mean, energy>(motion, output, i, pass.path, pass.snaps, land, weights, sums);
+  put_snapped<T, axes, mean, energy>(motion, output, i, path, path < motion.length, land,
+                                     Weights<T, partial>(row_weights), sums);
 }
 
 /// Redraw with few draws, where most vectors hold a bristle that snaps: advances the vectors at i, i + 16 and
@@ -247,12 +269,14 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
 #pragma GCC unroll 8
   for (std::uint32_t k = 0; k < together; ++k) {
     const std::uint32_t at = i + k * lane_count;
-    const Lanes<T> delta = load(motion.delta + at);
-    const FirstPass<T> pass = motion.template first_pass<partial>(at, weights.weight);
-    add_pass<T, axes, mean, energy>(motion, pass, delta, weights, sums);
+    const FirstPass<T> pass =
+        begin_pass<T, axes, mean, energy, residual, partial>(motion, at, row_weights, sums);
     path[k] = pass.path;
-    walkers[k] = {
-        pass.snaps, motion.length - pass.path, delta, DrawStates<T>(motion.draw + at), {none, none, none}};
+    walkers[k] = {pass.snaps,
+                  motion.length - pass.path,
+                  load(motion.delta + at),
+                  DrawStates<T>(motion.draw + at),
+                  {none, none, none}};
   }
   walk_in_registers<T>(lengths, rounds, walkers);
 #pragma GCC unroll 8
@@ -271,10 +295,9 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
-  const Weights<T, partial> weights(row_weights);
-  const FirstPass<T> pass = motion.template first_pass<partial>(i, weights.weight);
+  const FirstPass<T> pass =
+      begin_pass<T, axes, mean, energy, residual, partial>(motion, i, row_weights, sums);
   pass.path.store_aligned(walk.path + i % block_size);
-  add_pass<T, axes, mean, energy>(motion, pass, load(motion.delta + i), weights, sums);
   return xsimd::any(pass.snaps);
 }
 

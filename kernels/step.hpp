@@ -314,15 +314,10 @@ class Stepper {
     if constexpr (!redraw) {
       double shortest = static_cast<double>(patch.blocks[extent.start / block_size].shortest);
       if constexpr (residual) shortest -= advance.residual;
-      const bool again = advance.length >= shortest;
-      for (std::uint32_t part = 0; part < parts; ++part) {
-        RowSums<T> sum;  // a local stays in registers
-        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-          advance_keep<T, axes, mean, energy, residual, partial.value>(motion, output, i, weights, again,
-                                                                       sum);
-        });
-        sums[part] = sum;
-      }
+      if (advance.length >= shortest)
+        rewrite_keep<true>(motion, output, extent, sums);
+      else
+        rewrite_keep<false>(motion, output, extent, sums);
     } else if (rounds > 0) {
       for (std::uint32_t part = 0; part < parts; ++part) {
         if constexpr (looks_up_in_registers) {
@@ -340,6 +335,38 @@ class Stepper {
       noise = rewrite_by_rounds(motion, output, extent, sums);
     }
     return total(motion, sums, noise);
+  }
+
+  /// `again`: a bristle may snap more than once in the step.
+  template <bool again>
+  static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
+                           const Extent& extent, RowSums<T> (&sums)[parts]) {
+    // Operations on a vector wait for each other for some 55 cycles. Where vectors are narrow, registers hold
+    // three such chains at a time, too few to fill the pipes: the first pass and the rest go one after the
+    // other.
+    constexpr bool two_passes = width < lane_count;
+    alignas(64) T path[two_passes ? block_size : 1];
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      PassSums<T> first;  // locals stay in registers
+      RowSums<T> sum;
+      const auto end = [&](auto partial, std::uint32_t i, Lanes<T> way, const T* weights) {
+        end_keep<T, axes, mean, energy, residual, partial.value, again>(motion, output, i, way, weights, sum);
+      };
+      for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+        const Lanes<T> way =
+            begin_pass<T, axes, mean, energy, residual, partial.value>(motion, i, weights, first).path;
+        if constexpr (two_passes)
+          way.store_aligned(path + i % block_size);
+        else
+          end(partial, i, way, weights);
+      });
+      if constexpr (two_passes)
+        for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
+          end(partial, i, load(path + i % block_size), weights);
+        });
+      sum.PassSums<T>::operator=(first);
+      sums[part] = sum;
+    }
   }
 
   BlockSums rewrite_aged(const Motion& block_motion, const Extent& extent) {
