@@ -60,6 +60,7 @@ struct Model {
   /// Friction on the joint over each interval between samples, N m; its derivatives by the numbers, if
   /// wanted.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
+  int runs_with_slopes = 1;  ///< along the log, for friction and derivatives
 };
 
 double size(const std::vector<double>& x) {
@@ -170,7 +171,7 @@ struct Place {
 /// Levenberg's and Marquardt's steps over numbers that stay positive. `runs` counts those along the log.
 Place minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
   const auto at = [&](const VectorXd& p, bool with_slopes) {
-    ++runs;
+    runs += with_slopes ? model.runs_with_slopes : 1;
     Place place;
     place.numbers = p;
     MatrixXd by;
@@ -265,16 +266,21 @@ VectorXd vector_of(std::initializer_list<double> x) {
   return Eigen::Map<const VectorXd>(x.begin(), static_cast<Eigen::Index>(x.size()));
 }
 
-/// Fills derivatives by differences of the model's own friction.
-void differentiate(const Model& model, const VectorXd& p, const VectorXd& friction, MatrixXd& by) {
-  VectorXd there(friction.size());
-  for (Eigen::Index i = 0; i < p.size(); ++i) {
-    VectorXd q = p;
-    const double h = 1e-6 * std::max(p[i], 1e-9);
-    q[i] += h;
-    model.friction(q, there, nullptr);
-    by.col(i) = (there - friction) / h;
-  }
+/// Makes the model take its derivatives from differences of its friction: a run more a number.
+void use_differences(Model& model) {
+  model.runs_with_slopes = 1 + static_cast<int>(model.names.size());
+  model.friction = [along = model.friction](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
+    along(p, friction, nullptr);
+    if (by == nullptr) return;
+    VectorXd there(friction.size());
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+      VectorXd q = p;
+      const double h = 1e-6 * std::max(p[i], 1e-9);
+      q[i] += h;
+      along(q, there, nullptr);
+      by->col(i) = (there - friction) / h;
+    }
+  };
 }
 
 bristle::JointMaterial material_of(const VectorXd& p) {
@@ -367,11 +373,7 @@ void add_budget(
       friction[static_cast<Eigen::Index>(k)] = std::clamp(stops, -most, most);
     }
   };
-  const Model copy = model;
-  model.friction = [copy](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
-    copy.friction(p, friction, nullptr);
-    if (by != nullptr) differentiate(copy, p, friction, *by);
-  };
+  use_differences(model);
   models.push_back(std::move(model));
 }
 
@@ -441,11 +443,7 @@ std::vector<Model> rival_models(const JointLog& log, double torque, double speed
       friction[static_cast<Eigen::Index>(k)] =
           model.step({log.angle[k + 1] - log.angle[k], 0.0}, log.t[k + 1] - log.t[k], 1.0).mean.x;
   };
-  const Model copy = lugre;
-  lugre.friction = [copy](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
-    copy.friction(p, friction, nullptr);
-    if (by != nullptr) differentiate(copy, p, friction, *by);
-  };
+  use_differences(lugre);
   models.insert(models.begin() + 2, lugre);
   return models;
 }
@@ -459,9 +457,10 @@ void require_motion(const JointLog& log) {
 
 /// The brush, whose deflection is the log's angle; or, where that is closer, a brush that is too stiff for
 /// the log's angles: its limit by direction stops the joint, as bam's does.
-JointFit fit_brush(const JointLog& log, const Balance& balance) {
+JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
   const double torque = balance.scale(), speed = size(log.speed);
-  const Model bent = brush_model(log, torque, speed);
+  Model bent = brush_model(log, torque, speed);
+  if (by_differences) use_differences(bent);
   JointFit fit = fit_model(balance, bent);
   std::vector<Model> rigid;
   std::vector<const char*> names(bent.names.begin() + 3, bent.names.end());
@@ -622,9 +621,9 @@ JointLog parse_joint_log(std::string_view text, const std::string& name, const F
   return log;
 }
 
-JointFit fit_joint(const JointLog& log, JointPart part) {
+JointFit fit_joint(const JointLog& log, JointPart part, bool by_differences) {
   require_motion(log);
-  return fit_brush(log, Balance(log, part));
+  return fit_brush(log, Balance(log, part), by_differences);
 }
 
 std::vector<JointFit> judge_joint(const JointLog& log, JointPart part) {

@@ -48,14 +48,14 @@ struct JointFit {
   bristle::JointMaterial material;            ///< of the brush
   double fitted_rms = 0.0, judged_rms = 0.0;  ///< N m, of the part that was fitted to, and of the rest
   bool rigid = false;                         ///< Whether the angles do not show how the brush bends.
-  int runs = 0;                               ///< of the model along the log, with its derivatives
+  int runs = 0;                               ///< of the model along the log, those for differences included
 };
 
 /// Bristles and spread with which the brush is fitted.
 bristle::JointOptions joint_fit_options();
 
-/// Fits the brush.
-JointFit fit_joint(const JointLog& log, JointPart part = {});
+/// Fits the brush, by its own derivatives or, to judge them, by differences.
+JointFit fit_joint(const JointLog& log, JointPart part = {}, bool by_differences = false);
 /// The brush, Coulomb, Stribeck, LuGre and bam's m3 to m6, each fitted to that part.
 std::vector<JointFit> judge_joint(const JointLog& log, JointPart part);
 
