@@ -1,5 +1,5 @@
-// Fifty thousand joints a step: 4,096 robots of 12 joints, and some. Beside them the loop that a user would
-// write, and a copy of the same input and output.
+// Fifty thousand joints a step: 4,096 robots of 12 joints, and some; one joint, and one robot. Beside them
+// the loop that a user would write, and a copy of the input and output.
 #include <cstring>
 
 #include <bristle/joint_friction.hpp>
@@ -54,9 +54,9 @@ JointMaterial gear(bool all) {
 }
 
 struct JointScene {
-  JointScene(bool all, int threads)
-      : joints(joint_count, std::vector<JointMaterial>{gear(all)}, {}, BatchOptions{}.with_threads(threads)),
-        arrays(joint_count) {}
+  JointScene(bool all, int threads, std::size_t n)
+      : joints(n, std::vector<JointMaterial>{gear(all)}, {}, BatchOptions{}.with_threads(threads)),
+        arrays(n) {}
   void step(double swing, bool all) {
     arrays.go(swing);
     JointOutput out{arrays.torque};
@@ -72,14 +72,15 @@ struct JointScene {
 };
 
 /// `swing`: rad a step, eight steps to either side.
-void add_joint_benchmark(const std::string& motion, double swing, bool all, int threads) {
-  const std::string name =
-      "joints/" + motion + (all ? "/all/" : "/load/") + std::to_string(threads) + "threads";
+void add_joint_benchmark(const std::string& motion, double swing, bool all, int threads,
+                         std::size_t n = joint_count) {
+  const std::string name = "joints/" + motion + (all ? "/all/" : "/load/") + std::to_string(threads) +
+                           "threads" + (n == joint_count ? "" : "/" + std::to_string(n));
   add_benchmark(name, [=](benchmark::State& state) {
     auto& scene =
-        keep_while_named<JointScene>(name, [&] { return std::make_shared<JointScene>(all, threads); });
+        keep_while_named<JointScene>(name, [&] { return std::make_shared<JointScene>(all, threads, n); });
     for (auto _ : state) scene.step(swing, all);
-    state.SetLabel("50,000 joints of 8 bristles");
+    state.SetLabel(std::to_string(n) + " joints of 8 bristles");
   });
 }
 
@@ -91,6 +92,7 @@ void register_joints() {
       add_joint_benchmark("stick", 1e-6, all, threads);
       add_joint_benchmark("slide", 1e-3, all, threads);
     }
+  for (const std::size_t n : {1, 12}) add_joint_benchmark("slide", 1e-3, false, 1, n);
   add_benchmark("joints/slide/load/plain", [](benchmark::State& state) {
     JointArrays arrays(joint_count);
     plain::JointLoop loop(joint_count, stiffness, base, by_motor);
