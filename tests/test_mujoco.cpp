@@ -398,3 +398,43 @@ TEST_CASE("In MuJoCo patches go back when contacts are lost and come again when 
   }
   CHECK(world.friction->points().refused() == 0);
 }
+
+#ifdef BRISTLE_MUJOCO_PLUGIN
+TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFriction::step does", "[mujoco]") {
+  mj_loadPluginLibrary(BRISTLE_MUJOCO_PLUGIN);
+  Scene scene = pinch(12.0);
+  const Model plain = load(scene.xml);
+  const ContactDims dims = remove_friction(*plain);
+  FrictionOptions options;
+  options.patch.with_max_normal_load(20.0);
+  BristleFriction friction(*plain, dims, World::law(), options);
+  const Data held = make_data(*plain);
+  while (held->time < 0.5) {
+    scene.drive(*plain, *held);
+    friction.step(*plain, *held);
+  }
+
+  const std::string instance = R"(<plugin plugin="bristle.friction"><instance name="friction">
+<config key="presliding_length" value="5e-6"/><config key="peak_over_kinetic" value="1.1"/>
+<config key="damping_per_newton" value="0"/><config key="max_normal_load" value="20"/></instance></plugin>)";
+  scene.xml.replace(scene.xml.find("<default><geom"), 14,
+                    "<extension>" + instance + "</extension><default><geom condim=\"1\"");
+  const Model model = load(scene.xml);
+  const Data data = make_data(*model);
+  const auto run = [&] {
+    while (data->time < 0.5) {
+      scene.drive(*model, *data);
+      mj_step(model.get(), data.get());
+      mj_forward(model.get(), data.get());  // as a viewer does: no contact may take it for a step
+    }
+  };
+  run();
+  for (int i = 0; i < model->nq; ++i) CHECK(data->qpos[i] == Approx(held->qpos[i]).margin(1e-9));
+  const double fallen = data->qpos[4];
+  CHECK(fallen < -1e-6);
+  CHECK(std::fabs(data->qvel[4]) < 1e-9);
+  mj_resetData(model.get(), data.get());
+  run();
+  CHECK(data->qpos[4] == Approx(fallen).margin(1e-12));
+}
+#endif

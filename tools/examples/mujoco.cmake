@@ -1,4 +1,5 @@
-# Friction of bristles in MuJoCo, and the program that sets it beside MuJoCo's own.
+# Friction of bristles in MuJoCo, and the program that sets it beside MuJoCo's own. Debian has MuJoCo 2.2; another one:
+# -Dmujoco_DIR=<where MuJoCo was installed>/lib/cmake/mujoco.
 find_package(mujoco CONFIG QUIET GLOBAL)
 if(NOT TARGET mujoco::mujoco)
   bristle_skip("MuJoCo's example" libmujoco-dev)
@@ -15,12 +16,19 @@ endif()
 add_library(bristle_mujoco_friction STATIC
   ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_friction.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_joints.cpp)
-foreach(file mujoco_friction.hpp mujoco_friction.cpp mujoco_joints.hpp mujoco_joints.cpp)
+foreach(file skyline.hpp mujoco_friction.hpp mujoco_friction.cpp mujoco_joints.hpp mujoco_joints.cpp)
   configure_file(examples/${file} mujoco_adapter/${file} COPYONLY)
 endforeach()
 bristle_compile_flags(bristle_mujoco_friction)
-set_target_properties(bristle_mujoco_friction PROPERTIES INCLUDE_DIRECTORIES "")
+set_target_properties(bristle_mujoco_friction PROPERTIES INCLUDE_DIRECTORIES "" POSITION_INDEPENDENT_CODE ON)
 target_link_libraries(bristle_mujoco_friction PUBLIC bristle bristle::eigen mujoco::mujoco)
+if(mujoco_VERSION VERSION_GREATER_EQUAL 3.11)
+  add_library(bristle_mujoco_plugin MODULE ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_plugin.cpp)
+  configure_file(examples/mujoco_plugin.cpp mujoco_adapter/mujoco_plugin.cpp COPYONLY)
+  bristle_compile_flags(bristle_mujoco_plugin)
+  target_link_libraries(bristle_mujoco_plugin PRIVATE bristle_mujoco_friction)
+  set_target_properties(bristle_mujoco_plugin PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+endif()
 add_library(bristle_mujoco_parts STATIC examples/mujoco_scenes.cpp)
 bristle_compile_flags(bristle_mujoco_parts)
 target_link_libraries(bristle_mujoco_parts PUBLIC bristle_mujoco_friction PRIVATE fmt::fmt)

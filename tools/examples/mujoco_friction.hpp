@@ -1,5 +1,6 @@
 // Friction of bristles in MuJoCo: its own contacts keep the normal force and lose friction, a bristle patch
-// at each contact point takes its place. An adapter to copy and to change; MuJoCo 2.2.
+// at each contact point takes its place. An adapter to copy and to change; tried with MuJoCo 2.2.2 and
+// 3.12.1.
 //
 //   mjModel* model = mj_loadXML(...);
 //   const auto dims = mujoco_example::remove_friction(*model);
@@ -18,10 +19,10 @@
 // Bristles do not resist rolling: condim 6 is refused, or served as 4 if the options say so.
 //
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
-// contact will slip (one linear solve for each group of bodies that touch), and PatchBatch::find_force how
-// its patch will answer; that goes to qfrc_applied for the time of mj_step2. Then the patches step by what
-// the contacts really slipped: they follow the bodies, and nothing drifts. Normal loads are those of the step
-// before, of a new contact those of the step without friction.
+// contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force
+// how its patch will answer; that goes to qfrc_applied for the time of mj_step2. Then the patches step by
+// what the contacts really slipped: they follow the bodies, and nothing drifts. Normal loads are those of the
+// step before, of a new contact those of the step without friction.
 //
 // Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
@@ -32,10 +33,11 @@
 #include <vector>
 
 #include <mujoco/mujoco.h>
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
+
+#include "skyline.hpp"
 
 namespace mujoco_example {
 
@@ -72,6 +74,12 @@ class BristleFriction {
   /// One step of the model's timestep, in place of mj_step. What stands in qfrc_applied counts and is left as
   /// it is.
   void step(const mjModel& model, mjData& data);
+  /// The halves of step(), for a program that has a step of its own. First, after mj_fwdAcceleration: the
+  /// generalised force of friction in this step, which the caller adds to the others before mj_fwdConstraint.
+  /// Repeated calls within a step do no harm.
+  const Eigen::VectorXd& find_friction(const mjModel& model, mjData& data);
+  /// Second, after the velocities have been advanced: the patches step by what the contacts slipped.
+  void end_step(const mjModel& model, const mjData& data);
   /// After mj_resetData, or when bodies were put elsewhere: every contact is new.
   void forget_contacts();
 
@@ -85,16 +93,21 @@ class BristleFriction {
     Eigen::Vector3d point = {0, 0, 0};                    ///< m, in the world
     /// N along frame.along() and aside(), N m about the normal, on geom2's body
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;                    ///< not found in the step before
-    double radius = 0.0;                   ///< m, of a disc
-    double normal_load = 0.0;              ///< N, of MuJoCo's solver in this step
-    double scale = 1.0;                    ///< the contact's coefficient over the material's
-    Eigen::Vector3d slip = {0, 0, 0};      ///< m/s, m/s, rad/s, predicted
-    int bodies[2] = {0, 0};                ///< of geom1 and geom2
-    int row = -1;                          ///< of its normal force among MuJoCo's constraints
-    Eigen::Index first_row = 0, rows = 2;  ///< of its island's Jacobian: slip, and spin if it is a disc
+    bool is_new = true;                                  ///< not found in the step before
+    bool is_disc = false;                                ///< of condim 4
+    double radius = 0.0;                                 ///< m, of a disc
+    double normal_load = 0.0;                            ///< N, of MuJoCo's solver in this step
+    double scale = 1.0;                                  ///< the contact's coefficient over the material's
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< m/s along normal and axes, rad/s; predicted
+    int bodies[2] = {0, 0};                              ///< of geom1 and geom2
+    int row = -1;                                        ///< of its normal force among MuJoCo's constraints
     std::size_t first_cell = 0, cells = 0;
     bristle::ExtendedMotion moved;  ///< of a disc, in this step
+
+   private:
+    friend class BristleFriction;
+    std::size_t first_dof = 0, dofs = 0;              // of dofs_ and rows_
+    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // `velocity` at the beginning of the step
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
@@ -105,46 +118,28 @@ class BristleFriction {
  private:
   /// One cell of a patch: a point has one, a disc several.
   struct Cell {
-    bristle::Response response;          ///< where the bodies are now
-    Eigen::Vector2d at = {0, 0};         ///< m, from the contact point
-    double stiffness = 0.0, gain = 0.0;  ///< in the prediction: N/m; N s/m with the damper's
-    Eigen::Vector2d elastic = {0, 0};    ///< N, likewise
+    bristle::Response response;    ///< where the bodies are now
+    Eigen::Vector2d at = {0, 0};   ///< m, from the contact point
+    Eigen::Vector2d way = {0, 0};  ///< of its force, once it slips in the prediction
+    bool slips = false;
   };
-
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  /// Bodies that touch, directly or over others: what moves them, and their contacts. The equations of one
-  /// island know nothing of the others, so each is solved by itself.
-  struct Island {
-    std::vector<int> dofs;                // of the model, ascending
-    std::vector<std::size_t> contacts;    // places in contacts_
-    std::size_t cells = 0;                // of these
-    RowMatrix jacobian, normal_jacobian;  // 2 or 3 rows a contact, and 1; a column for each of `dofs`
-    Eigen::VectorXd velocity;             // of `dofs`
-  };
+  /// Rows of a contact: velocity along its normal and axes, spin; a column for each degree of freedom.
+  using Rows = Eigen::Map<Eigen::Matrix<double, 4, Eigen::Dynamic>>;
 
   void match(const mjModel& model, const mjData& data);
   const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  int dim);
-  static void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, bool disc,
-                          Contact& contact);
+  void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, Contact& contact);
   int dim_of(const mjModel& model, const mjContact& contact) const;
-  void find_islands(const mjModel& model);
-  int top_of(int tree);
-  void set_jacobian(const mjModel& model, const mjData& data, Island& island);
-  void add_body(const mjModel& model, const mjData& data, const Contact& contact, int body, double sign,
-                Eigen::Index normal_row, Island& island);
+  void set_rows(const mjModel& model, const mjData& data, Contact& contact);
+  Rows rows_of(const Contact& contact);
   void begin_new_contacts(const mjModel& model, mjData& data);
-  void set_equation(const mjModel& model, const mjData& data, const Island& island);
-  void predict(double dt_s, const Island& island);
-  template <int size>
-  void solve(double dt_s, const RowMatrix& jacobian);
-  void begin_prediction(double dt_s, const Island& island);
-  void sum_cells(const Contact& contact, const Island& island);
-  bool clip(double dt_s, const Island& island);
+  void number_dofs(const mjModel& model);
+  void solve(const mjModel& model, const mjData& data);
+  bool clip(double dt_s);
+  void sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(double dt_s);
-  void apply_forces(mjData& data);
-  void move_patches(const mjModel& model, const mjData& data);
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
@@ -166,14 +161,16 @@ class BristleFriction {
   std::vector<bristle::Motion> motions_;  // of all cells
   std::vector<bristle::Response> responses_;
   std::vector<bristle::PatchCell> places_;
-  std::vector<Island> islands_;  // the first island_count_ are in use
-  std::size_t island_count_ = 0;
-  std::vector<int> tree_, island_of_;  // by body: what it hangs on; its island, or -1
-  std::vector<int> column_;            // by degree of freedom: its column in its island
-  RowMatrix fixed_;                    // of an island, without patches: lower triangle
-  RowMatrix gain_;                     // of every contact, times its rows of the Jacobian
-  Eigen::VectorXd fixed_right_, right_, slip_, start_slip_, pull_, other_constraints_;
+  std::vector<int> dofs_;            // of each contact, ascending
+  std::vector<double> rows_;         // of each contact, four for each of its dofs_
+  std::vector<int> tree_start_;      // by root body, the first of its degrees of freedom
+  std::vector<int> trees_, column_;  // touched, in an order that keeps neighbours close; by dof, or -1
+  std::vector<std::pair<int, int>> touching_;  // trees, both ways
+  bristle_example::Skyline system_;
+  Eigen::VectorXd change_;  // of velocity, by column
+  Eigen::VectorXd friction_, other_constraints_;
   std::vector<double> applied_;
+  bool moved_ = true;  // since the contacts were matched
 };
 
 }  // namespace mujoco_example

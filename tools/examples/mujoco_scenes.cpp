@@ -125,8 +125,12 @@ const char* to_string(Friction friction) {
 Model load(const std::string& xml) {
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
+#if mjVERSION_HEADER < 313
   mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size()));
   std::memcpy(files->filedata[0], xml.data(), xml.size());
+#else
+  mj_addBufferVFS(files.get(), "scene.xml", xml.data(), static_cast<int>(xml.size()));
+#endif
   char error[1000] = "";
   Model model(mj_loadXML("scene.xml", files.get(), error, sizeof error), mj_deleteModel);
   mj_deleteVFS(files.get());
@@ -235,6 +239,30 @@ Scene ten_blocks() {
   return scene;
 }
 
+Scene tower(double push_n, double ramp_s) {
+  Scene scene;
+  scene.name = push_n == 0.0 ? "tower" : ramp_s == 0.0 ? "pushed_tower" : "pressed_tower";
+  scene.title = fmt::format("tower of ten plates, the fifth pushed with {:g} N", push_n);
+  scene.direction[0] = 1.0;
+  scene.direction[2] = 0.0;
+  std::string blocks;
+  for (int i = 0; i < 10; ++i)
+    blocks += fmt::format(
+        R"(<body name="{0}" pos="0 0 {2}"><freejoint/><geom type="box" size="{1} {1} 0.01" mass="0.2"/></body>)",
+        i == 4 ? "body" : fmt::format("body{}", i), 0.1 - 0.003 * i, 0.01 + 0.02 * i);
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
+<worldbody><geom type="plane" size="5 5 1"/>{}</worldbody></mujoco>)",
+                          fmt::format(option, ""), blocks);
+  scene.drive = [=](const mjModel& model, mjData& data) {
+    const double since = data.time - tower_push_begin_s;
+    const double rise = ramp_s > 0.0 ? std::min(since / ramp_s, 1.0) : 1.0;
+    const bool pushed = since >= 0.0 && since < ramp_s + tower_push_s;
+    data.xfrc_applied[6 * mj_name2id(&model, mjOBJ_BODY, "body")] = pushed ? rise * push_n : 0.0;
+  };
+  return scene;
+}
+
 Scene held_off_centre(double grip_n) {
   Scene scene;
   scene.name = "held_off_centre";
@@ -335,6 +363,9 @@ std::vector<Scene> all_scenes() {
           tapped_block(),
           pushed_box(),
           ten_blocks(),
+          tower(),
+          tower(3.0),
+          tower(3.0, 1.0),
           pushed_book(),
           fingertips(false),
           fingertips(true),

@@ -35,6 +35,11 @@ Scene pushed_box();
 Scene spun_box(double speed);
 /// Ten blocks side by side on a slope: forty contact points.
 Scene ten_blocks();
+/// Ten plates of 200 g on each other, each smaller than the one below by 3 mm (flush ones get other contact
+/// points as soon as they shift): forty contact points in one island. The fifth is pushed
+/// with push_n from tower_push_begin_s on, rising for ramp_s, and after tower_push_s more let go at once.
+Scene tower(double push_n = 0.0, double ramp_s = 0.0);
+inline constexpr double tower_push_begin_s = 1.0, tower_push_s = 0.2;
 /// A box of 200 g between two round fingertips 20 mm off its centre of mass, contacts of condim 4; the hand
 /// that holds it with grip_n is shaken with 10 m/s^2 up and down and 5 across.
 Scene held_off_centre(double grip_n = 30.0);

@@ -1,0 +1,110 @@
+// Friction of bristles as a plugin of MuJoCo 3: a program in C, C++ or Python goes on to call mj_step.
+//
+//   mj_loadPluginLibrary("libbristle_mujoco_plugin.so");      // or into the plugin folder of `simulate`
+//
+//   <extension>
+//     <plugin plugin="bristle.friction"><instance name="friction">
+//       <config key="presliding_length" value="20e-6"/></instance></plugin>
+//   </extension>
+//   <default><geom condim="1"/></default>                    <!-- MuJoCo's own friction is off -->
+//
+// Forces are found where MuJoCo asks for passive forces, and the patches step where it advances its state.
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include <mujoco/mjplugin.h>
+
+#include "mujoco_friction.hpp"
+
+namespace {
+
+using mujoco_example::BristleFriction;
+
+constexpr const char* attributes[] = {"presliding_length", "peak_over_kinetic", "damping_per_newton",
+                                      "max_normal_load", "condim"};
+
+/// Returns the number in the configuration of an instance, `otherwise` if there is none.
+double number(const mjModel& model, int instance, const char* attribute, double otherwise) {
+  const char* const text = mj_getPluginConfig(&model, instance, attribute);
+  if (text == nullptr || *text == 0) return otherwise;
+  char* end = nullptr;
+  const double value = std::strtod(text, &end);
+  if (*end != 0) throw bristle::Error(std::string(attribute) + " is \"" + text + "\": give a number");
+  return value;
+}
+
+BristleFriction* make(const mjModel& model, int instance) {
+  if (model.opt.integrator == mjINT_RK4)
+    throw bristle::Error("the integrator is RK4: choose Euler, implicit or implicitfast");
+  const auto with_friction = [](int dim) { return dim != 1; };
+  if (std::any_of(model.geom_condim, model.geom_condim + model.ngeom, with_friction) ||
+      std::any_of(model.pair_dim, model.pair_dim + model.npair, with_friction))
+    throw bristle::Error("a geom or pair has MuJoCo's own friction: give all condim 1");
+  const auto get = [&](int attribute, double otherwise) {
+    return number(model, instance, attributes[attribute], otherwise);
+  };
+  bristle::Coefficients law;
+  const double over_kinetic = get(1, law.peak / law.kinetic);
+  law.with_presliding_length(get(0, 20e-6))
+      .with_kinetic(1.0)
+      .with_peak(over_kinetic)
+      .with_damping_per_newton(get(2, 0.5));
+  mujoco_example::FrictionOptions options;
+  options.patch.with_max_normal_load(get(3, 60.0));
+  const int dim = static_cast<int>(get(4, 3.0));
+  return new BristleFriction(model,
+                             {std::vector<int>(static_cast<std::size_t>(model.ngeom), dim),
+                              std::vector<int>(static_cast<std::size_t>(model.npair), dim)},
+                             law, options);
+}
+
+BristleFriction& friction_of(const mjData& data, int instance) {
+  return *reinterpret_cast<BristleFriction*>(data.plugin_data[instance]);
+}
+
+/// MuJoCo computes passive forces before the bias and the actuators' forces, which the prediction needs.
+void add_friction(const mjModel* model, mjData* data, int instance, int /*capability*/) {
+  mj_referenceConstraint(model, data);
+  mj_rne(model, data, 0, data->qfrc_bias);
+  mj_fwdActuation(model, data);
+  mj_fwdAcceleration(model, data);
+  Eigen::Map<Eigen::VectorXd>(data->qfrc_passive, model->nv) +=
+      friction_of(*data, instance).find_friction(*model, *data);
+}
+
+}  // namespace
+
+mjPLUGIN_LIB_INIT(bristle_friction) {
+  mjpPlugin plugin;
+  mjp_defaultPlugin(&plugin);
+  plugin.name = "bristle.friction";
+  plugin.capabilityflags = mjPLUGIN_PASSIVE;
+  plugin.nattribute = sizeof attributes / sizeof *attributes;
+  plugin.attributes = attributes;
+  plugin.nstate = [](const mjModel*, int) { return 0; };
+  plugin.init = [](const mjModel* model, mjData* data, int instance) {
+    try {
+      data->plugin_data[instance] = reinterpret_cast<std::uintptr_t>(make(*model, instance));
+      return 0;
+    } catch (const std::exception& error) {
+      mju_warning("bristle.friction: %s", error.what());
+      return -1;
+    }
+  };
+  plugin.destroy = [](mjData* data, int instance) {
+    delete &friction_of(*data, instance);
+    data->plugin_data[instance] = 0;
+  };
+  plugin.reset = [](const mjModel*, mjtNum*, void* friction, int) {
+    static_cast<BristleFriction*>(friction)->forget_contacts();
+  };
+  plugin.copy = [](mjData* to, const mjModel*, const mjData*, int instance) {
+    friction_of(*to, instance).forget_contacts();
+  };
+  plugin.compute = add_friction;
+  plugin.advance = [](const mjModel* model, mjData* data, int instance) {
+    friction_of(*data, instance).end_step(*model, *data);
+  };
+  mjp_registerPlugin(&plugin);
+}
