@@ -494,7 +494,8 @@ class Stepper {
     walk_rounds<T, mean || energy, residual>(*patch.law, static_cast<T>(advance.length),
                                              static_cast<T>(advance.residual), columns, places, walk);
     for (std::uint32_t part = 0; part < parts; ++part) {
-      RowSums<T> sum = sums[part];
+      RowSums<T> sum;
+      sum = sums[part];
       for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
         end_redraw<T, axes, mean, energy, residual, partial.value>(motion, output, i, weights, walk, sum);
       });
