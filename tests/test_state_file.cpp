@@ -313,14 +313,10 @@ TEST_CASE("What a killed process left behind does not stop one with its number",
 TEST_CASE("The name of a state file is UTF-8", "[state]") {
   const TemporaryFolder folder;
   PatchBatch batch = small_batch();
-  bristle::save_state_file(folder.at("\xc3\xbc"
-                                     "ber \xe6\x91\xa9"),
-                           batch);
-  CHECK(fs::exists(folder.path / fs::u8path("\xc3\xbc"
-                                            "ber \xe6\x91\xa9")));
-  CHECK(bristle::read_state_file(folder.at("\xc3\xbc"
-                                           "ber \xe6\x91\xa9"))
-            .state == saved_state(batch));
+  const std::string name = "\303\274ber \346\221\251";
+  bristle::save_state_file(folder.at(name), batch);
+  CHECK(fs::exists(folder.path / fs::u8path(name)));
+  CHECK(bristle::read_state_file(folder.at(name)).state == saved_state(batch));
 }
 
 #if defined(__unix__)
