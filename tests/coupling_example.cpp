@@ -1,7 +1,6 @@
-// The example of core/MODEL.md, section 21, compiled. The lines between the marks are the ones printed there.
+// An example of <bristle/coupling.hpp>, run by test_coupling.cpp: a plate that is pushed over a patch.
 #include "coupling_example.hpp"
 
-// begin
 #include <bristle/bristle.hpp>
 #include <bristle/coupling.hpp>
 
@@ -25,4 +24,3 @@ double pushed_plate(double push) {
   }
   return x;
 }
-// end

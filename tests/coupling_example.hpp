@@ -1,4 +1,4 @@
-// Stopping distance of the plate of core/MODEL.md's example, m.
+// Displacement after a second of the plate of coupling_example.cpp, m.
 #pragma once
 
 double pushed_plate(double push);

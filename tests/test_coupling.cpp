@@ -2,8 +2,6 @@
 #include <catch2/catch.hpp>
 
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "coupling_example.hpp"
@@ -279,18 +277,7 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
   }
 }
 
-TEST_CASE("The example in the documentation is the one that is compiled, and holds below the limit",
-          "[coupling]") {
-  const auto text_of = [](const std::string& path) {
-    std::ifstream in(path);
-    REQUIRE(in);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
-  const std::string source = text_of(data_folder() + "/../coupling_example.cpp");
-  const auto begin = source.find("// begin\n") + 9;
-  const std::string lines = source.substr(begin, source.find("// end") - begin);
-  REQUIRE(lines.size() > 500);
-  CHECK(text_of(data_folder() + "/../../core/MODEL.md").find(lines) != std::string::npos);
+TEST_CASE("The plate of the example holds below the limit, and accelerates beyond it", "[coupling]") {
   // Load 0.25 kg * 9.81 = 2.45 N: kinetic 0.98 N. Held, it bends by less than the longest bristle; past the
   // limit (peak 0.46: 1.13 N) it accelerates by (1.3 - 0.98) / 0.25 m/s^2 over a second.
   CHECK(pushed_plate(0.5) < 15e-6);
