@@ -478,6 +478,7 @@ int c_program_sheds_and_replays(void) {
   EXPECT(bristle_state_hash(replay, 0) == bristle_state_hash(batch, 0));
   EXPECT(bristle_set_detail(batch, motion.id, n) == BRISTLE_STATUS_OK);
   EXPECT(bristle_set_detail(batch, 12345, n) == BRISTLE_STATUS_UNKNOWN_ID);
+  EXPECT(bristle_shedder_read_decisions(shedder, NULL, 0) == 1);
   bristle_shedder_clear_decisions(shedder);
   EXPECT(bristle_shedder_read_decisions(shedder, NULL, 0) == 0);
   bristle_shedder_destroy(shedder);

@@ -2,7 +2,10 @@
 #include <catch2/catch.hpp>
 
 #include <bristle/bristle.h>
+#include <bristle/bed.hpp>
+#include <bristle/deadline_monitor.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <string>
@@ -172,6 +175,143 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   CHECK(info.memory_bytes == expected.memory_bytes);
   CHECK(info.bytes_per_bristle == expected.bytes_per_bristle);
   CHECK(std::string(info.kernel) == expected.kernel);
+}
+
+TEST_CASE("A reset in C sets seed and key as in C++", "[c]") {
+  PatchBatch batch;
+  const PatchId id = batch.add(
+      Material{}.with_snap_length(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)).with_snap_rule(SnapRule::keep),
+      PatchOptions{}.with_bristles(100).with_axes(1));
+  CPatch c(100);
+  REQUIRE(batch.reset(id, 5, 9));
+  REQUIRE(bristle_reset(c.batch, c.motion.id, 5, 9) == BRISTLE_OK);
+  CHECK(bristle_state_hash(c.batch, c.motion.id) == batch.state_hash(id));
+  CHECK(batch.info(id).key == 9);
+  bristle_patch_info info;
+  bristle_init_patch_info(&info, sizeof info);
+  REQUIRE(bristle_find_info(c.batch, c.motion.id, &info) == BRISTLE_OK);
+  CHECK(info.key == 9);
+}
+
+TEST_CASE("Facts and moments in C are those of C++", "[c]") {
+  const SnapLength law = SnapLength::lognormal(dbar, 0.3);
+  const Material m = Material{}.with_snap_length(law);
+  bristle_material material;
+  bristle_init_material(&material, sizeof material);
+  material.snap_length = {BRISTLE_LAW_LOGNORMAL, 0, law.first_parameter(), law.second_parameter(), nullptr};
+  bristle_material_facts facts;
+  bristle_init_material_facts(&facts, sizeof facts);
+  REQUIRE(bristle_material_find_facts(&material, &facts) == BRISTLE_OK);
+  CHECK(facts.kinetic_coefficient == m.kinetic_coefficient());
+  CHECK(facts.peak_coefficient == m.peak_coefficient());
+  CHECK(facts.peak_coefficient > facts.kinetic_coefficient);
+  CHECK(facts.snap_length_variation == law.cv());
+  CHECK(facts.longest_snap_length == law.longest());
+  const double lengths[2] = {0.5 * dbar, 1.5 * dbar};
+  for (const int k : {1, 2}) {
+    double moment = 0.0, partial[2] = {};
+    REQUIRE(bristle_snap_length_moment(&material.snap_length, k, &moment, lengths, partial, 2) == BRISTLE_OK);
+    CHECK(moment == law.moment(k));
+    for (int i = 0; i < 2; ++i) CHECK(partial[i] == law.partial_moment(k, lengths[i]));
+  }
+}
+
+TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
+  DeadlineMonitor expected(1e-3, 1e-3);
+  bristle_monitor* monitor = nullptr;
+  REQUIRE(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
+  for (int i = 0; i < 1000; ++i) {
+    const double due = 1e-3 * i, start = due + 1e-7 * i, end = start + 1e-4 + 1e-6 * (i % 37);
+    expected.record_tick({due, start, end, 1e-4});
+    bristle_monitor_record_tick(monitor, due, start, end, 1e-4);
+  }
+  bristle_monitor_report report;
+  bristle_init_monitor_report(&report, sizeof report);
+  REQUIRE(bristle_monitor_find_report(monitor, &report) == BRISTLE_OK);
+  const auto& jitter = expected.period_jitter();
+  CHECK(report.jitter_p50 == jitter.percentile(0.5));
+  CHECK(report.jitter_p99 == jitter.percentile(0.99));
+  CHECK(report.jitter_max == jitter.max());
+  CHECK(report.p50 == expected.p50());
+  CHECK(report.p99 == expected.p99());
+  CHECK(report.p999 == expected.p999());
+  CHECK(report.mean == expected.mean());
+  bristle_monitor_destroy(monitor);
+}
+
+TEST_CASE("Each field of a bed in C is that of C++", "[c]") {
+  // Each bed needs what no other has; all are pressed, rolled where they roll, and drawn along both axes.
+  const std::vector<BedCell> cells = {
+      {{1e-3, 0.0}, 1.0, 2.0}, {{0.0, 2e-3}, 3.0, 1.0}, {{-1e-3, 1e-3}, 2.0, 1.0}};
+  struct Case {
+    const char* name;
+    BedMaterial material;
+    BedShape shape;
+    BedOptions options;
+  };
+  BedOptions coarse{10.0};
+  coarse.longest_piece = 0.02;
+  BedMaterial sphere(0.5);
+  sphere.normal_modulus = 2e6;
+  sphere.shear_modulus = 1e6;
+  sphere.radius = 5e-3;
+  const std::vector<Case> cases = {
+      {"list", BedMaterial(0.6).with_presliding(1e-4), BedShape::from_list(cells), {10.0}},
+      {"moduli and radius", sphere, BedShape::sphere_row(8), {10.0}},
+      {"flexible",
+       BedMaterial(0.9).with_flexibility(2e-9, 3e-9, 1e-9),
+       BedShape::rectangle(2e-3, 1e-3, BedPressure::hertz, 6, 3).rolling(6, 3),
+       {10.0}},
+      {"fine pieces", BedMaterial(0.9, 0.7).with_slip_stiffness(300.0, 200.0),
+       BedShape::rectangle(2e-3, 1e-3, BedPressure::parabolic, 8, 2).rolling(8, 2), coarse}};
+  for (const Case& c : cases) {
+    INFO(c.name);
+    bristle_bed bed;
+    REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
+    bed.static_friction = c.material.static_friction;
+    bed.kinetic_friction = c.material.kinetic_friction;
+    bed.normal_modulus = c.material.normal_modulus;
+    bed.shear_modulus = c.material.shear_modulus;
+    bed.radius = c.material.radius;
+    std::copy_n(c.material.flexibility, 3, bed.flexibility);
+    std::copy_n(c.material.slip_stiffness, 2, bed.slip_stiffness);
+    bed.presliding = c.material.presliding;
+    bed.kind = static_cast<std::uint32_t>(c.shape.kind);
+    bed.pressure = static_cast<std::uint32_t>(c.shape.pressure);
+    bed.growth = static_cast<std::uint32_t>(c.shape.growth);
+    bed.rolls = c.shape.rolls;
+    std::copy_n(c.shape.half, 2, bed.half);
+    std::copy_n(c.shape.cells, 2, bed.cells);
+    bed.list = reinterpret_cast<const bristle_bed_cell*>(c.shape.list.data());
+    bed.list_count = c.shape.list.size();
+    bed.max_normal_load = c.options.max_normal_load;
+    bed.longest_piece = c.options.longest_piece;
+    BedBatch batch;
+    BedMotion motion;
+    motion.id = batch.add(c.material, c.shape, c.options);
+    bristle_beds* beds = nullptr;
+    REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
+    bristle_id id = 0;
+    REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);
+    for (int k = 0; k < 12; ++k) {
+      motion.normal_load = k < 6 ? 8.0 : 3.0;
+      motion.displacement[0] = 3e-5;
+      motion.displacement[1] = 2e-5;
+      motion.rolled[0] = c.shape.rolls ? 1e-3 : 0.0;
+      BedResponse expected;
+      batch.step({&motion, 1}, {&expected, 1});
+      bristle_bed_motion its;
+      static_assert(sizeof its == sizeof motion);
+      std::memcpy(&its, &motion, sizeof its);
+      its.id = id;
+      bristle_bed_response out;
+      REQUIRE(bristle_beds_step(beds, &its, &out, 1, nullptr) == BRISTLE_OK);
+      CHECK(expected.force[0] != 0.0);
+      for (int axis = 0; axis < 2; ++axis) CHECK(out.force[axis] == expected.force[axis]);
+    }
+    CHECK(bristle_beds_state_hash(beds, id) == batch.state_hash(motion.id));
+    bristle_beds_destroy(beds);
+  }
 }
 
 TEST_CASE("Fields of a struct are counted", "[c]") {
