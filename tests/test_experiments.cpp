@@ -487,9 +487,10 @@ TEST_CASE("The page of experiments says what the program finds: hold and velocit
   check_page("slide-hold-slide");
   check_page("velocity-step");
 }
-TEST_CASE("The page of experiments says what the program finds: load steps and turns", "[experiment]") {
+TEST_CASE("The page of experiments says what the program finds: load steps, turns, joints", "[experiment]") {
   check_page("load-step");
   check_page("turn");
+  check_page("joint");
 }
 TEST_CASE("The page of experiments says what the program finds: beds", "[experiment]") {
   check_page("creep-curve");
