@@ -525,6 +525,26 @@ motion   | type = "ramp"; velocity = 0.02 | type = "trace"; file = "gone.csv" | 
   }
 }
 
+TEST_CASE("A patch of a scene has the lay that its table says", "[cli][lay]") {
+  const Folder folder;
+  SmallScene s;
+  const auto sliding = [&] {
+    return run_report(folder, "run '" + folder.write("lay.toml", s.text()) +
+                                  "'")["patches"][0]["coefficient"]["sliding"]
+        .get<double>();
+  };
+  replace(s.patch, "bristles = 100", "population = \"infinite\"\nlay = { limit_ratio = 1.0 }");
+  const double plain = sliding();
+  // The patch moves along x, across a lay that is turned by 90 degrees.
+  replace(s.patch, "limit_ratio = 1.0", "limit_ratio = 0.25, angle = 1.5707963267948966");
+  CHECK(sliding() == Approx(0.25 * plain).epsilon(0.01));
+  replace(s.patch, "limit_ratio = 0.25", "to_over_fro = 2.0");
+  check_refused(folder, "run '" + folder.write("lay.toml", s.text()) + "'",
+                {"lay.toml", "lay", "is refused", "lay.to_over_fro = 2", "SnapRule::slide"});
+  replace(s.patch, "to_over_fro", "too_over_fro");
+  check_refused(folder, "run '" + folder.write("lay.toml", s.text()) + "'", {"too_over_fro", "to_over_fro"});
+}
+
 TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and the run names it", "[cli]") {
   const Folder folder;
   SmallScene s;

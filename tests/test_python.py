@@ -154,6 +154,19 @@ class Model(unittest.TestCase):
         with self.assertRaisesRegex(bristle.Error, '"representatives", "infinite"'):
             bristle.PatchOptions(population="finite")
 
+    def test_a_lay_makes_friction_depend_on_the_direction(self):
+        surface = material(bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR), "slide")
+        limit = surface.kinetic_coefficient() * LOAD
+        batch = bristle.PatchBatch()
+        for x, y, fx, fy in ((1, 0, 1.5, 0), (-1, 0, -0.5, 0), (0, 1, 0.5, 0.4)):  # of an ellipse about (0.5, 0)
+            lay = bristle.Lay(limit_ratio=0.4, to_over_fro=3.0)
+            id_ = batch.add(surface, bristle.PatchOptions(max_normal_load=LOAD, precision="double", lay=lay))
+            batch.move(id_, 200 * DBAR * x, 200 * DBAR * y, LOAD)
+            batch.step(1e-3)
+            np.testing.assert_allclose(batch.force(id_).end, [-fx * limit, -fy * limit], atol=1e-6 * limit)
+        with self.assertRaisesRegex(bristle.Error, "lay.to_over_fro = 3; allowed is 1, or SnapRule::slide"):
+            batch.add(bristle.Material(), bristle.PatchOptions(lay=lay))
+
     def test_first_loading_follows_the_law(self):
         law = bristle.SnapLength.exponential(DBAR)
         x = np.linspace(0.0, 4.0, 41)
@@ -226,7 +239,8 @@ class Copies(unittest.TestCase):
             material(law, "keep", residual_length=1e-6, ageing_strength=0.1, ageing_form="saturating")
             for law in self.LAWS] + [
             bristle.Coefficients(kinetic=0.5, peak=0.55, fall_per_decade=0.01, rule="keep"),
-            bristle.PatchOptions(max_normal_load=3.0, outputs="all", population="infinite", resolution=4.0, key=2**60)]
+            bristle.PatchOptions(max_normal_load=3.0, outputs="all", population="infinite", resolution=4.0, key=2**60,
+                                 lay=bristle.Lay(angle=0.3, limit_ratio=2.0))]
         for thing in things:
             for other in self.ways(thing):
                 self.assertEqual(other, thing)
@@ -251,6 +265,8 @@ class Copies(unittest.TestCase):
             ids.append(batch.add(material(law, "keep" if k % 2 else "redraw"), bristle.PatchOptions(
                 max_normal_load=LOAD, bristles=100 + k, seed=k, precision="double" if k % 3 else "single")))
         ids.append(batch.add(bristle.Material(ageing_strength=0.05), bristle.PatchOptions(population="infinite")))
+        for ratio in (0.5, 2.0):
+            ids.append(batch.add(bristle.Material(), bristle.PatchOptions(lay=bristle.Lay(limit_ratio=ratio))))
         ids = np.array(ids, "u8")
         slide(batch, ids, 4e-6, 10)
         batch.set_material(ids[0], bristle.Material(bristle_stiffness=60.0, normal_stiffness=2000.0))

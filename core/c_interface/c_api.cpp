@@ -297,7 +297,7 @@ BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_
                BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
                BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
                BRISTLE_CHOICE(population, Population::infinite), BRISTLE_FIELD(cohorts),
-               BRISTLE_FIELD(fluctuation), BRISTLE_FIELD(resolution));
+               BRISTLE_FIELD(fluctuation), BRISTLE_FIELD(resolution), BRISTLE_FIELD(lay));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(bristles_visited));
@@ -401,6 +401,9 @@ SnapLength to_cpp(const bristle_snap_length& s) {
   return SnapLength::table({s.table, s.table_size});
 }
 
+Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
+bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
+
 /// Converts a snap length. A table is not copied: it belongs to `s`.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
@@ -417,10 +420,11 @@ template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
   const auto copy = [&](const auto& f) {
-    if constexpr (std::is_same_v<decltype(c.*f.c), bristle_snap_length&>)
+    using CField = std::remove_reference_t<decltype(c.*f.c)>;
+    if constexpr (std::is_same_v<CField, bristle_snap_length> || std::is_same_v<CField, bristle_lay>)
       c.*f.c = to_c(cpp.*f.cpp);
     else
-      c.*f.c = static_cast<std::remove_reference_t<decltype(c.*f.c)>>(cpp.*f.cpp);
+      c.*f.c = static_cast<CField>(cpp.*f.cpp);
   };
   std::apply([&](const auto&... f) { (copy(f), ...); }, Mirror<C>::fields);
   return c;
@@ -435,7 +439,7 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
     if constexpr (std::is_enum_v<CppField>) {
       if (c.*f.c > f.last) detail::refuse(Mirror<C>::name, f.name, c.*f.c, "0 to " + std::to_string(f.last));
       cpp.*f.cpp = static_cast<CppField>(c.*f.c);
-    } else if constexpr (std::is_same_v<CppField, SnapLength>) {
+    } else if constexpr (std::is_same_v<CppField, SnapLength> || std::is_same_v<CppField, Lay>) {
       cpp.*f.cpp = to_cpp(c.*f.c);
     } else if constexpr (std::is_same_v<CppField, bool>) {
       cpp.*f.cpp = c.*f.c != 0;

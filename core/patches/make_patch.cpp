@@ -19,6 +19,7 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
   PatchOptions chosen = options;
   chosen.population = choose_population(material->material, options);
+  check_lay(material->material, chosen);
   if (material->material.snap_rule == SnapRule::slide)
     return make_sliders(std::move(material), chosen, kernels, weight);
   if (chosen.population == Population::infinite)

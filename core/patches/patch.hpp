@@ -12,6 +12,7 @@
 #include "bristle/patch.hpp"
 #include "core/kernel_table.hpp"
 #include "core/materials/kernel_law.hpp"
+#include "core/patches/lay.hpp"
 
 namespace bristle::detail {
 
@@ -42,6 +43,7 @@ struct PatchRecord {
     double since = 0.0;            ///< when the patch was last near its anchor: the next `oldest`
     std::int64_t way[2] = {0, 0};  ///< from the anchor, fixed point
   } hold;
+  LayMap lay;  ///< of PatchOptions::lay
 };
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64
@@ -76,6 +78,7 @@ struct alignas(64) Patch {
   bool damps : 1 = false;             ///< the damper depends on the velocity
   bool ages : 1 = false;              ///< time_of(patch) matters
   bool renews : 1 = false;            ///< a trial step changes the patch: it is made on a copy
+  bool laid : 1 = false;              ///< has a lay: motions and forces are mapped
   std::uint8_t fetched_lines = 0;     ///< cache lines of the record that are worth asking for ahead of a step
   double part = 0.0;                  ///< bristles beyond `whole`, a real number
   double newtons_per_unit = 0.0;      ///< elastic force of one unit of the sum
@@ -111,6 +114,10 @@ inline double time_of(const Patch& p) noexcept {
 
 /// Makes the shared part of a patch out of contact from its options and material.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
+/// Whether a step of the patch books its work less what it stored (LayMap::books_work), and is asked to.
+inline bool books_work(const Patch& p) noexcept {
+  return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
+}
 /// Updates the numbers of the shared part that follow from load and material. Call it after either changed.
 void note_contact(Patch& patch) noexcept;
 /// Returns the damping of the whole patch, N s/m: multiplied by the velocity it is the force of damper,

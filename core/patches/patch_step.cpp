@@ -53,8 +53,8 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
 /// Finds Response::force_limit for a patch that ages.
 double find_force_limit(const Patch& p, double growth) noexcept {
   const Material& m = p.material().material;
-  const double residual =
-      p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness * m.residual_length;
+  const double residual = p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness *
+                          m.residual_length * p.record->lay.strongest;
   return residual + growth * (p.force_limit - residual);
 }
 
@@ -107,10 +107,43 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Whether neither time nor velocity matters: the patch does not age, damp or follow the literal rule, and is
-/// not stepped eagerly.
+/// Whether neither time, velocity nor direction matters: the patch does not age, damp, have a lay or follow
+/// the literal rule, and is not stepped eagerly.
 bool is_plain(const Patch& p) noexcept {
-  return p.skips && !p.ages && !p.damps && !p.literal && p.rest_damping == 0.0;
+  return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
+}
+
+/// A displacement in the axes in which the bristles know of no direction, m.
+struct Displacement {
+  double by[2];
+};
+template <bool plain, class Asked>
+[[gnu::always_inline]] inline Displacement displacement_of(const Patch& p, const Asked& motion) noexcept {
+  Displacement d{{motion.displacement[0], motion.displacement[1]}};
+  if (!plain && p.laid) p.record->lay.to_isotropic(motion.displacement, d.by);
+  return d;
+}
+
+/// Maps the sums of a patch with a lay to the patch's axes, and finds what the step dissipated where that
+/// is no sum over the bristles.
+[[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
+                                bool held, StepSums& sums) noexcept {
+  const LayMap& lay = p.record->lay;
+  if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
+    // Isotropic axes count deflections from the centre of the limits, which is `lean` limits off the root.
+    const CompiledMaterial& m = p.material();
+    const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
+                         p.newtons_per_unit;
+    sums.end[0] += units;
+    sums.twice_mean[0] += 2.0 * units;
+  }
+  lay.to_real_force(sums.end);
+  lay.to_real_force(sums.twice_mean);
+  if (held || !books_work(p)) return;
+  double work = 0.0;
+  for (int axis = 0; axis < 2; ++axis)
+    work += 0.5 * p.newtons_per_unit * sums.twice_mean[axis] * displacement[axis];
+  sums.dissipated = std::clamp(work + step.stored - p.model->stored_energy(p), 0.0, highest_energy);
 }
 
 /// Reads a motion under a load that is applied already. `plain`, `usual`: as is_plain() and is_usual() say.
@@ -147,21 +180,24 @@ template <bool plain, bool usual>
 
 /// Fills the constants of Advance other than the travel itself. Field by field: g++ clears the whole by `rep
 /// stos`, which takes longer.
-void begin_advance(const Patch& p, Advance& a) noexcept {
+void begin_advance(const Patch& p, PatchStep& step) noexcept {
+  Advance& a = step.advance;
   a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
   a.energy_unit = 1.0;
   a.phase_key = 0;
   a.in_double = a.renews_bounds = a.ageing_form = 0;
   a.skips_blocks = p.skips && !a.snaps_all ? 1 : 0;
   static_assert(sizeof(Advance) == 160, "a new field of Advance: set it above");
+  if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
 /// Writes the response (for a cell only its force) and, when the step is committed, the numbers that answer
 /// the next step at rest.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
-                                                  const PatchStep& step, bool held, const StepSums& sums,
+                                                  const PatchStep& step, bool held, StepSums& sums,
                                                   Answer& out) noexcept {
+  if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
   double elastic[2];  // read back from the response as a pair, they would have to wait for it
   // 0 - x: no negative zero for a patch at rest.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
@@ -219,12 +255,13 @@ template <bool plain, class Asked, class Answer>
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {
+  const Displacement d = displacement_of<plain>(p, motion);
   PatchStep step;
   step.contact_loss = contact_loss;
-  if (is_usual(p, motion.displacement))
-    read_motion<plain, true>(p, motion.displacement, dt_s, commit, step);
+  if (is_usual(p, d.by))
+    read_motion<plain, true>(p, d.by, dt_s, commit, step);
   else
-    read_motion<plain, false>(p, motion.displacement, dt_s, commit, step);
+    read_motion<plain, false>(p, d.by, dt_s, commit, step);
   StepSums sums;
   Bound bound = find_bound(p, step);
   if (bound == Bound::none) {
@@ -235,7 +272,7 @@ template <bool plain, class Asked, class Answer>
       bound = p.model->renew_bound(p, step.advance, sums);
   }
   if (bound == Bound::none) {
-    begin_advance(p, step.advance);
+    begin_advance(p, step);
     p.model->advance(p, step, sums);
   } else if (bound != Bound::glide) {
     hold(p, step.advance, sums);
@@ -251,11 +288,12 @@ template <bool plain, class Asked, class Answer>
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
-  if (!(p.bound.reach >= 0.0) || !is_usual(p, motion.displacement))
+  const Displacement d = displacement_of<plain>(p, motion);
+  if (!(p.bound.reach >= 0.0) || !is_usual(p, d.by))
     return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
   PatchStep step;
   step.contact_loss = contact_loss;
-  read_motion<plain, true>(p, motion.displacement, dt_s, commit, step);
+  read_motion<plain, true>(p, d.by, dt_s, commit, step);
   if (find_bound(p, step) == Bound::none)
     return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
   StepSums sums;
@@ -301,10 +339,10 @@ std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
 std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, const Crew& crew,
                          PatchStep& step) noexcept {
   step.contact_loss = apply_load(p, motion);
-  read_motion<false, false>(p, motion.displacement, dt_s, true, step);
+  read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
   if (find_bound(p, step) != Bound::none) return 0;
   find_direction(step.advance);
-  begin_advance(p, step.advance);
+  begin_advance(p, step);
   step.crew = &crew;
   const std::uint32_t blocks = p.model->shared->prepare(p, step);
   step.crew = nullptr;
@@ -323,9 +361,9 @@ std::uint64_t end_step(Patch& p, const Motion& motion, double dt_s, const PatchS
 }
 
 bool needs_copy(const Patch& p, const Motion& motion) noexcept {
-  if (!p.renews) return false;
+  if (!changes_in_trials(p)) return false;
   PatchStep step;
-  read_motion<false, false>(p, motion.displacement, 1.0, false, step);
+  read_motion<false, false>(p, displacement_of<false>(p, motion).by, 1.0, false, step);
   return find_bound(p, step) == Bound::none;
 }
 

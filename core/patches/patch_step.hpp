@@ -72,6 +72,8 @@ std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const 
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
+/// Whether a trial changes bristles, unless the bound answers it.
+inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
 /// Whether a trial of this motion under the present load would change bristles, so that it needs a copy of
 /// the patch.
 bool needs_copy(const Patch& patch, const Motion& motion) noexcept;

@@ -162,11 +162,13 @@ SavedBatch open_batch(Span<const std::byte> state) {
 std::uint64_t hash_of(const Patch& p) noexcept {
   const std::uint64_t hash = p.model->hash(p);
   const double(&remainder)[2] = p.record->remainder;
-  if (remainder[0] == 0.0 && remainder[1] == 0.0) return hash;
+  const bool creeps = remainder[0] != 0.0 || remainder[1] != 0.0;
+  if (!creeps && !p.laid) return hash;
   Hasher hasher;
   hasher.add(hash);
-  hasher.add(remainder[0]);
-  hasher.add(remainder[1]);
+  if (creeps)
+    for (const double x : remainder) hasher.add(x);
+  if (p.laid) p.record->lay.add_to(hasher);
   return hasher.value();
 }
 
@@ -174,6 +176,7 @@ std::uint64_t signature_of(const Patch& p) noexcept {
   Hasher hasher;
   hasher.add(p.model->signature(p));
   add_bytes(hasher, {reinterpret_cast<const std::byte*>(p.model->name), std::strlen(p.model->name)});
+  if (p.laid) p.record->lay.add_to(hasher);
   return hasher.value();
 }
 

@@ -31,6 +31,7 @@ struct PatchStep {
   bool moves;                  ///< false: nothing can snap
   bool creeps;                 ///< so short that its remainder is carried
   double contact_loss = 0.0;   ///< J
+  double stored = 0.0;         ///< J, in the bristles before it; only where books_work()
   const Crew* crew = nullptr;  ///< threads for what has to be done before the last ranges; null: none
 };
 

@@ -182,7 +182,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     try_step(*p, motion, dt_s, 0.0, response);
     return response;
   }
-  if (p->renews) {  // a trial is a step, of a copy
+  if (changes_in_trials(*p)) {  // a trial is a step, of a copy
     Patch copy;
     p->model->copy(*p, copy, impl->scratch.memory.get());
     impl->trial.of = nullptr;
@@ -219,7 +219,7 @@ double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
 bool PatchBatch::ages(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
   const Patch* p = impl->pool.find(id);
-  return p != nullptr && p->ages;
+  return p != nullptr && (p->ages || p->laid);
 }
 
 Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
@@ -274,7 +274,10 @@ std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> 
   std::size_t count = p->record->endless ? largest : p->record->options.bristles;
   for (const Span<double>& column : {zx, zy, delta})
     if (!column.empty()) count = std::min(count, column.size());
+  if (p->laid && zx.empty() != zy.empty()) return 0;
   p->model->read_bristles(*p, count, zx, zy, delta);
+  for (std::size_t i = 0; p->laid && !zx.empty() && i < count; ++i)
+    p->record->lay.to_real_length(zx[i], zy[i]);
   return count;
 }
 

@@ -17,7 +17,7 @@ using bristle::PatchRecipe;
 
 namespace {
 
-constexpr int format = 2;
+constexpr int format = 3;
 
 py::bytes state_of(Batch& self) {
   const std::size_t size = self.batch.state_size();
@@ -29,11 +29,12 @@ py::bytes state_of(Batch& self) {
 }
 
 bool alike(const PatchOptions& a, const PatchOptions& b) {
-  static_assert(bristle::detail::field_count<PatchOptions> == 12,
+  static_assert(bristle::detail::field_count<PatchOptions> == 13,
                 "each field but seed, key and `compared` is compared");
   return a.max_normal_load == b.max_normal_load && a.bristles == b.bristles && a.axes == b.axes &&
          a.outputs == b.outputs && a.precision == b.precision && a.population == b.population &&
-         a.cohorts == b.cohorts && a.resolution == b.resolution && a.fluctuation == b.fluctuation;
+         a.cohorts == b.cohorts && a.resolution == b.resolution && a.fluctuation == b.fluctuation &&
+         a.lay == b.lay;
 }
 
 /// Patches that differ in slot, seed and key alone are of one kind: a batch has few.

@@ -1,4 +1,4 @@
-// PatchOptions.
+// PatchOptions and Lay.
 #include "tools/python/keyword_class.hpp"
 
 namespace bristle_python {
@@ -14,6 +14,15 @@ void define_options(py::module_& module) {
   const Names<bristle::Population> populations = {{"automatic", bristle::Population::automatic},
                                                   {"representatives", bristle::Population::representatives},
                                                   {"infinite", bristle::Population::infinite}};
+  using bristle::Lay;
+  KeywordClass<Lay>(module, "Lay",
+                    "Direction of a surface that resists differently along and across it, and to and fro.")
+      .field("angle", &Lay::angle, "rad, from the patch's x axis to the direction \"along\".")
+      .field("limit_ratio", &Lay::limit_ratio, "Limit across over along; along it is the material's.")
+      .field("stiffness_ratio", &Lay::stiffness_ratio, "Across over along; 0 = limit_ratio squared.")
+      .field("to_over_fro", &Lay::to_over_fro,
+             "Limit of motion along the direction over that against it; other than 1 for rule \"slide\".")
+      .done();
   KeywordClass<PatchOptions>(
       module, "PatchOptions",
       "How a patch is simulated. What it does not ask for is neither computed nor stored.")
@@ -36,6 +45,7 @@ void define_options(py::module_& module) {
              "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")
       .field("fluctuation", &PatchOptions::fluctuation,
              "Infinite: fluctuates as so many bristles would; 0 = no noise.")
+      .field("lay", &PatchOptions::lay, "Direction of the surface: a Lay.")
       .done();
 }
 

@@ -243,6 +243,25 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
 
+/// lay, and what does not go with it.
+void read_lay(const TomlTable& patch, const bristle::Material& material, bristle::PatchOptions& o) {
+  if (!patch.has("lay")) return;
+  bristle::Lay& lay = o.lay;
+  const TomlTable table = patch.table("lay");
+  table.allow({"angle", "limit_ratio", "stiffness_ratio", "to_over_fro"});
+  lay.angle = table.number("angle", {-6.283185307179586, 6.283185307179586, false, "rad"}, 0.0);
+  lay.limit_ratio = table.number("limit_ratio", {0.01, 100.0, false, ""}, 1.0);
+  lay.stiffness_ratio = table.number("stiffness_ratio", {0.0, 1e4, false, ""}, 0.0);
+  lay.to_over_fro = table.number("to_over_fro", {0.01, 100.0, false, ""}, 1.0);
+  bristle::PatchOptions small = o;
+  if (o.population == bristle::Population::representatives) small.bristles = 1;
+  try {
+    bristle::PatchBatch().add(material, small);
+  } catch (const bristle::Error& error) {
+    patch.fail("lay", fmt::format("is refused: {}", error.what()));
+  }
+}
+
 /// A material that its representatives cannot take is the material's fault, and the patch's choice.
 void check_material(const ScenePatch& patch, const SceneMaterial& material) {
   if (patch.options.population == bristle::Population::infinite) return;
@@ -262,7 +281,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
                "sampling", "seed", "count", "priority", "least_bristles", "population", "resolution",
-               "cohorts", "fluctuation"});
+               "cohorts", "fluctuation", "lay"});
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
@@ -283,6 +302,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   read_population(table, materials[patch.material].material, o);
   check_material(patch, materials[patch.material]);
+  read_lay(table, materials[patch.material].material, o);
   patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 100'000'000, 1));
   patch.priority = static_cast<int>(table.integer("priority", -1000, 1000, 0));
   patch.least_bristles =

@@ -247,6 +247,14 @@ enum {
   BRISTLE_POPULATION_INFINITE = 2
 };
 
+/** bristle::Lay. All ratios 1 is none. */
+typedef struct bristle_lay {
+  double angle;           /**< rad, from the patch's x axis to the direction "along" */
+  double limit_ratio;     /**< limit across over along */
+  double stiffness_ratio; /**< across over along; 0 = limit_ratio squared */
+  double to_over_fro;     /**< limit of motion along the direction over that against it; SnapRule::slide */
+} bristle_lay;
+
 /** bristle::PatchOptions. */
 typedef struct bristle_patch_options {
   size_t struct_size;
@@ -261,6 +269,7 @@ typedef struct bristle_patch_options {
   uint32_t cohorts;     /**< infinite: most cohorts, 8 to 512; 0 = automatic */
   uint32_t fluctuation; /**< infinite: fluctuates as so many bristles would; 0 = no noise */
   double resolution;    /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
+  bristle_lay lay;
 } bristle_patch_options;
 
 /** Input of one patch for one step: bristle::Motion. All zero is a patch at rest out of contact. */

@@ -52,6 +52,39 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
 /// Of `bristles`, `cohorts` and `resolution`: the library chooses.
 constexpr std::uint32_t automatic = 0;
 
+/// Direction of a surface that resists differently along and across it, and to and fro: a machined lay,
+/// fabric, hair, skis, scales. The limit of the elastic force is an ellipse with its centre at or beside
+/// zero. All ratios 1 are no lay, to the bit. Dampers, lubricant and strengthening with speed know no
+/// direction.
+///
+/// In steady sliding the force dissipates most (it is the point of the limit curve whose normal is the
+/// motion) while stiffness_ratio is limit_ratio squared; with another ratio it is another point of the curve,
+/// and every slide still takes energy. Equations: core/MODEL.md, section 33.
+struct Lay {
+  double angle = 0.0;        ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
+  double limit_ratio = 1.0;  ///< limit across over along, 0.01 to 100; along it is the material's
+  /// Stiffness of a bristle across over along, 1e-4 to 1e4; 0 = limit_ratio squared. Another ratio needs
+  /// representatives and a material without residual.
+  double stiffness_ratio = 0.0;
+  /// Limit of motion along the direction over that against it, 0.01 to 100; their mean is the material's.
+  /// Motion across is then pushed along, too: the ellipse is moved, not cut. Other than 1 it needs
+  /// SnapRule::slide without drop and ageing, and stiffness_ratio 0.
+  double to_over_fro = 1.0;
+
+  Lay& with_angle(double radians) { return detail::set(*this, angle, radians); }
+  Lay& with_limit_ratio(double across_over_along) {
+    return detail::set(*this, limit_ratio, across_over_along);
+  }
+  Lay& with_stiffness_ratio(double across_over_along) {
+    return detail::set(*this, stiffness_ratio, across_over_along);
+  }
+  Lay& with_to_over_fro(double ratio) { return detail::set(*this, to_over_fro, ratio); }
+  friend bool operator==(const Lay& x, const Lay& y) noexcept {
+    return x.angle == y.angle && x.limit_ratio == y.limit_ratio && x.stiffness_ratio == y.stiffness_ratio &&
+           x.to_over_fro == y.to_over_fro;
+  }
+};
+
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
   double max_normal_load = 1.0;  ///< N, > 0: zeta_max; a larger load scales the forces of all bristles
@@ -72,6 +105,7 @@ struct PatchOptions {
   double resolution = automatic;
   std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of so many bristles
                                   ///< would, keyed by `seed`; 0 = no noise
+  Lay lay;                        ///< in the patch's axes, for ever; of an outline in those of the surface
   detail::ComparisonModes compared;
 
   PatchOptions& with_max_normal_load(double newtons) { return detail::set(*this, max_normal_load, newtons); }
@@ -86,6 +120,7 @@ struct PatchOptions {
   PatchOptions& with_fluctuation(std::uint32_t bristles_) {
     return detail::set(*this, fluctuation, bristles_);
   }
+  PatchOptions& with_lay(const Lay& value) { return detail::set(*this, lay, value); }
   PatchOptions& with_key(std::uint64_t value) { return detail::set(*this, key, value); }
 };
 
@@ -127,11 +162,12 @@ struct Response {
   double elastic[2] = {0.0, 0.0};  ///< N, part of `end` from bent bristles
   double damper[2] = {0.0, 0.0};   ///< N, part of `end` and of `mean` from dampers and lubricant
   double mean[2] = {0.0, 0.0};     ///< N, force averaged over the step (Outputs::mean)
-  double stiffness = 0.0;  ///< N/m, zeta sigma0: F(d + e) ~ F - stiffness e in sticking; an upper bound
+  double stiffness = 0.0;  ///< N/m, zeta sigma0: F(d + e) ~ F - stiffness e in sticking; an upper bound,
+                           ///< of the stiffest direction of a lay
   double damping = 0.0;    ///< N s/m, zeta sigma1(v) + sigma2, and where friction strengthens with speed
                            ///< a N asinh(v / (2 v*)) / v: the secant, never negative
   /// N, highest elastic force at first loading under this load. With ageing that of a contact in which all
-  /// have held as long as any bristle of this one can have held.
+  /// have held as long as any bristle of this one can have held; with a lay that of its strongest direction.
   double force_limit = 0.0;
   double dissipated = 0.0;    ///< J, lost in snaps in this step (Outputs::energy)
   double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)

@@ -124,7 +124,8 @@ class BRISTLE_API PatchBatch {
   /// speed: friction that is nearly the same at any speed, and stops a body within a step. For implicit
   /// solvers, which take it at the speed that they find (coupling.hpp does). 0 for a material without.
   double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
-  /// Whether the contact ages: then its force limit may be far above the force that it slides with.
+  /// Whether the contact ages or has a lay: then its force limit may be far above the force that it slides
+  /// with.
   bool ages(PatchId id) const noexcept;
 
   /// From now on the patch uses `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer
@@ -145,9 +146,9 @@ class BRISTLE_API PatchBatch {
   std::uint64_t state_hash() const noexcept;  ///< over all patches in slot order
 
   /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans (of
-  /// equal length, or empty for a column that is not needed). The deflection of a bristle out of contact is
-  /// 0. Population::infinite shows as many as fit: its cohorts, spread by their mass. Returns the number of
-  /// bristles written.
+  /// equal length, or empty for a column that is not needed; a patch with a lay wants both deflections or
+  /// none, and else writes no bristle). The deflection of a bristle out of contact is 0. Population::infinite
+  /// shows as many as fit: its cohorts, spread by their mass. Returns the number of bristles written.
   std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
 
   /// Returns the number of bytes that save_state writes now.

@@ -47,7 +47,19 @@ void book_block(Patch& p, std::uint32_t b, int sign) noexcept {
 template <class T>
 double block_squares(const Patch& p, std::uint32_t b) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  return r.kernels->squares(r.view(), b, p.position);
+  const double across = r.lay.energy;
+  if (across == 1.0) return r.kernels->squares(r.view(), b, p.position);
+  double sum = 0.0;
+  const Block& block = r.blocks[b];
+  for (std::uint32_t i = b * block_size; i < std::min((b + 1) * block_size, r.in_contact()); ++i) {
+    double z[2] = {moved_since(p, block, 0), moved_since(p, block, 1)};
+    if (!block.zero) {
+      z[0] += static_cast<double>(r.zx[i]);
+      z[1] += static_cast<double>(r.zy[i]);
+    }
+    sum += (i < r.whole ? 1.0 : r.fraction) * (z[0] * z[0] + across * z[1] * z[1]);
+  }
+  return sum;
 }
 
 template <class T>

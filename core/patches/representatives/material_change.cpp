@@ -73,7 +73,7 @@ void snap_beyond(Patch& p) noexcept {
       r.zx[i] = static_cast<T>(x * share + 0.0);  // no negative zero
       if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
       if (r.age != nullptr) r.age[i] = T(0);
-      p.pending_dissipated += joules * w * (x * x + y * y - left * left);
+      p.pending_dissipated += joules * w * (x * x + r.lay.energy * y * y - left * left);
       ++p.pending_snaps;
     }
   }

@@ -87,7 +87,7 @@ void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<doub
   for (std::size_t k = 0; k < count; ++k) {
     const auto i = static_cast<std::uint32_t>(k);
     const bool in = i < r.detail && p.zeta > 0.0;
-    if (!zx.empty()) zx[k] = in ? deflection<T>(p, i, 0) * metres : 0.0;
+    if (!zx.empty()) zx[k] = in ? (deflection<T>(p, i, 0) + centre_of<T>(p, i)) * metres : 0.0;
     if (!zy.empty()) zy[k] = in ? deflection<T>(p, i, 1) * metres : 0.0;
     if (!delta.empty())
       delta[k] = i < r.detail ? static_cast<double>(r.limit[i]) * limit_share<T>(p) * metres : 0.0;

@@ -86,6 +86,12 @@ double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   return static_cast<double>(z[i]) +
          to_lengths(difference(p.position[axis], r.blocks[i / block_size].position[axis]));
 }
+/// Centre of the limits of bristle i: its place before its root, along a lay that leans; scaled.
+template <class T>
+double centre_of(const Patch& p, std::uint32_t i) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  return r.lay.lean * limit_share<T>(p) * static_cast<double>(r.limit[i]);
+}
 /// Calls `change(i, z)` for every bristle in use, with its deflection, which it may change; then counts all
 /// from the patch's place.
 template <class T, class Change>

@@ -65,6 +65,15 @@ void change_stiffness(Patch& p, double zeta) noexcept {
   r.stiff_zeta = zeta;
 }
 
+/// Moves the centre of the limits of a lay that leans, as a load that changes by `gain` bristles does.
+template <class T>
+void move_centre(Patch& p, double gain) noexcept {
+  const Sliders<T>& r = sliders<T>(p);
+  const double share = r.lay.lean * gain / r.stiff_zeta;
+  if (share == 0.0) return;
+  rewrite_all<T>(p, [&](std::uint32_t i, double(&z)[2]) { z[0] -= share * static_cast<double>(r.limit[i]); });
+}
+
 /// Softens bristles that are stiffer than their load, as after its fall: energy that sliding frees stretches
 /// them at unchanged forces, until they are as soft as the load makes them. Returns the energy that this
 /// took, J.
@@ -74,7 +83,7 @@ double soften(Patch& p, double dissipated) noexcept {
   const double stored = 0.5 * joules_per_square<T>(r) * sum_of_squares<T>(p);
   if (!(stored > 0.0)) return 0.0;
   const double least = limit_share<T>(p);
-  const double wanted = stored / (stored + dissipated);
+  const double wanted = stored / (stored + r.lay.least_loss() * dissipated);
   // A stiffness within rounding of the load's own becomes it, which ends the softening.
   const bool ends = wanted <= least * (1.0 + 1e-9);
   change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
@@ -129,7 +138,7 @@ void note_sliders(Patch& p) noexcept {
   if (!(p.zeta > 0.0)) p.part = 0.0;
   p.newtons_per_unit = m.material.bristle_stiffness * r.stiff_zeta * m.metres_per_length * length_per_fixed;
   note_contact(p);
-  p.stiffness = r.stiff_zeta * m.material.bristle_stiffness;
+  p.stiffness = r.stiff_zeta * m.material.bristle_stiffness * r.lay.stiffest;
   p.renews = r.stiff_zeta > p.zeta;  // a step makes it softer, and so does a trial
 }
 
@@ -138,8 +147,8 @@ double sum_of_squares(const Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   double sum = 0.0;
   for (std::uint32_t i = 0; i < r.detail; ++i) {
-    const double x = deflection<T>(p, i, 0), y = deflection<T>(p, i, 1);
-    sum += static_cast<double>(r.weight[i]) * (x * x + y * y);
+    const double x = deflection<T>(p, i, 0) + centre_of<T>(p, i), y = deflection<T>(p, i, 1);
+    sum += static_cast<double>(r.weight[i]) * (x * x + r.lay.energy * y * y);
   }
   return sum;
 }
@@ -148,7 +157,10 @@ template <class T>
 void straighten(Patch& p) noexcept {
   Sliders<T>& r = sliders<T>(p);
   r.stiff_zeta = 0.0;
-  rewrite_all<T>(p, [](std::uint32_t, double(&z)[2]) { z[0] = z[1] = 0.0; });
+  rewrite_all<T>(p, [&p](std::uint32_t i, double(&z)[2]) {
+    z[0] = 0.0 - centre_of<T>(p, i);
+    z[1] = 0.0;
+  });
   if (r.since != nullptr) std::fill_n(r.since, r.rows(), held_since(time_of(p)));
 }
 
@@ -158,6 +170,7 @@ double apply_slider_load(Patch& p, double normal_load_n) noexcept {
   const auto energy = [&p, &r] { return 0.5 * joules_per_square<T>(r) * sum_of_squares<T>(p); };
   const double before = has(p.outputs, Outputs::energy) ? energy() : 0.0;
   const double zeta = p.material().material.bristles_in_contact(normal_load_n);
+  const double gain = zeta - p.zeta;
   p.normal_load = normal_load_n;
   p.zeta = zeta;
   p.overload = std::max(zeta / (r.full_weight * r.bristles), 1.0);
@@ -165,10 +178,11 @@ double apply_slider_load(Patch& p, double normal_load_n) noexcept {
   if (zeta == 0.0 || r.stiff_zeta == 0.0) {
     straighten<T>(p);
     r.stiff_zeta = zeta;
-  } else if (zeta > r.stiff_zeta) {
-    change_stiffness<T>(p, zeta);
   } else {
-    take_back<T>(p);
+    const bool stiffens = zeta > r.stiff_zeta;
+    if (stiffens) change_stiffness<T>(p, zeta);
+    move_centre<T>(p, gain);
+    if (!stiffens) take_back<T>(p);
   }
   note_sliders<T>(p);
   return has(p.outputs, Outputs::energy) ? before - energy() : 0.0;
@@ -308,7 +322,9 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // power of two
   const double now = time_of(to);
   for (std::uint32_t i = 0; i < r.rows(); ++i) {
-    r.zx[i] = static_cast<T>(deflection<T>(from, i, 0) * ratio);
+    // The centre is a share of the limit, which differs between the two materials.
+    const double centre = r.lay.lean * limit_share<T>(from) * static_cast<double>(r.limit[i]);
+    r.zx[i] = static_cast<T>((deflection<T>(from, i, 0) + centre_of<T>(from, i)) * ratio - centre);
     if (r.zy != nullptr) r.zy[i] = static_cast<T>(deflection<T>(from, i, 1) * ratio);
     if (r.since == nullptr) continue;
     r.since[i] = old.since != nullptr ? old.since[i] : held_since(now);

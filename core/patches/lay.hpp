@@ -1,0 +1,55 @@
+// Friction that depends on the direction (struct Lay): axes in which a patch's bristles know of no direction.
+#pragma once
+
+#include "bristle/material.hpp"
+#include "bristle/patch.hpp"
+#include "core/common/hashing.hpp"
+#include "core/materials/turn.hpp"
+
+namespace bristle::detail {
+
+/// Map between the axes of a patch and its isotropic ones: the first along the lay, the second across, where
+/// lengths are stretched so that every bristle's limit is a circle. Kernels and bounds work in isotropic
+/// axes.
+struct LayMap {
+  Turn along;              ///< of the lay in the axes of the patch
+  double stretch = 1.0;    ///< length across, isotropic over real: stiffness ratio over limit ratio
+  double limit = 1.0;      ///< force across, real over isotropic: Lay::limit_ratio
+  double energy = 1.0;     ///< energy across, real over isotropic; 1 where dissipation is at its maximum
+  double lean = 0.0;       ///< limits are 1 + lean times the material's to, 1 - lean fro
+  double stiffest = 1.0;   ///< stiffness over the material's, of the stiffest direction
+  double strongest = 1.0;  ///< limit over the material's, of the strongest direction
+
+  bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
+  /// Whether energies differ from those of the isotropic axes, so that a step books its work less what it
+  /// stored.
+  bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
+  /// Least energy that a slide takes, over that in isotropic axes.
+  double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
+
+  void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {
+    isotropic[0] = along.cosine * real[0] + along.sine * real[1];
+    isotropic[1] = stretch * (along.cosine * real[1] - along.sine * real[0]);
+  }
+  void to_real_force(double (&force)[2]) const noexcept {
+    const double across[2] = {force[0], limit * force[1]};
+    along.apply(across, force);
+  }
+  void to_real_length(double& x, double& y) const noexcept {
+    const double isotropic[2] = {x, y / stretch};
+    double real[2];
+    along.apply(isotropic, real);
+    x = real[0];
+    y = real[1];
+  }
+  void add_to(Hasher& hasher) const noexcept {
+    for (const double x : {along.cosine, along.sine, stretch, limit, lean}) hasher.add(x);
+  }
+};
+
+/// Returns the map of a lay that check_lay() takes.
+LayMap map_of(const Lay& lay) noexcept;
+/// Throws bristle::Error for a lay that this patch cannot have.
+void check_lay(const Material& material, const PatchOptions& chosen);
+
+}  // namespace bristle::detail
