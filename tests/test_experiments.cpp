@@ -497,6 +497,9 @@ TEST_CASE("The page of experiments says what the program finds: beds", "[experim
   check_page("rolling-ball");
   check_page("oblique-impact");
 }
+TEST_CASE("The page of experiments says what the program finds: ratchet", "[experiment][lay]") {
+  check_page("ratchet");
+}
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST_CASE("The page of experiments says what the program finds: stick-slip", "[experiment]") {
   check_page("stick-slip");

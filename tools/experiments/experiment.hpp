@@ -109,6 +109,7 @@ Experiment creep_curve_experiment();
 Experiment rolling_ball_experiment();
 Experiment oblique_impact_experiment();
 Experiment joint_experiment();
+Experiment ratchet_experiment();
 
 /// Time of a step, ns, of every model in one interleaved run.
 struct CostRow {

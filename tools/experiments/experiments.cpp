@@ -32,7 +32,8 @@ const std::vector<Experiment>& experiments() {
                                               creep_curve_experiment(),
                                               rolling_ball_experiment(),
                                               oblique_impact_experiment(),
-                                              joint_experiment()};
+                                              joint_experiment(),
+                                              ratchet_experiment()};
   return all;
 }
 

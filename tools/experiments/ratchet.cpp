@@ -1,0 +1,184 @@
+// Friction that depends on the direction: its limits, and a block that is shaken to and fro.
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include <bristle/patch_batch.hpp>
+
+#include "tools/experiments/experiment.hpp"
+#include "tools/rivals/cones.hpp"
+
+namespace cli {
+namespace {
+
+using rivals::Pair;
+
+/// Force on the block, N, after a displacement, m. `keeps`: whether the step is made, or tried.
+using Ground = std::function<Pair(Pair displacement, bool keeps)>;
+
+Ground make_ground(const std::string& model, const Settings& s) {
+  const double friction = s.number("friction"), ratio = s.number("limit_ratio"), load = s.number("load");
+  const double dt = s.number("dt");
+  rivals::Cone cone;
+  cone.coefficient = {friction, ratio * friction};
+  cone.creep_velocity = s.number("creep_velocity");
+  if (model == "ellipse")
+    return [=](Pair d, bool) { return rivals::EllipticCone{cone}.step(d, dt, load).end; };
+  if (model == "scaled") return [=](Pair d, bool) { return rivals::ScaledCone{cone}.step(d, dt, load).end; };
+  bristle::Coefficients law;
+  law.rule = bristle::SnapRule::slide;
+  law.kinetic = law.peak = friction;
+  law.presliding_length = s.number("presliding");
+  bristle::Lay lay = bristle::Lay{}.with_limit_ratio(ratio);
+  if (model == "nap") lay.with_to_over_fro(s.number("to_over_fro"));
+  const auto batch = std::make_shared<bristle::PatchBatch>();
+  bristle::Motion m;
+  m.id =
+      batch->add(bristle::Material::from_coefficients(law), bristle::PatchOptions{}
+                                                                .with_max_normal_load(load)
+                                                                .with_precision(bristle::Precision::double_)
+                                                                .with_lay(lay));
+  m.normal_load = load;
+  return [=](Pair d, bool keeps) mutable {
+    m.displacement[0] = d.x;
+    m.displacement[1] = d.y;
+    bristle::Response r;
+    keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
+          : static_cast<void>(r = batch->find_force(dt, m));
+    return Pair{r.end[0], r.end[1]};
+  };
+}
+
+/// Friction over load in steady sliding at an angle to the lay, against the motion.
+Pair slide(const std::string& model, const Settings& s, double angle) {
+  const Ground ground = make_ground(model, s);
+  const double far = 100.0 * s.number("presliding");
+  const Pair friction = ground({far * std::cos(angle), far * std::sin(angle)}, true);
+  return (-1.0 / s.number("load")) * friction;
+}
+
+void find_limits(const std::string& model, const Settings& s, ExperimentResult& result) {
+  constexpr int angles = 180;
+  Pair limit[angles];
+  double least = 1.0;
+  for (int k = 0; k < angles; ++k) {
+    const double angle = 2.0 * M_PI * k / angles;
+    limit[k] = slide(model, s, angle);
+    result.series.push_back({"limit", model, {360.0 * k / angles, limit[k].x, limit[k].y}});
+  }
+  for (int k = 0; k < angles; ++k) {
+    const Pair e{std::cos(2.0 * M_PI * k / angles), std::sin(2.0 * M_PI * k / angles)};
+    double most = 0.0;
+    for (const Pair& other : limit) most = std::max(most, dot(other, e));
+    least = std::min(least, dot(limit[k], e) / most);
+  }
+  result.findings.push_back({"dissipates_most", model, least, least > 0.999});
+  const double ratio = limit[0].x / -limit[angles / 2].x;
+  result.findings.push_back(
+      {"to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01});
+}
+
+/// A block on the ground, free along the lay. Its steps are implicit.
+struct Block {
+  Ground ground;
+  double mass, dt, most;  ///< most: N, no friction is larger
+  double x = 0.0, v = 0.0;
+
+  void step(double pull) {
+    double low = v + dt * (pull - most) / mass, high = v + dt * (pull + most) / mass;
+    for (int k = 0; k < 60; ++k) {
+      const double middle = 0.5 * (low + high);
+      const double next = v + dt * (pull + ground({dt * middle, 0.0}, false).x) / mass;
+      (next > middle ? low : high) = middle;
+    }
+    v = 0.5 * (low + high);
+    ground({dt * v, 0.0}, true);
+    x += dt * v;
+  }
+};
+
+Block make_block(const std::string& model, const Settings& s) {
+  const double load = s.number("load");
+  return {make_ground(model, s), load / 9.81, s.number("dt"), 2.0 * s.number("friction") * load};
+}
+
+void shake(const std::string& model, const Settings& s, ExperimentResult& result) {
+  const double force = s.number("shaken") * s.number("friction") * s.number("load");
+  const auto per_cycle = std::lround(1.0 / (s.number("frequency") * s.number("dt")));
+  const auto cycles = std::lround(s.number("cycles"));
+  Block block = make_block(model, s);
+  double begin = 0.0;
+  for (long k = 0; k <= (cycles + 1) * per_cycle; ++k) {
+    if (k == per_cycle) begin = block.x;  // the first cycle starts at rest
+    const double phase = 2.0 * M_PI * static_cast<double>(k % per_cycle) / static_cast<double>(per_cycle);
+    block.step(force * std::cos(phase));
+    if (k % std::max(1L, per_cycle / 50) == 0)
+      result.series.push_back(
+          {"shaken", model, {static_cast<double>(k) * s.number("dt"), std::cos(phase), 1e3 * block.x}});
+  }
+  const double drift = (block.x - begin) / static_cast<double>(cycles);
+  result.findings.push_back({"ratchet", model, 1e3 * drift, drift < -0.1 * s.number("presliding")});
+}
+
+void hold(const std::string& model, const Settings& s, ExperimentResult& result) {
+  Block block = make_block(model, s);
+  const double force = s.number("held") * s.number("friction") * s.number("load");
+  const auto steps = std::lround(1.0 / s.number("dt"));
+  double begin = 0.0;
+  for (long k = 0; k < 2 * steps; ++k) {
+    if (k == steps) begin = block.x;
+    block.step(force * std::min(1.0, 2.0 * static_cast<double>(k) / static_cast<double>(steps)));
+  }
+  const double creep = 1e9 * (block.x - begin);
+  result.findings.push_back({"holds_on_nap", model, creep, std::fabs(creep) < 1.0});
+}
+
+void run(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+  find_limits(model, input.settings, result);
+  input.progress(0.3);
+  shake(model, input.settings, result);
+  input.progress(0.8);
+  hold(model, input.settings, result);
+}
+
+}  // namespace
+
+Experiment ratchet_experiment() {
+  Experiment experiment = {
+      "ratchet",
+      "a block on velvet: friction that depends on the direction, and a block that is shaken",
+      {number_parameter("load", 2.5, "N", "normal load, the weight of the block", 1e-6, 1e6),
+       number_parameter("friction", 0.4, "", "coefficient along the lay, the mean of to and fro", 1e-3, 10.0),
+       number_parameter("limit_ratio", 0.4, "", "limit across over along", 0.01, 100.0),
+       number_parameter("to_over_fro", 3.0, "", "limit with the lay over against it: nap", 0.01, 100.0),
+       number_parameter("presliding", 20e-6, "m", "presliding length: brush, nap", 1e-9, 1.0),
+       number_parameter("creep_velocity", 1e-5, "m/s", "full friction from this speed on: cones", 1e-9, 1.0),
+       number_parameter("shaken", 0.9, "", "force of the shaking over friction along", 0.0, 2.0),
+       number_parameter("frequency", 10.0, "1/s", "of the shaking", 1e-3, 1e3),
+       whole_parameter("cycles", 20, "cycles of the shaking", 1, 1e5),
+       number_parameter("held", 0.25, "", "steady force over friction along", 0.0, 2.0),
+       number_parameter("dt", 5e-4, "s", "time step", 1e-6, 1e-2)},
+      {{"dissipates_most", "it resists with the most power within its limits",
+        "the force of a limit curve whose normal is the slip (Goyal, Ruina, Papadopoulos, Wear 143, 1991)",
+        "least power of steady sliding over the highest of its own limits, all directions", "",
+        "above 0.999"},
+       {"to_and_fro", "with the nap and against it",
+        "belly scales of snakes hold 1.3 times as much backwards as forwards (Hu et al., PNAS 106, 2009); "
+        "hair and climbing skins more",
+        "friction with the lay over friction against it", "", "within 1 % of to_over_fro"},
+       {"ratchet", "a block that is shaken walks",
+        "a force of mean 0 moves a body the way that resists less, as snakes and ears of grass creep",
+        "way per cycle along the lay", "mm", "a tenth of the presliding length or more, against the lay"},
+       {"holds_on_nap", "it rests under a steady force",
+        "below its limit a contact does not creep (Dupont et al. 2002)",
+        "creep in 1 s under a quarter of the friction along", "nm", "below 1 nm"}},
+      {"angle[deg]_or_t[s]", "along_over_load_or_force", "across_over_load_or_x[mm]"},
+      &run};
+  experiment.models = {{"ellipse", "MuJoCo cone"},
+                       {"scaled", "Bullet cone"},
+                       {"brush", "brush, elliptic"},
+                       {"nap", "brush, to and fro"}};
+  return experiment;
+}
+
+}  // namespace cli

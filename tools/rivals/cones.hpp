@@ -1,0 +1,39 @@
+// Friction cones of two coefficients, as engines have them: a force at once against the slip, without
+// presliding. Both are regularised as Coulomb's law is in coulomb.hpp.
+#pragma once
+
+#include <algorithm>
+
+#include "tools/rivals/pair.hpp"
+
+namespace rivals {
+
+struct Cone {
+  Pair coefficient{0.4, 0.4};    ///< along x and along y
+  double creep_velocity = 1e-5;  ///< m/s: full friction from this speed on
+
+  Pair scaled(Pair a) const noexcept { return {coefficient.x * a.x, coefficient.y * a.y}; }
+};
+
+/// MuJoCo's elliptic cone, F_x^2 / mu_x^2 + F_y^2 / mu_y^2 <= N^2 (its documentation, Computation, friction
+/// cones): the force of the ellipse that dissipates most, F = -N M^2 v / |M v| with M = diag(mu_x, mu_y).
+struct EllipticCone : Cone {
+  Force step(Pair displacement, double dt_s, double load_n) const noexcept {
+    const Pair v = (1.0 / dt_s) * displacement, scaled_v = scaled(v);
+    const double floor = creep_velocity * std::min(coefficient.x, coefficient.y);
+    const Pair force = -(load_n / std::max(length(scaled_v), floor)) * scaled(scaled_v);
+    return {force, force};
+  }
+};
+
+/// Bullet's anisotropic friction (btSequentialImpulseConstraintSolver): the direction of the slip is scaled
+/// by axis, and friction acts along it up to its limit, F = -N M v / |v|: a point of the same ellipse.
+struct ScaledCone : Cone {
+  Force step(Pair displacement, double dt_s, double load_n) const noexcept {
+    const Pair v = (1.0 / dt_s) * displacement;
+    const Pair force = -(load_n / std::max(length(v), creep_velocity)) * scaled(v);
+    return {force, force};
+  }
+};
+
+}  // namespace rivals
