@@ -407,8 +407,8 @@ TEST_CASE("Completion says what an option is for, and zsh and fish can read thei
   CHECK(run_cli(folder, "--complete run --out ''").out == "*\n");
   CHECK(run_cli(folder, "--complete run --out -").out.empty());
   CHECK_THAT(run_cli(folder, "--complete sta").out, StartsWith("stability\tClosed-loop"));
-  CHECK_THAT(run_cli(folder, "--complete sweep merge --out=x --par").out,
-             StartsWith("--partial\tWrite what"));
+  CHECK_THAT(run_cli(folder, "--complete experiment drift --out=x --js").out,
+             StartsWith("--json\tWrite parameters"));
 }
 
 TEST_CASE("The manual has a page for each command with all of its options, and renders without a warning",

@@ -19,7 +19,6 @@
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
 #include "tools/files/one_line.hpp"
-#include "tools/sweep/study.hpp"
 
 using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
@@ -50,9 +49,6 @@ Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments, con
   outcome.err.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
   return outcome;
 }
-
-/// A line of a journal, with the hash that says it is whole.
-std::string journal_line(const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; }
 
 void check_one_line(const Outcome& outcome, const std::string& part) {
   INFO(outcome.err.substr(0, 1000));
@@ -257,40 +253,6 @@ TEST_CASE("A message is one short line that no terminal obeys", "[cli][hostile]"
   const std::string line = cli::one_line("first " + std::string(1'000'000, '9') + " last");
   CHECK(line.size() < 800);
   CHECK_THAT(line, Contains("first 99") && Contains("99 ... 99") && Contains("99 last"));
-}
-
-TEST_CASE("Journals of any depth, length and kind of cell end in one line", "[hostile]") {
-  const TemporaryFolder folder;
-  const std::string deep = std::string(100000, '[') + std::string(100000, ']');
-  const auto column = [](const char* name, const char* type) {
-    return std::string("{\"measured\":false,\"name\":\"") + name + "\",\"type\":\"" + type +
-           "\",\"unit\":\"\"}";
-  };
-  const auto header = [&](const std::string& rows) {
-    return journal_line("{\"columns\":[" + column("row", "whole") + "," + column("kinetic", "number") + "," +
-                        column("failure", "text") + "],\"rows\":" + rows +
-                        ",\"schema\":\"bristle-sweep-journal-1\",\"study\":\"s\"}");
-  };
-  const auto merge = [&](const std::string& journal) {
-    return run_cli(folder, "sweep merge --partial " + folder.write("j.journal", journal) + " --out " +
-                               folder.at("t.csv"));
-  };
-  CHECK(merge(header("2") + journal_line("[0,0.4,null]")).code == 0);
-  for (const std::string& row :
-       {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
-        std::string("[0,0.4,null,1]"), std::string("[-1,0.4,null]"), std::string("[0.5,0.4,null]"),
-        std::string("[0,\"0.4\",null]"), std::string("[0,0.4,7]"), std::string("[\"0\",0.4,null]"),
-        "[0," + deep + ",null]", std::string("[0,0.4,null")}) {
-    INFO(row.substr(0, 40));
-    const Outcome outcome = merge(header("2") + journal_line(row));
-    check_one_line(outcome, "j.journal");
-    CHECK(outcome.err.find("json.exception") == std::string::npos);
-  }
-  check_one_line(merge(header("1e3")), "is no journal of bristle sweep");
-  check_one_line(merge(journal_line("{\"schema\":" + deep + "}")), "is nested deeper");
-  // Rows that are not there take no place in a table.
-  CHECK(merge(header("1000000") + journal_line("[5,0.4,null]")).code == 0);
-  CHECK(std::filesystem::file_size(folder.at("t.csv")) < 100);
 }
 
 TEST_CASE("A scene does not show what stands in a file that is no motion", "[hostile]") {

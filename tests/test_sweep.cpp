@@ -258,8 +258,6 @@ TEST_CASE("An unknown key, name or result is refused at once with the nearest on
   refused("--vary patch.tip.bristles=10,20 --sample sobol", "the number of points");
   refused("--vary patch.tip.bristles=10,20 --sample halton 3", "allowed: grid, latin NUMBER, sobol NUMBER");
   refused("--vary patch.tip.seed=10,20 --repeat 2", "take one of the two");
-  refused("--vary patch.tip.bristles=10,20 --shard 5/4", "i from 1 to N");
-  refused("--vary patch.tip.bristles=10,20 --shard 1/4", "give --out");
   refused("--vary patch.tip.bristles=10,20 --isa fast", "fast");
   refused("--vary patch.tip.bristles=1.5,2.5", "every row was refused");
 }
@@ -390,9 +388,8 @@ TEST_CASE("A trace belongs to a study: another content makes another study", "[s
 // ------------------------------------------------------------------------------------------------ one table
 // whoever runs
 
-TEST_CASE(
-    "A sweep's table is the same with any number of threads, in shards of any order, on any instruction set",
-    "[sweep][determinism]") {
+TEST_CASE("A sweep's table is the same with any number of threads, on any instruction set",
+          "[sweep][determinism]") {
   const Folder folder;
   const std::string scene = "'" + folder.write("slide.toml", slide_scene) + "' ";
   const std::string table = table_of(folder, scene + twelve_rows + " --threads 1");
@@ -403,24 +400,6 @@ TEST_CASE(
     if (!isa.usable) continue;
     INFO(isa.name);
     CHECK(table_of(folder, scene + twelve_rows, std::string("BRISTLE_ISA=") + isa.name) == table);
-  }
-  for (const int shard : {3, 1, 2})
-    REQUIRE(run_cli(folder, fmt::format("sweep {}{} --shard {}/3 --out '{}'", scene, twelve_rows, shard,
-                                        folder.at("parts.csv")))
-                .code == 0);
-  const std::string journals = "'" + folder.at("parts.csv") + "'.shard-";
-  const Outcome missing = run_cli(folder, "sweep merge " + journals + "1-of-3.journal " + journals +
-                                              "2-of-3.journal --out '" + folder.at("merged.csv") + "'");
-  CHECK(missing.code == 2);
-  CHECK_THAT(missing.err, Contains("4 of 12 rows are missing, the first is row 2"));
-  for (const char* order : {"1-of-3.journal {0}3-of-3.journal {0}2-of-3.journal",
-                            "2-of-3.journal {0}1-of-3.journal {0}3-of-3.journal"}) {
-    const Outcome merged =
-        run_cli(folder, "sweep merge " + journals + fmt::format(fmt::runtime(order), journals) + " --out '" +
-                            folder.at("merged.csv") + "'");
-    INFO(merged.err);
-    CHECK(merged.code == 0);
-    CHECK(read_file(folder.at("merged.csv")) == table);
   }
 }
 
@@ -449,7 +428,7 @@ TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, 
   const std::string path = folder.at("journal");
   std::vector<std::string> rows;
   {
-    cli::Journal journal(path, study.header());
+    cli::SweepRows journal(study, path);
     for (std::uint64_t i = 0; i < 4; ++i) {
       rows.push_back(study.run_row(i));
       journal.add(rows.back());
@@ -462,10 +441,10 @@ TEST_CASE("A sweep's journal that was cut anywhere is taken up: no row is lost, 
     folder.write("journal", whole.substr(0, length));
     const auto lines = std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length), '\n');
     const std::uint64_t kept = lines == 0 ? 0 : static_cast<std::uint64_t>(lines) - 1;
-    cli::Journal journal(path, study.header());
+    cli::SweepRows journal(study, path);
     INFO("cut at " << length);
     REQUIRE(journal.found() == kept);
-    REQUIRE(cli::rows_to_do(study, {}, journal.rows()).size() == 12 - kept);
+    REQUIRE(journal.missing().size() == 12 - kept);
     for (std::uint64_t i = kept; i < 4; ++i) journal.add(rows[i]);
     REQUIRE(read_file(path) == whole);
   }
@@ -479,26 +458,37 @@ TEST_CASE(
   const cli::Study study(study_options(scene));
   const std::string path = folder.at("journal");
   {
-    cli::Journal journal(path, study.header());
+    cli::SweepRows journal(study, path);
     for (std::uint64_t i = 0; i < 3; ++i) journal.add(study.run_row(i));
-    CHECK_THAT(complaint_of([&] { cli::Journal(path, study.header()); }),
-               Contains("another sweep writes it"));
+    CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains("another sweep writes it"));
   }
   std::string text = read_file(path);
   const std::size_t second_row = text.find("[1,");
   text[second_row + 30] ^= 1;
   folder.write("journal", text);
-  const cli::SweepRows rows = cli::read_journal(path);
-  CHECK(rows.done == 2);
-  CHECK(rows.rows[1].empty());
+  {
+    const cli::SweepRows rows(study, path);
+    CHECK(rows.done() == 2);
+    CHECK(rows.missing().size() == 10);
+    CHECK(rows.rows()[1].empty());
+  }
 
   cli::StudyOptions other = study_options(scene);
   other.vary[0] = "material.wood.kinetic=0.3:0.44:3";
-  CHECK_THAT(complaint_of([&] { cli::Journal(path, cli::Study(other).header()); }),
+  CHECK_THAT(complaint_of([&] { cli::SweepRows(cli::Study(other), path); }),
              Contains("another study") && Contains("0.3:0.45:3") && Contains("0.3:0.44:3"));
-  CHECK_THAT(complaint_of([&] { cli::Journal(folder.write("notes", "a line\nanother\n"), study.header()); }),
+  CHECK_THAT(complaint_of([&] { cli::SweepRows(study, folder.write("notes", "a line\nanother\n")); }),
              Contains("is no journal"));
   CHECK(read_file(folder.at("notes")) == "a line\nanother\n");
+  // Rows whose hash is right though no row of the study is so.
+  const auto line = [](const std::string& json) { return cli::text_hash(json) + ' ' + json + '\n'; };
+  const std::string deep = "[0," + std::string(100000, '[') + std::string(100000, ']') + "]";
+  for (const std::string& row : {std::string("[0]"), std::string("[]"), std::string("{}"), std::string("7"),
+                                 std::string("[0,0.4"), "[99," + study.run_row(0).substr(3), deep}) {
+    INFO(row.substr(0, 40));
+    folder.write("journal", text.substr(0, text.find('\n') + 1) + line(row));
+    CHECK_THAT(complaint_of([&] { cli::SweepRows(study, path); }), Contains(path));
+  }
 
   // A comment in the scene changes nothing, a number does.
   folder.write("slide.toml", "# a comment\n" + slide_scene);

@@ -25,19 +25,10 @@ struct Target {
   void (*run)(fuzz::Bytes);
 };
 constexpr Target targets[] = {
-    {"scene", fuzz::scene},
-    {"motion", fuzz::motion},
-    {"fit", fuzz::fit},
-    {"sweep", fuzz::sweep},
-    {"journal", fuzz::journal},
-    {"state", fuzz::state},
-    {"batch", fuzz::batch},
-    {"kernels", fuzz::kernels},
-    {"cohorts", fuzz::cohorts},
-    {"rubbing", fuzz::rubbing},
-    {"ageing", fuzz::ageing},
-    {"extended", fuzz::extended},
-    {"populations", fuzz::populations},
+    {"scene", fuzz::scene},     {"motion", fuzz::motion},     {"fit", fuzz::fit},
+    {"sweep", fuzz::sweep},     {"state", fuzz::state},       {"batch", fuzz::batch},
+    {"kernels", fuzz::kernels}, {"cohorts", fuzz::cohorts},   {"rubbing", fuzz::rubbing},
+    {"ageing", fuzz::ageing},   {"extended", fuzz::extended}, {"populations", fuzz::populations},
 #if BRISTLE_FUZZ_RECORD
     {"record", fuzz::record},
 #endif

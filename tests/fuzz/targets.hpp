@@ -13,7 +13,6 @@ void scene(Bytes bytes);    ///< a scene file, read and, where it is small, step
 void motion(Bytes bytes);   ///< a motion file
 void fit(Bytes bytes);      ///< a file of measured friction, and what is found out before the fit
 void sweep(Bytes bytes);    ///< a range of a parameter study
-void journal(Bytes bytes);  ///< a journal of a parameter study, its hashes put right or not
 void state(Bytes bytes);    ///< a saved state, its checksums put right in every second run
 void batch(Bytes bytes);    ///< a sequence of calls of PatchBatch beside a model of it
 void kernels(Bytes bytes);  ///< one patch under any material and motion, on every instruction set

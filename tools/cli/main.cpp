@@ -380,13 +380,10 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->needs(realtime);
 }
 
-// `sweep`, and within it `merge`.
 Action add_sweep(CLI::App* sweep) {
   const auto kept = std::make_shared<cli::SweepOptions>();
-  const auto kept_merge = std::make_shared<cli::MergeOptions>();
   cli::SweepOptions& options = *kept;
-  cli::MergeOptions& merge = *kept_merge;
-  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/README.md)");
+  add_file(sweep, "SCENE", options.study.scene, "Scene file, TOML (tools/README.md)")->required();
   const auto add_list = [&](const char* option, std::vector<std::string>& list, const char* value,
                             const char* description) {
     return sweep->add_option(option, list, description)
@@ -445,29 +442,11 @@ Action add_sweep(CLI::App* sweep) {
   add_report_file(sweep, options.json);
   sweep->add_option("--threads", options.threads, "Rows at a time; 0 = one per core")
       ->check(CLI::Range(0, 1024));
-  sweep->add_option("--shard", options.shard, "i/N: only this part of the rows, i from 1; then sweep merge")
-      ->type_name("i/N");
   add_isa(sweep, options.isa);
   sweep->add_option("--row", options.row,
                     "Run nothing: write the scene of this row (--out SCENE.toml, else stdout)");
-  sweep->footer(
-      "A sweep that was stopped or killed is resumed by the same command. bristle sweep merge --help: "
-      "shards.");
-  CLI::App* merge_app = sweep->add_subcommand("merge", "One table of the journals of all shards");
-  add_file(merge_app, "JOURNAL", merge.journals, "Journals of one study, in any order")->required();
-  add_file(merge_app, "--out", merge.out, "Table: CSV with units; - for stdout; may be repeated")
-      ->allow_extra_args(false)
-      ->trigger_on_parse(false);
-  add_report_file(merge_app, merge.json);
-  merge_app->add_flag("--partial", merge.partial, "Write what there is, though rows are missing");
-  return [kept, kept_merge, merge_app] {
-    if (merge_app->parsed()) {
-      cli::merge_command(*kept_merge);
-      return exit_done;
-    }
-    if (kept->study.scene.empty()) throw cli::UserError("sweep: SCENE is missing (see bristle sweep --help)");
-    return cli::sweep_command(*kept);
-  };
+  sweep->footer("A sweep that was stopped or killed is resumed by the same command.");
+  return [kept] { return cli::sweep_command(*kept); };
 }
 
 /// Adds --wide to a command that prints figures, and to its subcommands.

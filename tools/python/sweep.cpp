@@ -54,14 +54,14 @@ std::string run_row(const Study& study, std::uint64_t index, const std::string& 
 }  // namespace
 
 template <>
-inline constexpr bool is_module_class<cli::KeptRows> = true;
+inline constexpr bool is_module_class<cli::SweepRows> = true;
 
 namespace {
 
-using Rows = cli::KeptRows;
+using Rows = cli::SweepRows;
 
 void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
-  const std::vector<std::uint64_t> indices = cli::rows_to_do(study, {}, rows.rows());
+  const std::vector<std::uint64_t> indices = rows.missing();
   const py::gil_scoped_release release;
   const auto check = [] {
     // Every thread has a clock of its own; only Python's main thread hears of Ctrl-C.
@@ -92,18 +92,16 @@ void define_sweep(py::module_& module) {
       .def("run_row", &run_row, py::arg("index"), py::arg("isa"));
   py::class_<Rows>(module, "_SweepRows")
       .def(py::init([](const Study& study, const std::string& journal) {
-        return std::make_unique<Rows>(journal, study.header());
+        return std::make_unique<Rows>(study, journal);
       }))
       .def("add", &Rows::add)
       .def("remove", &Rows::remove)
       .def("close", &Rows::close)
-      .def("missing",
-           [](const Rows& rows, const Study& study) { return cli::rows_to_do(study, {}, rows.rows()); })
-      .def("lines", [](const Rows& rows) { return rows.rows().rows; })
-      .def("table_hash", [](const Rows& rows) { return rows.rows().table_hash(); })
-      .def("write",
-           [](const Rows& rows, const std::string& path) { cli::write_table_file(rows.rows(), path); })
-      .def("summary", [](const Rows& rows) { return cli::sweep_summary(rows.rows(), {}); })
+      .def("missing", &Rows::missing)
+      .def("lines", &Rows::rows)
+      .def("table_hash", &Rows::table_hash)
+      .def("write", &cli::write_table_file)
+      .def("summary", [](const Rows& rows) { return cli::sweep_summary(rows, {}); })
       .def("run_on_threads", &run_on_threads);
   module.def("_check_table_file", &cli::check_table_file);
 }

@@ -1,11 +1,12 @@
-// The subcommands `bristle sweep` and `bristle sweep merge`.
+// The subcommand `bristle sweep`.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 
 #include <fmt/format.h>
+
+#include <bristle/deadline_monitor.hpp>
 
 #include "tools/files/output_file.hpp"
 #include "tools/files/text_file.hpp"
@@ -24,10 +25,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 std::string left_text(double seconds) {
   if (seconds < 100.0) return fmt::format("{:.0f} s", std::ceil(seconds));
   if (seconds < 6000.0) return fmt::format("{:.0f} min", std::ceil(seconds / 60.0));
@@ -37,11 +34,11 @@ std::string left_text(double seconds) {
 /// Rows done, and how long the others will take at the pace so far.
 class RowProgress {
  public:
-  RowProgress(std::uint64_t rows, bool quiet) : rows_(rows), line_("sweep", quiet) {}
+  explicit RowProgress(std::uint64_t rows) : rows_(rows), line_("sweep") {}
   void one_done() {
     ++done_;
     const double share = static_cast<double>(done_) / static_cast<double>(rows_);
-    const double left = (seconds_now() - start_) * (1.0 - share) / share;
+    const double left = (bristle::DeadlineMonitor::wall_now() - start_) * (1.0 - share) / share;
     line_.update(
         share,
         fmt::format("{} of {} rows, {} left", count_text(done_), count_text(rows_), left_text(left)).c_str());
@@ -49,11 +46,11 @@ class RowProgress {
 
  private:
   std::uint64_t rows_, done_ = 0;
-  double start_ = seconds_now();
+  double start_ = bristle::DeadlineMonitor::wall_now();
   Progress line_;
 };
 
-std::string journal_path(const SweepOptions& options, const Shard& shard) {
+std::string journal_path(const SweepOptions& options) {
   if (!options.journal.empty()) return options.journal;
   // A device or FIFO is no place to keep rows beside.
   const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
@@ -61,14 +58,7 @@ std::string journal_path(const SweepOptions& options, const Shard& shard) {
     const std::filesystem::file_status status = std::filesystem::status(o, error);
     return o != "-" && (std::filesystem::is_regular_file(status) || !std::filesystem::exists(status));
   });
-  if (file == options.out.end()) {
-    if (shard.parts > 1)
-      throw UserError(
-          "--shard: where to? give --out STUDY.csv, beside which the shard's journal is kept, or --journal");
-    return {};
-  }
-  if (shard.parts == 1) return *file + ".journal";
-  return fmt::format("{}.shard-{}-of-{}.journal", *file, shard.part, shard.parts);
+  return file == options.out.end() ? std::string() : *file + ".journal";
 }
 
 /// Numbers of a column, and where they are.
@@ -84,23 +74,17 @@ struct Spread {
 };
 
 struct Overview {
-  std::vector<SweepColumn> columns;
+  const std::vector<SweepColumn>& columns;
   std::vector<Spread> spreads;
-  std::uint64_t failures = 0, missing = 0;
+  std::uint64_t failures = 0;
   std::string first_failure;
 };
 
 Overview overview_of(const SweepRows& rows) {
-  Overview overview;
-  overview.columns = columns_of(rows.header);
-  overview.spreads.resize(overview.columns.size());
-  for (const std::string& row : rows.rows) {
-    if (row.empty()) {
-      ++overview.missing;
-      continue;
-    }
+  Overview overview{rows.columns(), std::vector<Spread>(rows.columns().size()), 0, {}};
+  for (const std::string& row : rows.rows()) {
     const auto cells = nlohmann::json::parse(row);
-    for (std::size_t c = 0; c < std::min(cells.size(), overview.spreads.size()); ++c)
+    for (std::size_t c = 0; c < cells.size(); ++c)
       if (cells[c].is_number()) overview.spreads[c].add(cells[c].get<double>());
     if (cells.back().is_null()) continue;
     if (overview.failures++ == 0)
@@ -115,7 +99,7 @@ std::string number(double value) { return fmt::format("{:.5g}", value); }
 std::string ranges_answer(const SweepRows& rows, const Overview& overview) {
   std::string text;
   std::size_t said = 0;
-  const std::size_t varied = rows.header.contains("vary") ? rows.header["vary"].size() : 0;
+  const std::size_t varied = rows.header()["vary"].size();
   for (std::size_t c = 1 + varied; c + 1 < overview.columns.size() && said < 3; ++c) {
     const Spread& spread = overview.spreads[c];
     const SweepColumn& column = overview.columns[c];
@@ -154,8 +138,7 @@ std::string rows_table(const SweepRows& rows, const Overview& overview) {
     shown.push_back(c);
   }
   Table table(heads);
-  for (const std::string& row : rows.rows) {
-    if (row.empty()) continue;
+  for (const std::string& row : rows.rows()) {
     const auto cells = nlohmann::json::parse(row);
     std::vector<Cell> line;
     for (const std::size_t c : shown) {
@@ -175,12 +158,12 @@ std::string report_json(const SweepRows& rows, const std::vector<std::string>& o
   const Overview overview = overview_of(rows);
   Json report = {{"schema", "bristle-sweep-1"}};
   report["conditions"] = to_json(conditions());
-  report["study"] = rows.header["study"];
-  report["scene"] = rows.header["scene"];
-  report["vary"] = rows.header["vary"];
-  report["sample"] = rows.header["sample"];
-  report["rows"] = rows.rows.size();
-  report["done"] = rows.done;
+  report["study"] = rows.header()["study"];
+  report["scene"] = rows.header()["scene"];
+  report["vary"] = rows.header()["vary"];
+  report["sample"] = rows.header()["sample"];
+  report["rows"] = rows.rows().size();
+  report["done"] = rows.done();
   report["failures"] = overview.failures;
   report["first_failure"] = overview.failures ? Json(overview.first_failure) : Json();
   report["table_hash"] = rows.table_hash();
@@ -213,16 +196,15 @@ bool check_files(const std::vector<FileOption>& inputs, const std::vector<std::s
 
 void refuse_if_all_failed(const SweepRows& rows) {
   const Overview overview = overview_of(rows);
-  if (overview.failures == rows.rows.size() && overview.failures > 0)
+  if (overview.failures == rows.rows().size() && overview.failures > 0)
     throw UserError("every row was refused; " + overview.first_failure);
 }
 
-std::string resume_text(const SweepOptions& options, const std::string& journal, const SweepRows& rows) {
+std::string resume_text(const std::string& journal, const SweepRows& rows) {
   if (journal.empty())
     return "bristle: stopped; no row is kept: with --out FILE the next sweep can be resumed\n";
-  return fmt::format("bristle: stopped after {} of {} rows, which are in {}; resume by the same command{}\n",
-                     count_text(rows.done), count_text(rows.rows.size()), journal,
-                     options.shard.empty() ? "" : ", the same --shard included");
+  return fmt::format("bristle: stopped after {} of {} rows, which are in {}; resume by the same command\n",
+                     count_text(rows.done()), count_text(rows.rows().size()), journal);
 }
 
 void write_scene_of_row(const Study& study, const SweepOptions& options) {
@@ -236,17 +218,16 @@ void write_scene_of_row(const Study& study, const SweepOptions& options) {
 
 std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out) {
   const Overview overview = overview_of(rows);
-  std::string text = fmt::format(
-      "{} rows of scene {}{}{}\n", count_text(rows.done), rows.header.value("scene", std::string("?")),
-      overview.missing ? fmt::format(", {} missing", count_text(overview.missing)) : "",
-      out.empty() ? "" : fmt::format(", in {}", fmt::join(out, " and ")));
+  std::string text = fmt::format("{} rows of scene {}{}\n", count_text(rows.done()),
+                                 rows.header()["scene"].get<std::string>(),
+                                 out.empty() ? "" : fmt::format(", in {}", fmt::join(out, " and ")));
   if (overview.failures)
     text += fmt::format("{} of them refused by the scene (column failure); {}\n",
                         count_text(overview.failures), overview.first_failure);
   text += ranges_answer(rows, overview) + '\n';
-  const std::string all = rows.done <= 20 ? rows_table(rows, overview) : std::string();
+  const std::string all = rows.done() <= 20 ? rows_table(rows, overview) : std::string();
   text += !all.empty() ? all : ranges_table(overview);
-  text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header["study"].get<std::string>(),
+  text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header()["study"].get<std::string>(),
                       rows.table_hash());
   return text;
 }
@@ -257,21 +238,20 @@ int sweep_command(const SweepOptions& options) {
     write_scene_of_row(study, options);
     return 0;
   }
-  const Shard shard = parse_shard(options.shard);
-  const std::string journal = journal_path(options, shard);
+  const std::string journal = journal_path(options);
   const bool quiet_stdout = check_files(study.inputs(), options.out, options.json, journal);
   OutputFile json(options.json);
-  KeptRows store(journal, study.header());
-  if (store.found() > 0 && !options.quiet)
-    print_note(fmt::format("bristle: {} of {} rows are in {} already\n", count_text(store.found()),
+  SweepRows rows(study, journal);
+  if (rows.found() > 0)
+    print_note(fmt::format("bristle: {} of {} rows are in {} already\n", count_text(rows.found()),
                            count_text(study.rows()), journal));
-  const std::vector<std::uint64_t> to_do = rows_to_do(study, shard, store.rows());
-  const double start = seconds_now();
+  const std::vector<std::uint64_t> to_do = rows.missing();
+  const double start = bristle::DeadlineMonitor::wall_now();
   stop_on_signals();
   try {
-    RowProgress progress(std::max<std::uint64_t>(to_do.size(), 1), options.quiet);
+    RowProgress progress(std::max<std::uint64_t>(to_do.size(), 1));
     const RowDone done = [&](const std::string& row) {
-      store.add(row);
+      rows.add(row);
       progress.one_done();
     };
     const StepCheck check = [] {
@@ -279,44 +259,15 @@ int sweep_command(const SweepOptions& options) {
     };
     run_rows(study, to_do, options.threads, options.isa, done, check);
   } catch (const SweepStopped&) {
-    print_note(resume_text(options, journal, store.rows()));
+    print_note(resume_text(journal, rows));
     return 130;
   }
-  if (shard.parts > 1) {
-    const std::string out = options.out.empty() ? "STUDY.csv" : options.out[0];
-    const std::string text = fmt::format(
-        "shard {}/{}: {} rows, in {}\nwhen all shards are done: bristle sweep merge {}.shard-*.journal --out "
-        "{}\n",
-        shard.part, shard.parts, count_text(store.rows().done), journal, out, out);
-    print_report(text);
-    return 0;
-  }
-  for (const std::string& path : options.out) write_table_file(store.rows(), path);
-  if (json) json.write(report_json(store.rows(), options.out, seconds_now() - start));
-  if (!quiet_stdout) print_report(sweep_summary(store.rows(), options.out));
-  if (options.journal.empty()) store.remove();
-  refuse_if_all_failed(store.rows());
-  return 0;
-}
-
-void merge_command(const MergeOptions& options) {
-  std::vector<FileOption> inputs;
-  for (const std::string& journal : options.journals) inputs.push_back({"JOURNAL", journal});
-  const bool quiet_stdout = check_files(inputs, options.out, options.json, {});
-  OutputFile json(options.json);
-  SweepRows rows = read_journal(options.journals[0]);
-  for (std::size_t i = 1; i < options.journals.size(); ++i) add_journal(rows, options.journals[i]);
-  if (rows.done < rows.rows.size() && !options.partial) {
-    const auto first = std::find(rows.rows.begin(), rows.rows.end(), std::string()) - rows.rows.begin();
-    throw UserError(
-        fmt::format("{} of {} rows are missing, the first is row {}: run their shards first, or write what "
-                    "there is with --partial",
-                    count_text(rows.rows.size() - rows.done), count_text(rows.rows.size()), first));
-  }
   for (const std::string& path : options.out) write_table_file(rows, path);
-  if (json) json.write(report_json(rows, options.out, 0.0));
+  if (json) json.write(report_json(rows, options.out, bristle::DeadlineMonitor::wall_now() - start));
   if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
+  if (options.journal.empty()) rows.remove();
   refuse_if_all_failed(rows);
+  return 0;
 }
 
 }  // namespace cli

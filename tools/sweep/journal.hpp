@@ -1,5 +1,5 @@
-// Rows of a study as they are done: a file that grows by a line a row, so that a study that was killed goes
-// on where it was.
+// The rows of a study as they are done, and a file that grows by a line a row, so that a study that was
+// killed goes on where it was.
 //
 //   0123456789abcdef {"schema":"bristle-sweep-journal-1","study":...}
 //   fedcba9876543210 [17,0.4,...]
@@ -8,94 +8,55 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include "tools/sweep/results.hpp"
+#include "tools/sweep/study.hpp"
 
 namespace cli {
 
-/// Rows that one or several journals hold.
-struct SweepRows {
-  nlohmann::json header;
-  std::vector<std::string> rows;  ///< by index, as Study::run_row gives them; empty: not done
-  std::uint64_t done = 0;
+class SweepRows {
+ public:
+  /// Takes up the journal or begins it; an empty name keeps rows in memory alone. Throws UserError where the
+  /// file is of another study, or where another process writes it.
+  SweepRows(const Study& study, const std::string& journal);
+  ~SweepRows() { close(); }
+  SweepRows(const SweepRows&) = delete;
+  SweepRows& operator=(const SweepRows&) = delete;
 
-  /// Adds a row; a repeated one counts once. Throws UserError where both differ, measured times apart.
-  void add(std::string row, const std::string& from);
+  const nlohmann::json& header() const { return header_; }
+  const std::vector<SweepColumn>& columns() const { return columns_; }
+  /// By index, as Study::run_row gives them; empty where a row is not done.
+  const std::vector<std::string>& rows() const { return rows_; }
+  std::uint64_t done() const { return done_; }
+  std::uint64_t found() const { return found_; }  ///< rows that were in the journal when it was opened
+  std::vector<std::uint64_t> missing() const;
   /// Hash of all rows in the order of their index, measured times left out, as 16 hexadecimal digits.
   std::string table_hash() const;
 
- private:
-  std::vector<SweepColumn> columns_;  ///< of the header, once a row was added
-};
-
-/// The header's columns. Throws UserError where it is damaged.
-std::vector<SweepColumn> columns_of(const nlohmann::json& header);
-
-/// A journal that nobody writes. Throws UserError.
-SweepRows read_journal(const std::string& path);
-/// Adds the rows of another journal of the same study. Throws UserError.
-void add_journal(SweepRows& rows, const std::string& path);
-
-/// A journal that this process writes.
-class Journal {
- public:
-  /// Opens or begins it. Throws UserError where it is of another study, or where another process writes it.
-  Journal(const std::string& path, const nlohmann::json& header);
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
-
-  const SweepRows& rows() const { return rows_; }
-  std::uint64_t found() const { return found_; }  ///< rows that were there when it was opened
-  const std::string& path() const { return path_; }
-  /// One write, so that a killed process leaves whole lines. Throws UserError, on a full disk for instance.
+  /// Adds a row; a repeated one counts once. One write to the journal, so that a killed process leaves whole
+  /// lines. Throws UserError, on a full disk for instance.
   void add(const std::string& row);
-  /// Rows are all in a table now.
+  /// Lets others write the journal; the rows stay.
+  void close();
+  /// Removes the journal: its rows are in a table now.
   void remove();
 
  private:
+  void read(const std::string& text);
   void write(const std::string& json);
+  bool take(const std::string& row);
 
+  nlohmann::json header_;
+  std::vector<SweepColumn> columns_;
+  std::vector<std::string> rows_;
+  std::uint64_t done_ = 0, found_ = 0;
   std::string path_;
   int file_ = -1;
-  SweepRows rows_;
-  std::uint64_t found_ = 0;
-  double synced_ = 0.0;  ///< s
-};
-
-/// The rows of a study: in a journal, or only in memory where its path is empty.
-class KeptRows {
- public:
-  /// Throws UserError as Journal does.
-  KeptRows(const std::string& journal, const nlohmann::json& header) {
-    if (!journal.empty()) {
-      journal_.emplace(journal, header);
-      return;
-    }
-    rows_.header = header;
-    rows_.rows.resize(header.at("rows").get<std::size_t>());
-  }
-  const SweepRows& rows() const { return journal_ ? journal_->rows() : rows_; }
-  void add(const std::string& row) { journal_ ? journal_->add(row) : rows_.add(row, "sweep"); }
-  std::uint64_t found() const { return journal_ ? journal_->found() : 0; }
-  void remove() {
-    if (journal_) journal_->remove();
-  }
-  /// Lets others write the journal; the rows stay.
-  void close() {
-    if (!journal_) return;
-    rows_ = journal_->rows();
-    journal_.reset();
-  }
-
- private:
-  std::optional<Journal> journal_;
-  SweepRows rows_;
+  std::size_t sound_bytes_ = 0;  ///< of the journal, up to the end of the last whole line
+  double synced_ = 0.0;          ///< s
 };
 
 }  // namespace cli

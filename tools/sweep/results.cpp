@@ -181,14 +181,6 @@ Json to_json(const SweepColumn& column) {
           {"measured", column.measured}};
 }
 
-SweepColumn column_of(const Json& json) {
-  const std::string type = json.at("type").get<std::string>();
-  const auto found = std::find(std::begin(type_names), std::end(type_names), type);
-  if (found == std::end(type_names)) throw UserError(fmt::format("a column of type '{}'", type));
-  return {json.at("name").get<std::string>(), json.at("unit").get<std::string>(),
-          static_cast<ColumnType>(found - std::begin(type_names)), json.at("measured").get<bool>()};
-}
-
 std::vector<SweepResult> all_results(const Scene& scene, bool with_error, bool with_window) {
   Results results;
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {

@@ -27,7 +27,6 @@ struct SweepColumn {
 };
 
 nlohmann::json to_json(const SweepColumn& column);
-SweepColumn column_of(const nlohmann::json& json);
 
 /// Of one [[patch]], over the steps in the window and all its copies.
 struct WindowSums {

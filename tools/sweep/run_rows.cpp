@@ -29,24 +29,4 @@ void run_rows(const Study& study, const std::vector<std::uint64_t>& indices, int
            });
 }
 
-Shard parse_shard(const std::string& text) {
-  Shard shard;
-  if (text.empty()) return shard;
-  char end = 0;
-  unsigned long long part = 0, parts = 0;
-  const int read = std::sscanf(text.c_str(), "%llu/%llu%c", &part, &parts, &end);
-  if (read != 2 || part < 1 || parts < 1 || part > parts || parts > 1'000'000 || text[0] == '-')
-    throw UserError(fmt::format("--shard is '{}'; allowed: i/N with i from 1 to N, e.g. 3/16", text));
-  shard.part = part;
-  shard.parts = parts;
-  return shard;
-}
-
-std::vector<std::uint64_t> rows_to_do(const Study& study, const Shard& shard, const SweepRows& rows) {
-  std::vector<std::uint64_t> indices;
-  for (std::uint64_t i = shard.part - 1; i < study.rows(); i += shard.parts)
-    if (i >= rows.rows.size() || rows.rows[i].empty()) indices.push_back(i);
-  return indices;
-}
-
 }  // namespace cli

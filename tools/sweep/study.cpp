@@ -33,43 +33,19 @@ constexpr const char* sampling_names[] = {"grid", "latin", "sobol"};
 
 /// Units of keys that scenes have, by the last part of the path; others are pure numbers, or unknown here.
 std::string unit_of(const VariedKey& varied) {
-  static const std::map<std::string, std::string> units = {{"dt", "s"},
-                                                           {"duration", "s"},
-                                                           {"deadline", "s"},
-                                                           {"budget", "s"},
-                                                           {"presliding_length", "m"},
-                                                           {"bristles_per_newton", "1/N"},
-                                                           {"damping_per_newton", "s/m"},
-                                                           {"kinetic_speed", "m/s"},
-                                                           {"bristle_stiffness", "N/m"},
-                                                           {"bristle_damping", "N s/m"},
-                                                           {"normal_stiffness", "N/m"},
-                                                           {"asperity_height_deviation", "m"},
-                                                           {"length", "m"},
-                                                           {"mean", "m"},
-                                                           {"min", "m"},
-                                                           {"max", "m"},
-                                                           {"deviation", "m"},
-                                                           {"residual_length", "m"},
-                                                           {"viscous_friction", "N s/m"},
-                                                           {"stribeck_velocity", "m/s"},
-                                                           {"ageing_time", "s"},
-                                                           {"strengthening_speed", "m/s"},
-                                                           {"speed_strengthening", ""},
-                                                           {"max_normal_load", "N"},
-                                                           {"load", "N"},
-                                                           {"turn_per_copy", "turns"},
-                                                           {"delay_per_copy", "s"},
-                                                           {"velocity", "m/s"},
-                                                           {"from", "s"},
-                                                           {"until", "s"},
-                                                           {"frequency", "Hz"},
-                                                           {"phase", "turns"},
-                                                           {"clip_load", "N"},
-                                                           {"mass", "kg"},
-                                                           {"gravity", "m/s^2"},
-                                                           {"extra_load", "N"},
-                                                           {"t", "s"}};
+  static constexpr std::pair<const char*, const char*> units[] = {
+      {"s", " dt duration deadline budget ageing_time delay_per_copy from until t "},
+      {"m", " presliding_length asperity_height_deviation length mean min max deviation residual_length "},
+      {"m/s", " kinetic_speed stribeck_velocity strengthening_speed velocity "},
+      {"m/s^2", " gravity "},
+      {"N", " max_normal_load load clip_load extra_load "},
+      {"N/m", " bristle_stiffness normal_stiffness "},
+      {"N s/m", " bristle_damping viscous_friction "},
+      {"1/N", " bristles_per_newton "},
+      {"s/m", " damping_per_newton "},
+      {"Hz", " frequency "},
+      {"turns", " turn_per_copy phase "},
+      {"kg", " mass "}};
   std::string path = varied.key;
   const bool in_body = path.starts_with("body");
   const bool force = path.find(".force") != std::string::npos;
@@ -79,8 +55,9 @@ std::string unit_of(const VariedKey& varied) {
     leaf = path.substr(path.rfind('.') + 1);
   }
   if (leaf == "amplitude" || leaf == "x" || leaf == "y") return in_body && force ? "N" : "m";
-  const auto found = units.find(leaf);
-  return found == units.end() ? std::string() : found->second;
+  for (const auto& [unit, keys] : units)
+    if (std::string_view(keys).find(' ' + leaf + ' ') != std::string_view::npos) return unit;
+  return {};
 }
 
 ColumnType type_of(const VariedKey& varied) {

@@ -15,18 +15,9 @@ struct SweepOptions {
   std::vector<std::string> out;      ///< tables, CSV; "-": stdout
   std::string journal;               ///< empty: beside the first table
   std::string json;                  ///< report; empty: none, "-": stdout
-  std::string shard;                 ///< "i/N", i from 1; empty: all rows
   std::optional<std::uint64_t> row;  ///< write the scene of this row, and run nothing
   int threads = 0;                   ///< 0: one per core
   std::string isa;
-  bool quiet = false;
-};
-
-struct MergeOptions {
-  std::vector<std::string> journals;
-  std::vector<std::string> out;
-  std::string json;
-  bool partial = false;  ///< rows may be missing
 };
 
 /// Thrown by work that a signal stops.
@@ -41,19 +32,9 @@ using RowDone = std::function<void(const std::string& row)>;
 void run_rows(const Study& study, const std::vector<std::uint64_t>& indices, int threads,
               const std::string& isa, const RowDone& done, const StepCheck& check = {});
 
-/// "3/16": which part of the rows, from 1. Throws UserError.
-struct Shard {
-  std::uint64_t part = 1, parts = 1;
-};
-Shard parse_shard(const std::string& text);
-
-/// Rows of the shard that are not done.
-std::vector<std::uint64_t> rows_to_do(const Study& study, const Shard& shard, const SweepRows& rows);
-
 std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out);
 
-/// The subcommands; exit codes: 0, or 130 after Ctrl-C.
+/// Returns the exit code: 0, or 130 after Ctrl-C.
 int sweep_command(const SweepOptions& options);
-void merge_command(const MergeOptions& options);
 
 }  // namespace cli

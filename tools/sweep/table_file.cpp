@@ -43,10 +43,10 @@ void check_table_file(const std::string& path) {
 
 std::string table_csv(const SweepRows& rows) {
   std::string text;
-  const std::vector<SweepColumn> columns = columns_of(rows.header);
+  const std::vector<SweepColumn>& columns = rows.columns();
   for (std::size_t c = 0; c < columns.size(); ++c) text += (c ? "," : "") + csv_cell(columns[c].head());
   text += '\n';
-  for (const std::string& row : rows.rows) {
+  for (const std::string& row : rows.rows()) {
     if (row.empty()) continue;
     const Json cells = Json::parse(row);
     for (std::size_t c = 0; c < cells.size(); ++c) text += (c ? "," : "") + csv_cell(cells[c]);

@@ -146,7 +146,7 @@ def sweep(scene, vary, *, sample="grid", points=0, repeat=1, seed=None, set=None
         if client is None:
             rows.run_on_threads(study, threads, isa or "")
         else:
-            for row in _rows_by_dask(client, study.recipe(), rows.missing(study), isa or ""):
+            for row in _rows_by_dask(client, study.recipe(), rows.missing(), isa or ""):
                 rows.add(row)
         for table in tables:
             rows.write(table)
