@@ -42,8 +42,10 @@ struct Cohorts : PatchRecord, CohortState {
   const CohortNoise* noise = nullptr;
   std::int64_t slid_to[2] = {0, 0};  ///< position at the end of the straight slide of length `run`
   double follow = 0.0;               ///< scaled path after which a slide is carried as it stands
-  Glide glide;                       ///< and the course of the path behind the patch
-  bool glides = false;               ///< whether it may glide: it neither ages nor fluctuates
+  /// Scaled path of a step after which straight bristles slide steadily; 0 = as long as `follow`.
+  double forget = 0.0;
+  Glide glide;          ///< and the course of the path behind the patch
+  bool glides = false;  ///< whether it may glide: it neither ages nor fluctuates
   // Constants of glides, scaled lengths (glide.cpp, make.cpp).
   double memory = 0.0;     ///< path along which bristles remember how it went: mean square over mean length
   double long_step = 0.0;  ///< a step that is longer leaves nothing of the turn before it

@@ -11,6 +11,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
+constexpr double longest_solved = 20.0;  ///< mean lengths: RenewalLaw::forget is solved over twice this path
 
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
@@ -144,6 +145,14 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   // `weak` of it is left, so it must not snap as a whole earlier.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
   set_fluctuation(r);
+  // Finer pieces want less to be left of a turn: it falls to a tenth along some 0.3 of the path that is
+  // solved. A law with corners may keep more of a turn than of straight bristles.
+  if (r.law.renewal > 0.0 && r.material->survival().smooth && !r.ages() && r.noise == nullptr) {
+    const double solved = r.material->renewal().forget * mean;
+    const double finer = std::max(resolution / default_resolution, 1.0);
+    const double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
+    r.forget = solved < longest_solved * mean && forget < r.follow ? forget : 0.0;
+  }
 }
 
 bool allows_cohorts(const Material& material) noexcept {

@@ -42,6 +42,7 @@ struct Slide {
   double run = 0.0;       ///< of the slide that it goes on with
   Course course;          ///< after it, of a patch that may glide
   double followed = 0.0;  ///< path that is taken in pieces
+  double forget = 0.0;    ///< a step that follows a longer path depends on its end alone
   double carried = 0.0;   ///< path along which the patch is carried as it stands
   // For patches that age only:
   double oldest = 0.0;  ///< birth of the oldest cohort when the slide began
@@ -76,7 +77,22 @@ bool turns(const Cohorts& r, const Advance& a) noexcept {
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
 }
 
-Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
+/// Returns the path after which a step along `direction` has forgotten how it began, under shared renewal and
+/// without ageing. Bristles bent the other way unbend first, half as far again as their mean, and bristles
+/// bent aside snap sooner than straight ones.
+double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState& s, const double* rows,
+                            const double (&direction)[2]) noexcept {
+  const double at = place(p, s, 0) * direction[0] + place(p, s, 1) * direction[1];
+  double back = 0.0;
+  for (std::uint32_t i = 0; i < s.count; ++i)
+    back +=
+        mass_of(rows, i) *
+        std::max(entry(rows, i, cohort_x) * direction[0] + entry(rows, i, cohort_y) * direction[1] - at, 0.0);
+  return std::min(r.forget + 1.5 * back / s.mass, r.follow);
+}
+
+Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const CohortState& s,
+                 const double* rows) noexcept {
   Slide slide;
   // A patch that fluctuates has no run: it always takes its pieces.
   if (r.glides) find_run(p, r, a, slide);
@@ -88,6 +104,11 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   // A glide that begins here is determined by its last chord. Where the path turns, the whole length that
   // bristles remember is followed.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
+  slide.forget = r.follow * slide.growth;
+  if (followed > 0.0 && r.forget > 0.0 && a.length >= r.forget) {
+    slide.forget = find_forgetting_path(p, r, s, rows, a.direction);
+    if (a.length >= slide.forget) followed = slide.forget;
+  }
   followed = std::min(a.length, followed);
   slide.carried = a.length - followed;
   slide.move.length = slide.followed = followed;
@@ -221,15 +242,16 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   Cohorts& r = cohorts(p);
   const Advance& a = step.advance;
   const bool commit = a.commit != 0;
-  Slide slide = find_slide(p, r, a);
+  Slide slide = find_slide(p, r, a, state, rows);
   if (a.snaps_all != 0 && slide.carried == 0.0)
     for (int axis = 0; axis < 2; ++axis) step.advance.to[axis] = slide.to[axis];
   CohortTotals totals{};
+  bool forgets = false;
 
   slide.move.times.births = births;
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    const bool forgets = is_forgetful(r, slide.move, r.follow * slide.growth);
+    forgets = is_forgetful(r, slide.move, slide.forget);
     if (!forgets || needs_pieces(r, slide.move)) {
       const auto& moves = r.noise == nullptr ? r.kernels->move : r.noise->move;
       moves[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
@@ -259,6 +281,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   if (r.ageing != nullptr) note_pace(p, r, slide);
   if (r.glides) static_cast<Course&>(r.glide) = slide.course;
   r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.follow);
+  if (forgets) r.run = r.follow;
   for (int axis = 0; axis < 2; ++axis) {
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
