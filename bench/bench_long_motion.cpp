@@ -1,9 +1,8 @@
 // Cost against the length of the step: it must stay bounded however many snaps a step holds, and however the
 // path bends.
-#include <cmath>
 #include <cstdio>
-#include <random>
 
+#include "hand_scene.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -11,65 +10,26 @@ namespace bristle_bench {
 
 namespace {
 
-/// How a hand moves.
-struct HandPath {
-  const char* name;
-  double turn, wander;  ///< rad a step, steady and at random
-  int stroke;           ///< steps after which the path reverses; 0 = never
-  double ripple;        ///< of the load, share of its mean, over 20 steps
-};
-
-/// 10,000 representatives of the default material that move as a hand does, at 1 kHz.
-class HandScene {
- public:
-  HandScene(const HandPath& path, double step_m) : path_(path), step_m_(step_m) {
-    motion_.id =
-        batch_.add(Material::from_coefficients({}), PatchOptions{}.with_bristles(bristles).with_axes(2));
-    batch_.warm_up();
-    for (int k = 0; k < 100; ++k) step();
-  }
-
-  bristle::StepReport step() {
-    ++steps_;
-    heading_ += path_.turn + path_.wander * normal_(random_);
-    if (path_.stroke > 0 && steps_ % path_.stroke == 0) heading_ += pi;
-    motion_.displacement[0] = step_m_ * std::cos(heading_);
-    motion_.displacement[1] = step_m_ * std::sin(heading_);
-    motion_.normal_load = (1.0 + path_.ripple * std::sin(pi * steps_ / 10.0)) / (1.0 + path_.ripple);
-    return batch_.step(tick, {&motion_, 1}, {&response_, 1});
-  }
-
-  static constexpr std::uint32_t bristles = 10000;
-
- private:
-  static constexpr double pi = 3.141592653589793;
-  PatchBatch batch_;
-  HandPath path_;
-  double step_m_;
-  Motion motion_;
-  Response response_;
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_;
-  double heading_ = 0.0;
-  int steps_ = 0;
-};
-
+/// The default material on every path; the paper's, with either rule, on the path that turns.
 void register_hand_paths() {
-  for (const HandPath& path :
-       {HandPath{"straight", 0.0, 0.0, 0, 0.0}, HandPath{"slow_turn", 0.02, 0.0, 0, 0.0},
-        HandPath{"turn_0.3", 0.3, 0.0, 0, 0.0}, HandPath{"random_turn", 0.0, 0.1, 0, 0.0},
-        HandPath{"strokes", 0.0, 0.0, 50, 0.0}, HandPath{"ripple", 0.0, 0.0, 0, 0.1}}) {
+  const auto add = [](const std::string& subject, const Material& material, const HandPath& path) {
     for (const double mm_per_s : {0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0}) {
-      char text[64];
-      std::snprintf(text, sizeof text, "hand_path/%s/%gmm_per_s", path.name, mm_per_s);
-      const std::string name = text;
+      char text[32];
+      std::snprintf(text, sizeof text, "/%gmm_per_s", mm_per_s);
+      const std::string name = "hand_path/" + subject + path.name + text;
       add_benchmark(name, [=](benchmark::State& state) {
         auto& scene = keep_while_named<HandScene>(
-            name, [&] { return std::make_shared<HandScene>(path, mm_per_s * 1e-3 * tick); });
+            name, [&] { return std::make_shared<HandScene>(material, path, mm_per_s); });
         measure(state, HandScene::bristles, 0.0, [&] { return scene.step(); });
-        state.SetLabel("default material; rad a step, strokes of 50 steps, load +-10 %");
+        state.SetLabel("rad a step, strokes of 50 steps, load +-10 %");
       });
     }
+  };
+  for (const HandPath& path : hand_paths) add("", Material::from_coefficients({}), path);
+  for (const SnapRule rule : rules()) {
+    Material material = Material::from_coefficients(bristle::Coefficients::paper());
+    material.snap_rule = rule;
+    add(std::string("paper_") + name_of(rule) + '/', material, hand_paths[2]);
   }
 }
 

@@ -30,6 +30,9 @@ constexpr Bound bounds[] = {
      "loads: draws follow one another until a jump is exact enough, each a look-up at a random place of a "
      "table, "
      "45 cycles for 16 bristles"},
+    {"hand/over_keep",
+     "loads: renewals read and write bristles at random places and look lengths up; keep does neither"},
+    {"hand/", "instructions: a bend or a rising load passes over bristles once more"},
     {"plain_loop/all_snap/900",
      "instructions: half of the step is its loop, bound by two pipes, half are sums of blocks and the call"},
     {"plain_loop/", "instructions"},

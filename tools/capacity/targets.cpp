@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <bristle/deadline_monitor.hpp>
+#include "bench/hand_scene.hpp"
 #include "bench/paced_loop.hpp"
 #include "bench/plain_loops.hpp"
 
@@ -26,6 +27,8 @@ using bristle::Outputs;
 using bristle::SnapLength;
 using bristle::SnapRule;
 using bristle_bench::BoundThread;
+using bristle_bench::HandPath;
+using bristle_bench::HandScene;
 using bristle_bench::PacedLoop;
 using bristle_bench::servo_core;
 
@@ -43,6 +46,7 @@ class Targets {
     rest_and_tremor();
 #if !BRISTLE_MINIMAL
     any_speed();
+    hands();
     if (bristle::plain::plain_loops_run_here()) against_plain_loops();
 #endif
     against_streaming();
@@ -176,12 +180,13 @@ class Targets {
     rows_.push_back({"infinite/sticking",
                      "infinite brush, to and fro by 0.05: time over 900 bristles, keep, end, presliding",
                      stuck.ratio, stuck.ratio_low, stuck.ratio_high, 1.0 / 6.0, false, "x"});
-    const auto dearest_slide = [&](const char* name, auto is_meant) {
+    const auto dearest_slide = [&](const char* name, bool default_material, auto is_meant) {
       ComparisonRow worst;
       worst.ratio = 0.0;
       CapacityCase dearest;
-      for (const CapacityCase& slide : infinite_sliding()) {
+      for (CapacityCase slide : infinite_sliding()) {
         if (!is_meant(*slide.step)) continue;
+        slide.default_material = default_material;
         const ComparisonRow row = against_900(name, slide);
         if (row.ratio < worst.ratio) continue;
         worst = row;
@@ -189,13 +194,18 @@ class Targets {
       }
       rows_.push_back(
           {name,
-           fmt::format("infinite brush, dearest slide ({}, {:g} mean snap lengths a step): time over "
+           fmt::format("infinite brush{}, dearest slide ({}, {:g} mean snap lengths a step): time over "
                        "the same 900",
+                       default_material ? " of the default material" : "",
                        dearest.zigzag ? "zigzag" : "straight", *dearest.step),
            worst.ratio, worst.ratio_low, worst.ratio_high, 1.7, false, "x"});
     };
-    dearest_slide("infinite/sliding", [](double step) { return step <= 1.0; });
-    dearest_slide("infinite/far", [](double step) { return step > 1.0; });
+    for (const bool usual : {false, true}) {
+      dearest_slide(usual ? "infinite/default/sliding" : "infinite/sliding", usual,
+                    [](double step) { return step <= 1.0; });
+      dearest_slide(usual ? "infinite/default/far" : "infinite/far", usual,
+                    [](double step) { return step > 1.0; });
+    }
   }
 
   void spinning() {
@@ -245,6 +255,55 @@ class Targets {
     rows_.push_back(
         {name, fmt::format("14,400 bristles, end + mean, dearest step: {:g} mean snap lengths", worst_step),
          worst.ns_per_bristle, worst.ns_low, worst.ns_high, 3.5, false, "ns per bristle"});
+  }
+
+  /// The default material on paths as hands take them: time over that of a straight path at the same speed,
+  /// and over that of the paper's keep on the same path. Dearest path and speed.
+  void hands() {
+    using bristle::Material;
+    const Material usual = Material::from_coefficients({});
+    Material keep = Material::from_coefficients(bristle::Coefficients::paper());
+    keep.snap_rule = SnapRule::keep;
+    const auto scene = [this](const Material& material, const HandPath& path, double mm_per_s) {
+      bristle::BatchOptions batch;
+      batch.isa = options_.isa.empty() ? nullptr : options_.isa.c_str();
+      auto made = std::make_shared<HandScene>(material, path, mm_per_s, batch);
+      return Contestant{path.name, [made] { return static_cast<double>(made->step().bristles_visited); }, {}};
+    };
+    const auto add = [&](const std::string& name, double limit, const std::string& over, auto is_meant,
+                         auto other) {
+      TargetRow worst{name, "", 0.0, 0.0, 0.0, limit, false, "x"};
+      for (const HandPath& path : bristle_bench::hand_paths)
+        for (const double mm_per_s : {1.0, 3.0, 10.0, 30.0, 100.0}) {
+          if (!is_meant(path)) continue;
+          report_(fmt::format("{}, {}, {:g} mm/s", name, path.name, mm_per_s));
+          const ComparisonRow row =
+              compare({other(path, mm_per_s), scene(usual, path, mm_per_s)}, name, HandScene::bristles, 7)
+                  .back();
+          if (row.ratio < worst.measured) continue;
+          worst.measured = row.ratio;
+          worst.low = row.ratio_low;
+          worst.high = row.ratio_high;
+          worst.what = fmt::format(
+              "10,000 bristles of the default material, dearest path ({}, {:g} mm/s): time over {}",
+              path.name, mm_per_s, over);
+        }
+      rows_.push_back(worst);
+    };
+    const auto straight = [&](const HandPath&, double mm_per_s) {
+      return scene(usual, bristle_bench::straight_path, mm_per_s);
+    };
+    const auto kept = [&](const HandPath& path, double mm_per_s) { return scene(keep, path, mm_per_s); };
+    add(
+        "hand/turn", 2.0, "the straight path", [](const HandPath& p) { return p.turn + p.wander > 0.0; },
+        straight);
+    add(
+        "hand/strokes", 2.0, "the straight path", [](const HandPath& p) { return p.stroke > 0; }, straight);
+    add(
+        "hand/ripple", 2.0, "the straight path", [](const HandPath& p) { return p.ripple > 0.0; }, straight);
+    add(
+        "hand/over_keep", 4.0, "keep, the paper's material, on the same path",
+        [](const HandPath&) { return true; }, kept);
   }
 
   /// The better of the plain loops over ours, in each regime.
