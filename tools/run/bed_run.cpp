@@ -197,6 +197,79 @@ std::optional<BedScene> parse_bed_scene(const std::string& text, const std::stri
   return result;
 }
 
+/// The motion from one place on a path to another.
+bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
+  bristle::BedMotion m;
+  m.id = id;
+  m.displacement[0] = to.x - from.x;
+  m.displacement[1] = to.y - from.y;
+  m.spin = to.spin - from.spin;
+  for (int axis = 0; axis < 2; ++axis) m.rolled[axis] = to.rolled[axis] - from.rolled[axis];
+  m.normal_load = to.load;
+  return m;
+}
+
+void gather(BedResult& result, const bristle::BedMotion& motion, const bristle::BedResponse& r) {
+  for (int axis = 0; axis < 2; ++axis) {
+    result.force[axis].add(r.force[axis]);
+    result.work -= r.mean[axis] * motion.displacement[axis];
+  }
+  result.work -= r.mean_torque * motion.spin;
+  result.torque.add(r.torque);
+  result.load.add(motion.normal_load);
+  result.dissipated += r.dissipated;
+  result.stored = r.stored;
+  result.most_slipping = std::max(result.most_slipping, r.slipping_share);
+  result.refused += has(r.status, bristle::Status::bad_input) ? 1 : 0;
+}
+
+Json report_json(const BedScene& given, const std::vector<BedResult>& results, const bristle::BedBatch& beds,
+                 const std::vector<bristle::BedMotion>& motions, std::uint64_t steps) {
+  const Scene& scene = given.scene;
+  Json report = {{"schema", "bristle-beds-1"},
+                 {"conditions", to_json(conditions())},
+                 {"scene", {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}}},
+                 {"steps", steps},
+                 {"beds", Json::array()}};
+  for (std::size_t b = 0; b < results.size(); ++b) {
+    const BedResult& r = results[b];
+    report["beds"].push_back(
+        {{"name", given.beds[b].name},
+         {"bristles", beds.info(motions[b].id).bristles},
+         {"load", json_of(r.load)},
+         {"force", {{"x", json_of(r.force[0])}, {"y", json_of(r.force[1])}}},
+         {"torque", json_of(r.torque)},
+         {"energy", {{"work", r.work}, {"dissipated", r.dissipated}, {"stored", r.stored}}},
+         {"most_slipping", r.most_slipping},
+         {"bad_input", r.refused}});
+  }
+  report["state_hash"] = fmt::format("{:016x}", beds.state_hash());
+  report["conditions"]["isa"] = beds.isa();
+  report["conditions"]["threads"] = beds.threads();
+  return report;
+}
+
+std::string report_text(const BedScene& given, const std::vector<BedResult>& results, std::uint64_t steps,
+                        std::uint64_t hash) {
+  Table forces({"<force on the body", "load N", "fx mean N", "min", "max", "fy mean N", "min", "max",
+                "torque mean N m", "min", "max"});
+  Table energies(
+      {"<energy", "put in J", "lost J", "stored at the end J", "most of it that slipped %", "steps refused"});
+  const auto number = [](double value) { return fmt::format("{:.4g}", value); };
+  for (std::size_t b = 0; b < results.size(); ++b) {
+    const BedResult& r = results[b];
+    std::vector<Cell> row = {given.beds[b].name, number(r.load.mean())};
+    for (const ForceStatistics* f : {&r.force[0], &r.force[1], &r.torque})
+      for (const double value : {f->mean(), f->min, f->max}) row.push_back(number(value));
+    forces.add(std::move(row));
+    energies.add({given.beds[b].name, number(r.work), number(r.dissipated), number(r.stored),
+                  fmt::format("{:.1f}", 100.0 * r.most_slipping), std::to_string(r.refused)});
+  }
+  return fmt::format("{}: {} of {} steps of {:g} s\n\n{}\n{}\nstate hash  {:016x}\n", given.scene.name,
+                     results.size() == 1 ? "a bed" : fmt::format("{} beds", results.size()), steps,
+                     given.scene.dt, forces.text(), energies.text(), hash);
+}
+
 }  // namespace
 
 bool run_bed_scene(const RunOptions& options, const std::string& text) {
@@ -234,29 +307,13 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
     const double t = static_cast<double>(k) * scene.dt;
     for (std::size_t b = 0; b < motions.size(); ++b) {
       const BedRow row = row_at(given.beds[b].path, t);
-      bristle::BedMotion& m = motions[b];
-      m.displacement[0] = row.x - last[b].x;
-      m.displacement[1] = row.y - last[b].y;
-      m.spin = row.spin - last[b].spin;
-      for (int axis = 0; axis < 2; ++axis) m.rolled[axis] = row.rolled[axis] - last[b].rolled[axis];
-      m.normal_load = row.load;
+      motions[b] = motion_between(motions[b].id, last[b], row);
       last[b] = row;
     }
     beds.step({motions.data(), motions.size()}, {responses.data(), responses.size()});
     for (std::size_t b = 0; b < motions.size(); ++b) {
       const bristle::BedResponse& r = responses[b];
-      BedResult& result = results[b];
-      for (int axis = 0; axis < 2; ++axis) {
-        result.force[axis].add(r.force[axis]);
-        result.work -= r.mean[axis] * motions[b].displacement[axis];
-      }
-      result.work -= r.mean_torque * motions[b].spin;
-      result.torque.add(r.torque);
-      result.load.add(motions[b].normal_load);
-      result.dissipated += r.dissipated;
-      result.stored = r.stored;
-      result.most_slipping = std::max(result.most_slipping, r.slipping_share);
-      result.refused += has(r.status, bristle::Status::bad_input) ? 1 : 0;
+      gather(results[b], motions[b], r);
       if (out_file)
         out_file.append(fmt::format(
             "{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", t,
@@ -265,44 +322,11 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
     }
   }
   if (out_file) out_file.finish();
-  Table forces({"<force on the body", "load N", "fx mean N", "min", "max", "fy mean N", "min", "max",
-                "torque mean N m", "min", "max"});
-  Table energies(
-      {"<energy", "put in J", "lost J", "stored at the end J", "most of it that slipped %", "steps refused"});
-  Json report = {{"schema", "bristle-beds-1"},
-                 {"conditions", to_json(conditions())},
-                 {"scene", {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}}},
-                 {"steps", steps},
-                 {"beds", Json::array()}};
-  const auto number = [](double value) { return fmt::format("{:.4g}", value); };
-  for (std::size_t b = 0; b < results.size(); ++b) {
-    const BedResult& r = results[b];
-    std::vector<Cell> row = {given.beds[b].name, number(r.load.mean())};
-    for (const ForceStatistics* f : {&r.force[0], &r.force[1], &r.torque})
-      for (const double value : {f->mean(), f->min, f->max}) row.push_back(number(value));
-    forces.add(std::move(row));
-    energies.add({given.beds[b].name, number(r.work), number(r.dissipated), number(r.stored),
-                  fmt::format("{:.1f}", 100.0 * r.most_slipping), std::to_string(r.refused)});
-    report["beds"].push_back(
-        {{"name", given.beds[b].name},
-         {"bristles", beds.info(motions[b].id).bristles},
-         {"load", json_of(r.load)},
-         {"force", {{"x", json_of(r.force[0])}, {"y", json_of(r.force[1])}}},
-         {"torque", json_of(r.torque)},
-         {"energy", {{"work", r.work}, {"dissipated", r.dissipated}, {"stored", r.stored}}},
-         {"most_slipping", r.most_slipping},
-         {"bad_input", r.refused}});
-  }
-  const std::string hash = fmt::format("{:016x}", beds.state_hash());
-  report["state_hash"] = hash;
-  report["conditions"]["isa"] = beds.isa();
-  report["conditions"]["threads"] = beds.threads();
-  if (!on_stdout)
-    print_report(fmt::format("{}: {} of {} steps of {:g} s\n\n", scene.name,
-                             results.size() == 1 ? "a bed" : fmt::format("{} beds", results.size()), steps,
-                             scene.dt) +
-                 forces.text() + '\n' + energies.text() + "\nstate hash  " + hash + '\n');
-  if (json) json.write(report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
+  if (!on_stdout) print_report(report_text(given, results, steps, beds.state_hash()));
+  if (json)
+    json.write(report_json(given, results, beds, motions, steps)
+                   .dump(2, ' ', false, Json::error_handler_t::replace) +
+               '\n');
   return true;
 }
 

@@ -27,12 +27,10 @@ void read_settings(const TomlTable& table, Settings& s) {
                                                     static_cast<std::size_t>(s.model)));
   s.keep = table.choice("rule", {"redraw", "keep"}, s.keep ? 1 : 0) == 1;
   s.infinite = table.choice("population", {"representatives", "infinite"}, s.infinite ? 1 : 0) == 1;
-  // "yes" is what "models" was called.
-  const std::size_t scene = table.choice(
+  s.compare = static_cast<Comparison>(table.choice(
       "compare",
-      {compared_scenes[0].key, compared_scenes[1].key, compared_scenes[2].key, compared_scenes[3].key, "yes"},
-      static_cast<std::size_t>(s.compare));
-  s.compare = scene == 4 ? Comparison::models : static_cast<Comparison>(scene);
+      {compared_scenes[0].key, compared_scenes[1].key, compared_scenes[2].key, compared_scenes[3].key},
+      static_cast<std::size_t>(s.compare)));
   s.bristles =
       static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
   for (const SettingRange& r : setting_ranges) {
