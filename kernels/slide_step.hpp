@@ -257,7 +257,7 @@ class Slider {
   SlideSums slide_all(const Shared& m, const Extent& extent, Totals& totals) const {
     Row<T> stored[2], integral[2], dissipated, count;
     std::uint32_t i = extent.first;
-    if constexpr (!ages && axes == 2)
+    if constexpr (!ages)
       for (; i + 2 * width <= extent.end; i += 2 * width)
         slide_some<Pair<T>>(m, i, stored, integral, dissipated, count);
     for (; i < extent.end; i += width) slide_some<Lanes<T>>(m, i, stored, integral, dissipated, count);
