@@ -196,8 +196,9 @@ std::string run_answer(const Scene& scene, const RunResult& r) {
     bad += patch.bad_steps;
     if (!(patch.sliding_load > 0.0) || said == 3) continue;
     ++said;
-    text += fmt::format("{} slides at {:.3f} of its load (theory {:.3f}), and rubs with {:.3f} at most.\n",
+    text += fmt::format("{} slides at {:.3f} of its load (theory{} {:.3f}), and rubs with {:.3f} at most.\n",
                         scene.patches[p].name, patch.sliding_force / patch.sliding_load,
+                        scene.patches[p].options.lay == bristle::Lay{} ? "" : " along its lay",
                         scene.materials[scene.patches[p].material].material.kinetic_coefficient(),
                         patch.highest_coefficient);
   }
