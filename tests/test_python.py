@@ -1136,6 +1136,27 @@ class Sweeps(unittest.TestCase):
                 continue
             self.assertEqual(list(convert()["scene.dt"]), [1e-3, 2e-3])
 
+    def test_columns_have_the_types_of_their_results_also_where_a_row_was_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            outs = [pathlib.Path(folder) / name for name in ("first.csv", "second.csv")]
+            table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=outs, steps=60,
+                                  report=["window_mean", "sliding_steps", "state_hash"], window=(0.01, 0.05))
+            self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])  # no journal that nobody named
+            self.assertEqual(outs[0].read_bytes(), outs[1].read_bytes())
+            with open(outs[1], newline="") as file:
+                rows = list(csv.DictReader(file))
+        hashes = table["state_hash"]
+        self.assertEqual((hashes.dtype, int(hashes[0]), int(hashes[1])), (np.uint64, int(rows[0]["state_hash"], 16), 0))
+        pad = "steel_pad."
+        self.assertTrue(np.isfinite(table[pad + "window_mean"][0]) and np.isnan(table[pad + "window_mean"][1]))
+        self.assertEqual(table[pad + "sliding_steps"].dtype, np.int64)
+        self.assertEqual(table[pad + "sliding_steps"][1], 0)
+
+    def test_values_are_written_as_toml_writes_them(self):
+        for value, text in ((True, "true"), (np.bool_(False), "false"), (np.float64(0.5), "0.5"), ([1, 2.5], "[1,2.5]"),
+                            ({"law": "uniform", "min": 1e-6}, '{law="uniform",min=1e-06}'), ("as it is", "as it is")):
+            self.assertEqual(bristle._sweep._text(value), text)
+
     def test_a_sweep_writes_tables_and_keeps_a_journal_that_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             out, journal = pathlib.Path(folder) / "table.csv", pathlib.Path(folder) / "journal"
